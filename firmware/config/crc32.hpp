@@ -1,0 +1,11 @@
+// CRC-32 of IEEE 802.3 (polynomial 04C11DB7h reflected, as zlib and Ethernet), check value CBF43926h for "123456789".
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+namespace plenum::config {
+
+std::uint32_t crc32(std::span<const std::uint8_t> bytes) noexcept;
+
+}  // namespace plenum::config

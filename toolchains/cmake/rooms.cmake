@@ -1,0 +1,15 @@
+# plenum_room(NAME SOURCES ... LINKS ...): one room of the house as one static library target.
+# plenum_test(NAME SOURCES ... LINKS ...): one GoogleTest executable, every case of it a ctest entry.
+function(plenum_room name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINKS;PRIVATE_LINKS" ${ARGN})
+  add_library(${name} STATIC ${ARG_SOURCES})
+  target_link_libraries(${name} PUBLIC ${ARG_LINKS} PRIVATE plenum_warnings ${ARG_PRIVATE_LINKS})
+endfunction()
+
+function(plenum_test name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINKS" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  target_link_libraries(${name} PRIVATE ${ARG_LINKS} plenum_warnings GTest::gmock_main)
+  target_compile_definitions(${name} PRIVATE PLENUM_SOURCE_DIR="${CMAKE_SOURCE_DIR}" PLENUM_BINARY_DIR="${CMAKE_BINARY_DIR}")
+  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60)
+endfunction()
