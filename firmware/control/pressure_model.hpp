@@ -1,0 +1,67 @@
+// What the regulator knows of a model of chamber pressure: one tick forward, its derivatives, and its
+// inverse.
+//
+// A new kind of model is a class that implements this interface and a ModelKind with its parameter schema in
+// config/model_image.hpp; nothing else in the core changes.
+//
+// Conventions: absolute pressures [kPa], commands [V], volumes [mL], time in ticks of config::kTick_s.
+// Command, volume and volume rate are constant over the tick; the volume is the one at the middle of the
+// tick.
+#pragma once
+
+#include "firmware/numeric/scalar.hpp"
+
+namespace plenum::control {
+
+using numeric::Scalar;
+
+/// What a chamber is and does over one tick.
+struct ChamberMotion {
+  Scalar volume_mL = 0;         ///< at the middle of the tick
+  Scalar volume_rate_mL_s = 0;  ///< mean over the tick
+};
+
+/// The pressure at the end of a step and its mean over it (what the averaging sensor will read).
+struct Prediction {
+  Scalar end_kPa = 0;
+  Scalar mean_kPa = 0;
+};
+
+/// Partial derivatives of Prediction::end_kPa.
+struct Gradient {
+  Scalar by_pressure = 0;              ///< [1]
+  Scalar by_command_kPa_V = 0;         ///< [kPa/V]
+  Scalar by_volume_kPa_mL = 0;         ///< [kPa/mL]
+  Scalar by_volume_rate_kPa_s_mL = 0;  ///< [kPa s/mL]
+};
+
+/// The command that takes the pressure to a target in one tick.
+struct Inverse {
+  Scalar command_V = 0;    ///< within the command range
+  Scalar reached_kPa = 0;  ///< the pressure that the command leads to
+  bool saturated = false;  ///< no command in the range reaches the target; this one comes closest
+};
+
+class PressureModel {
+ public:
+  /// Pressure after `ticks` of a tick (0 to 1) and its mean over that time. Finite for every finite input.
+  virtual Prediction step(Scalar pressure_kPa, Scalar command_V, const ChamberMotion& motion,
+                          Scalar ticks) const noexcept = 0;
+
+  /// Derivatives of a whole tick's step().
+  virtual Gradient derivatives(Scalar pressure_kPa, Scalar command_V,
+                               const ChamberMotion& motion) const noexcept = 0;
+
+  /// The command within the model's command range whose step() ends nearest to `target_kPa`.
+  ///
+  /// Where several commands reach the target, the one at which pressure rises with the command wins
+  /// (elsewhere a small error would be driven the wrong way), and among those the nearest to `near_V`,
+  /// usually the last command. The number of evaluations is bounded by a constant of the implementation.
+  virtual Inverse inverse(Scalar pressure_kPa, Scalar target_kPa, const ChamberMotion& motion,
+                          Scalar near_V) const noexcept = 0;
+
+ protected:
+  ~PressureModel() = default;
+};
+
+}  // namespace plenum::control

@@ -1,0 +1,86 @@
+// The 9-parameter model of chamber pressure.
+//
+//   p' = (s - p) r                                                       (6), (10f)
+//   u^ = u - c1                                                          (10a)
+//   s  = c_b + c_s g(c2 u^ + c3 u^3) + c4 v'     g(x) = x/sqrt(x^2 + 1)   (8), (10b), (10c)   (u^3: u^ cubed)
+//   r  = (c7 k + c5 v') / (1 + c6 v)             k = sqrt(u^2 + c_gamma^2) - c_gamma + c9 + c8 u^   (9),
+//   (10d), (10e) p(t+h) = s + (p(t) - s) e^(-r h)                                     (7) mean of p over the
+//   tick = s + (p(t) - s) (1 - e^(-r h))/(r h)        (integral of (7)) c_b = (P_c + P_r)/2, c_s = (P_c -
+//   P_r)/2, c_gamma = 0.1 V in the paper
+//
+// Units: p, s, P [kPa]; u [V]; v [mL]; v' [mL/s]; h [s]; c1 [V], c2 [1/V], c3 [1/V^3], c4 [kPa s/mL], c5
+// [1/mL], c6 [1/mL], c7 [1/(V s)], c8 [1], c9 [V].
+//
+// Valid for every parameter set that config::validate() admits: k > 0 for every command, s rises with the
+// command. The paper asks for r > 0 but its form does not enforce it: a chamber that shrinks fast behind a
+// sealed valve has c7 k + c5 v' < 0 and grows exponentially, as a sealed chamber should. (7) holds for either
+// sign; the exponent r h is limited to [numeric::kDecayLow, numeric::kDecayHigh].
+//
+// Source: Modeling and Identification of Pneumatic Actuators, section IV.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+
+#include "firmware/control/pressure_model.hpp"
+
+namespace plenum::control {
+
+class Tassa9 final : public PressureModel {
+ public:
+  /// Parameters in image order: c1..c9, c_gamma, P_c, P_r (config::parameter_schema(ModelKind::tassa9)).
+  static constexpr std::size_t kParameters = 12;
+
+  /// Takes over an admissible parameter set and tabulates s and k over the command range [V], low < high.
+  void configure(std::span<const Scalar, kParameters> parameters, Scalar command_low_V,
+                 Scalar command_high_V) noexcept;
+
+  Prediction step(Scalar pressure_kPa, Scalar command_V, const ChamberMotion& motion,
+                  Scalar ticks) const noexcept override;
+  Gradient derivatives(Scalar pressure_kPa, Scalar command_V,
+                       const ChamberMotion& motion) const noexcept override;
+
+  /// At most kNodes + kExtremumSteps + kRefinements + 2 evaluations of (7).
+  Inverse inverse(Scalar pressure_kPa, Scalar target_kPa, const ChamberMotion& motion,
+                  Scalar near_V) const noexcept override;
+
+  static constexpr std::size_t kNodes = 40;
+  static constexpr int kRefinements = 12;
+  static constexpr int kExtremumSteps = 8;
+
+ private:
+  /// s without its c4 v' and k: what depends on the command alone.
+  struct Curve {
+    Scalar steady_kPa;
+    Scalar opening_V;
+  };
+  Curve curve(Scalar command_V) const noexcept;
+
+  /// (10c), (10e) and (7) with the motion of this tick put in, so that a command is all that is left open.
+  struct Tick {
+    Scalar pressure_kPa;
+    Scalar steady_shift_kPa;  ///< c4 v'
+    Scalar rate_gain;         ///< c7 h / (1 + c6 v)
+    Scalar rate_shift;        ///< c5 v' h / (1 + c6 v)
+  };
+  Tick tick(Scalar pressure_kPa, const ChamberMotion& motion) const noexcept;
+  static Scalar rise(const Tick& tick, const Curve& curve) noexcept;
+  Scalar rise(const Tick& tick, Scalar command_V) const noexcept { return rise(tick, curve(command_V)); }
+
+  struct Bracket {
+    Scalar low_V;
+    Scalar high_V;
+    Scalar low_kPa;   ///< rise minus wanted rise at low_V
+    Scalar high_kPa;  ///< and at high_V
+  };
+  Scalar refine(const Tick& tick, Scalar wanted_kPa, Bracket bracket) const noexcept;
+
+  Scalar c1_ = 5, c2_ = 1, c3_ = 0, c4_ = 0, c5_ = 0, c6_ = 0, c7_ = 1, c8_ = 0, c9_ = 1, c_gamma_ = 1;
+  Scalar c_b_ = 100, c_s_ = 0;
+  std::array<Scalar, kNodes> node_V_{};
+  std::array<Scalar, kNodes> node_steady_kPa_{};
+  std::array<Scalar, kNodes> node_opening_V_{};
+};
+
+}  // namespace plenum::control

@@ -1,0 +1,54 @@
+#include "firmware/control/volume_observer.hpp"
+
+#include "firmware/config/limits.hpp"
+
+namespace plenum::control {
+namespace {
+
+using Vector3 = Eigen::Matrix<Scalar, 3, 1>;
+using Matrix3 = Eigen::Matrix<Scalar, 3, 3>;
+
+// The filter is solved in units of ticks, so that its matrices are of order one and single precision
+// suffices: x = (v, v' h, v'' h^2).
+constexpr Scalar kTick_s = Scalar(config::kTick_s);
+
+// The slowest mode of interest settles in a few hundred ticks.
+constexpr int kRiccatiSteps = 400;
+
+Vector3 predict(const Vector3& x) noexcept {
+  return {x[0] + x[1] + Scalar(0.5) * x[2], x[1] + x[2], x[2]};
+}
+
+}  // namespace
+
+void VolumeObserver::configure(const Config& config) noexcept {
+  Matrix3 transition;
+  transition << Scalar(1), Scalar(1), Scalar(0.5), Scalar(0), Scalar(1), Scalar(1), Scalar(0), Scalar(0),
+      Scalar(1);
+  // A jerk held over a tick, independent from tick to tick.
+  const Scalar jerk = config.jerk_mL_s3 * kTick_s * kTick_s * kTick_s;
+  const Vector3 push(jerk / Scalar(6), jerk / Scalar(2), jerk);
+  const Scalar noise = config.noise_mL * config.noise_mL;
+  Matrix3 covariance = Matrix3::Identity() * noise;
+  for (int i = 0; i < kRiccatiSteps; ++i) {
+    covariance = Matrix3(transition * covariance * transition.transpose() + push * push.transpose());
+    gain_ = covariance.col(0) / (covariance(0, 0) + noise);
+    covariance -= Matrix3(gain_ * covariance.row(0));
+    covariance = Matrix3((covariance + covariance.transpose()) * Scalar(0.5));
+  }
+}
+
+void VolumeObserver::reset(Scalar volume_mL) noexcept {
+  state_ = Vector3(volume_mL, Scalar(0), Scalar(0));
+}
+
+ChamberMotion VolumeObserver::step(Scalar measured_mL) noexcept {
+  Vector3 in_ticks(state_[0], state_[1] * kTick_s, state_[2] * kTick_s * kTick_s);
+  in_ticks = predict(in_ticks);
+  in_ticks += gain_ * (measured_mL - in_ticks[0]);
+  const Vector3 ahead = predict(in_ticks);
+  state_ = Vector3(in_ticks[0], in_ticks[1] / kTick_s, in_ticks[2] / (kTick_s * kTick_s));
+  return {.volume_mL = ahead[0], .volume_rate_mL_s = ahead[1] / kTick_s};
+}
+
+}  // namespace plenum::control

@@ -1,0 +1,73 @@
+// The volume observer against motions whose rate is known.
+#include "firmware/control/volume_observer.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+namespace plenum::control {
+namespace {
+
+constexpr double kTick_s = 0.01;
+
+VolumeObserver observer_at(float volume_mL, VolumeObserver::Config config = {}) {
+  VolumeObserver observer;
+  observer.configure(config);
+  observer.reset(volume_mL);
+  return observer;
+}
+
+TEST(VolumeObserver, HoldsAVolumeAtRest) {
+  VolumeObserver observer = observer_at(250.0F);
+  for (int i = 0; i < 100; ++i) {
+    const ChamberMotion motion = observer.step(250.0F);
+    EXPECT_NEAR(motion.volume_mL, 250.0F, 1e-3F);
+    EXPECT_NEAR(motion.volume_rate_mL_s, 0.0F, 1e-2F);
+  }
+}
+
+TEST(VolumeObserver, FollowsConstantAccelerationWithoutError) {
+  VolumeObserver observer = observer_at(100.0F);
+  ChamberMotion motion;
+  double end = 0;
+  for (int i = 0; i < 300; ++i) {
+    const double middle = (i + 0.5) * kTick_s;  // a mean over tick i belongs to its middle
+    motion = observer.step(static_cast<float>(100 + 20 * middle + 0.5 * 40 * middle * middle));
+    end = middle + kTick_s;  // and the answer to the middle of the tick after it
+  }
+  EXPECT_NEAR(motion.volume_mL, 100 + 20 * end + 20 * end * end, 2e-3);
+  EXPECT_NEAR(motion.volume_rate_mL_s, 20 + 40 * end, 0.2);
+}
+
+// 100 mL swinging by a third at 1.5 Hz, noise of a good potentiometer: the rate of the tick to come.
+TEST(VolumeObserver, BeatsTheBareDifferenceOnANoisySine) {
+  const double omega = 2 * std::numbers::pi * 1.5;
+  std::mt19937 random(11);
+  std::normal_distribution<double> noise(0, 0.05);
+  VolumeObserver observer = observer_at(100.0F);
+  double observer_square = 0;
+  double difference_square = 0;
+  double last = 100;
+  int counted = 0;
+  for (int i = 0; i < 2'000; ++i) {
+    const double middle = (i + 0.5) * kTick_s;
+    const double measured = 100 + 33 * std::sin(omega * middle) + noise(random);
+    const ChamberMotion motion = observer.step(static_cast<float>(measured));
+    const double truth = 33 * omega * std::cos(omega * (middle + kTick_s));
+    if (i > 50) {
+      observer_square += std::pow(static_cast<double>(motion.volume_rate_mL_s) - truth, 2);
+      difference_square += std::pow((measured - last) / kTick_s - truth, 2);
+      ++counted;
+    }
+    last = measured;
+  }
+  const double observer_rms = std::sqrt(observer_square / counted);
+  const double difference_rms = std::sqrt(difference_square / counted);
+  EXPECT_LT(observer_rms, 0.5 * difference_rms)
+      << "rate error [mL/s]: observer " << observer_rms << ", bare difference " << difference_rms;
+}
+
+}  // namespace
+}  // namespace plenum::control
