@@ -31,11 +31,12 @@ struct ModelParameters {
   std::array<float, kMaxParameters> value{};
 };
 
-/// One parameter of a kind: its name with unit, and its open or closed range.
+/// One parameter of a kind: its name with unit, and its closed range. An open bound of the paper is written
+/// as the nearest value inside it that the model can still compute with.
 struct ParameterSpec {
-  const char* name;   ///< as in the model file, with unit
-  float low;          ///< smallest admissible value
-  float high;         ///< largest admissible value
+  const char* name;  ///< as in the model file, with unit
+  float low;         ///< smallest admissible value
+  float high;        ///< largest admissible value
 };
 
 /// The parameters of a kind in image order; empty for a kind this firmware does not know.
@@ -45,9 +46,23 @@ std::span<const ParameterSpec> parameter_schema(ModelKind kind) noexcept;
 std::uint32_t schema_hash(ModelKind kind) noexcept;
 
 enum class ImageError : std::uint8_t {
-  none, too_short, bad_magic, unknown_kind, schema_mismatch, wrong_count, wrong_size, bad_crc, not_finite, out_of_range,
-  not_admissible  ///< each value is in range, but together they are refused (see validate())
+  none,
+  too_short,
+  bad_magic,
+  unknown_kind,
+  schema_mismatch,
+  wrong_count,
+  wrong_size,
+  bad_crc,
+  not_finite,
+  out_of_range,
+  not_admissible,  ///< each value is in range, but together they are refused (see validate())
+  commit_pending,  ///< the slot takes no image until the next tick's edge (see ParameterSlots)
+  no_such_chamber  ///< the board has no chamber of that number
 };
+
+/// ImageVerdict::parameter when the header's fit error is to blame, which is no parameter of the schema.
+inline constexpr std::uint8_t kFitErrorField = 0xFF;
 
 /// Why an image was refused: the error, and which parameter (index into the schema) with its range.
 struct ImageVerdict {
@@ -59,15 +74,37 @@ struct ImageVerdict {
   explicit operator bool() const noexcept { return error == ImageError::none; }
 };
 
+/// One clause for a person: "is out of range". Never null.
 const char* describe(ImageError error) noexcept;
 
+/// Smallest excess of c9 over its bound [V]: k (9) of commands within 10 V of the null, computed in float, is off
+/// by less than this (six roundings of numbers below 20 V, 2^-20 V at most each).
+inline constexpr float kRateMargin_V = 1e-5F;
+
+/// Full range of a valve command [V].
+inline constexpr float kCommandSpan_V = 10.0F;
+
 /// Checks kind, count, finiteness, ranges and the joint conditions of the kind.
+///
+/// Joint conditions of tassa9 (equations of "Modeling and Identification of Pneumatic Actuators"), each
+/// answered with `not_admissible`, the parameter to blame and the range that the other parameters leave it:
+///  - supply_kPa > ambient_kPa: c_s of (10c) must be positive;
+///  - c9 > c_gamma (1 - sqrt(1 - c8^2)): the least value of k (9) over all commands is
+///    c_gamma sqrt(1 - c8^2) - c_gamma + c9, and (6) requires a positive rate. kRateMargin_V keeps it so in
+///    float;
+///  - c3 >= -c2 / (3 x^2) with x = max(c1, 10 V - c1): the argument c2 x + c3 x^3 of (10b), x = u - c1, rises
+///    over the whole command range 0..10 V. Table I asks for c3 > -1 "to maintain the monotonicity of s(u)",
+///    which does not suffice for (10b) as printed: c2 = 1, c3 = -0.1 falls beyond |x| = 1.83 V. Both bounds
+///    are checked.
 ImageVerdict validate(const ModelParameters& parameters) noexcept;
 
-/// Writes the image. Returns its size; 0 when `bytes` is too small or the kind is unknown.
+/// Writes the image. Returns its size; 0 when `bytes` is too small, the kind is unknown or the count is not
+/// the kind's. Values are not judged: that is the reader's part.
 std::size_t encode(const ModelParameters& parameters, std::span<std::uint8_t> bytes) noexcept;
 
-/// Reads and validates an image; `parameters` is written only when the verdict is good.
+/// Reads and validates an image; `parameters` is written only when the verdict is good. Errors are looked for
+/// in the order of ImageError; size errors answer with the size found in `value` and the size expected in
+/// `low` and `high`.
 ImageVerdict decode(std::span<const std::uint8_t> bytes, ModelParameters& parameters) noexcept;
 
 }  // namespace plenum::config

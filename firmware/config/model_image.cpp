@@ -1,0 +1,233 @@
+#include "firmware/config/model_image.hpp"
+
+#include <bit>
+
+#include "firmware/config/crc32.hpp"
+#include "firmware/numeric/scalar.hpp"
+
+namespace plenum::config {
+namespace {
+
+constexpr std::uint32_t kMagic = 0x314D4C50U;  // "PLM1"
+constexpr std::size_t kHeaderBytes = 28;
+constexpr std::size_t kCrcBytes = 4;
+
+enum Tassa9 : std::uint8_t { c1, c2, c3, c4, c5, c6, c7, c8, c9, c_gamma, supply, ambient, kTassa9Count };
+
+// Table I of "Modeling and Identification of Pneumatic Actuators" where it states a range; the rest is what a
+// valve and a chamber of this size can be. The floats next to -1 and 1 stand for the open bounds of c3 and
+// c8.
+constexpr std::array<ParameterSpec, kTassa9Count> kTassa9 = {{
+    {"c1_V", 2.0F, 8.0F},
+    {"c2_per_V", 1e-4F, 100.0F},
+    {"c3_per_V3", -0.99999994F, 1000.0F},
+    {"c4_kPa_s_per_mL", -1000.0F, 1000.0F},
+    {"c5_per_mL", -1000.0F, 1000.0F},
+    {"c6_per_mL", 0.0F, 1000.0F},
+    {"c7_per_V_s", 1e-6F, 1e6F},
+    {"c8", -0.99999994F, 0.99999994F},
+    {"c9_V", kRateMargin_V, 10.0F},
+    {"c_gamma_V", 0.001F, 2.0F},
+    {"supply_kPa", 50.0F, 2000.0F},
+    {"ambient_kPa", 10.0F, 200.0F},
+}};
+
+class Writer {
+ public:
+  explicit Writer(std::span<std::uint8_t> bytes) noexcept : bytes_(bytes) {}
+  void u16(std::uint16_t x) noexcept { put(x, 2); }
+  void u32(std::uint32_t x) noexcept { put(x, 4); }
+  void f32(float x) noexcept { put(std::bit_cast<std::uint32_t>(x), 4); }
+  std::span<const std::uint8_t> written() const noexcept { return bytes_.first(at_); }
+
+ private:
+  void put(std::uint32_t x, std::size_t count) noexcept {
+    for (std::size_t i = 0; i < count; ++i) bytes_[at_++] = static_cast<std::uint8_t>(x >> (8 * i));
+  }
+  std::span<std::uint8_t> bytes_;
+  std::size_t at_ = 0;
+};
+
+class Reader {
+ public:
+  explicit Reader(std::span<const std::uint8_t> bytes) noexcept : bytes_(bytes) {}
+  std::uint16_t u16() noexcept { return static_cast<std::uint16_t>(take(2)); }
+  std::uint32_t u32() noexcept { return take(4); }
+  float f32() noexcept { return std::bit_cast<float>(take(4)); }
+
+ private:
+  std::uint32_t take(std::size_t count) noexcept {
+    std::uint32_t x = 0;
+    for (std::size_t i = 0; i < count; ++i) x |= std::uint32_t{bytes_[at_++]} << (8 * i);
+    return x;
+  }
+  std::span<const std::uint8_t> bytes_;
+  std::size_t at_ = 0;
+};
+
+class Fnv1a {
+ public:
+  void byte(std::uint32_t x) noexcept { hash_ = (hash_ ^ (x & 0xFFU)) * 0x01000193U; }
+  void word(std::uint32_t x, int bytes) noexcept {
+    for (int i = 0; i < bytes; ++i) byte(x >> (8 * i));
+  }
+  void text(const char* s) noexcept {
+    for (; *s != '\0'; ++s) byte(static_cast<std::uint8_t>(*s));
+    byte(0);  // parts "ab","c" from "a","bc"
+  }
+  std::uint32_t hash() const noexcept { return hash_; }
+
+ private:
+  std::uint32_t hash_ = 0x811C9DC5U;
+};
+
+ImageVerdict refuse(ImageError error) noexcept {
+  return {.error = error};
+}
+
+ImageVerdict refuse_number(ImageError error, std::size_t found, std::size_t expected) noexcept {
+  return {error, 0, static_cast<float>(found), static_cast<float>(expected), static_cast<float>(expected)};
+}
+
+ImageVerdict blame(Tassa9 parameter, const ModelParameters& parameters, float low) noexcept {
+  return {ImageError::not_admissible, parameter, parameters.value[parameter], low, kTassa9[parameter].high};
+}
+
+ImageVerdict validate_tassa9(const ModelParameters& parameters) noexcept {
+  const auto& c = parameters.value;
+  if (!(c[supply] > c[ambient])) return blame(supply, parameters, c[ambient]);
+
+  // c_gamma (1 - sqrt(1 - c8^2)) without the cancellation at small c8.
+  const float c8_squared = c[c8] * c[c8];
+  const float c9_low = c[c_gamma] * c8_squared / (1.0F + __builtin_sqrtf(1.0F - c8_squared)) + kRateMargin_V;
+  if (!(c[c9] >= c9_low)) return blame(c9, parameters, c9_low);
+
+  const float above_V = kCommandSpan_V - c[c1];
+  const float farthest_V = c[c1] > above_V ? c[c1] : above_V;
+  const float c3_low = -c[c2] / (3.0F * farthest_V * farthest_V);
+  if (!(c[c3] >= c3_low)) return blame(c3, parameters, c3_low);
+  return {};
+}
+
+}  // namespace
+
+std::span<const ParameterSpec> parameter_schema(ModelKind kind) noexcept {
+  if (kind == ModelKind::tassa9) return kTassa9;
+  return {};
+}
+
+std::uint32_t schema_hash(ModelKind kind) noexcept {
+  Fnv1a fnv;
+  fnv.word(static_cast<std::uint32_t>(kind), 2);
+  for (const ParameterSpec& spec : parameter_schema(kind)) {
+    fnv.text(spec.name);
+    fnv.word(std::bit_cast<std::uint32_t>(spec.low), 4);
+    fnv.word(std::bit_cast<std::uint32_t>(spec.high), 4);
+  }
+  return fnv.hash();
+}
+
+const char* describe(ImageError error) noexcept {
+  switch (error) {
+    case ImageError::none:
+      return "is accepted";
+    case ImageError::too_short:
+      return "is shorter than a header and its CRC";
+    case ImageError::bad_magic:
+      return "does not begin with PLM1";
+    case ImageError::unknown_kind:
+      return "is of a model kind that this firmware does not know";
+    case ImageError::schema_mismatch:
+      return "was written for another schema of its kind";
+    case ImageError::wrong_count:
+      return "has not the parameter count of its kind";
+    case ImageError::wrong_size:
+      return "has not the size that its parameter count asks for";
+    case ImageError::bad_crc:
+      return "does not match its CRC";
+    case ImageError::not_finite:
+      return "is not a finite number";
+    case ImageError::out_of_range:
+      return "is out of range";
+    case ImageError::not_admissible:
+      return "does not go with the other parameters";
+    case ImageError::commit_pending:
+      return "came while a commit waits for the tick's edge";
+    case ImageError::no_such_chamber:
+      return "names a chamber that the board does not have";
+  }
+  return "is refused for an unknown reason";
+}
+
+ImageVerdict validate(const ModelParameters& parameters) noexcept {
+  const std::span<const ParameterSpec> schema = parameter_schema(parameters.kind);
+  if (schema.empty()) return refuse(ImageError::unknown_kind);
+  if (parameters.count != schema.size()) {
+    return refuse_number(ImageError::wrong_count, parameters.count, schema.size());
+  }
+  if (!numeric::is_finite(parameters.fit_error_kPa)) {
+    return {ImageError::not_finite, kFitErrorField, parameters.fit_error_kPa, 0.0F, 0.0F};
+  }
+  for (std::size_t i = 0; i < schema.size(); ++i) {
+    const float value = parameters.value[i];
+    const auto index = static_cast<std::uint8_t>(i);
+    if (!numeric::is_finite(value)) return {ImageError::not_finite, index, value, schema[i].low, schema[i].high};
+    if (value < schema[i].low || value > schema[i].high) {
+      return {ImageError::out_of_range, index, value, schema[i].low, schema[i].high};
+    }
+  }
+  return validate_tassa9(parameters);
+}
+
+std::size_t encode(const ModelParameters& parameters, std::span<std::uint8_t> bytes) noexcept {
+  const std::span<const ParameterSpec> schema = parameter_schema(parameters.kind);
+  if (schema.empty() || parameters.count != schema.size()) return 0;
+  const std::size_t size = kHeaderBytes + 4 * schema.size() + kCrcBytes;
+  if (bytes.size() < size) return 0;
+
+  Writer out(bytes);
+  out.u32(kMagic);
+  out.u32(schema_hash(parameters.kind));
+  out.u16(static_cast<std::uint16_t>(parameters.kind));
+  out.u16(parameters.count);
+  out.u32(parameters.fit_date_s);
+  out.f32(parameters.fit_error_kPa);
+  out.u32(parameters.valve_serial);
+  out.u32(parameters.sensor_serial);
+  for (std::size_t i = 0; i < schema.size(); ++i) out.f32(parameters.value[i]);
+  out.u32(crc32(out.written()));
+  return size;
+}
+
+ImageVerdict decode(std::span<const std::uint8_t> bytes, ModelParameters& parameters) noexcept {
+  if (bytes.size() < kHeaderBytes + kCrcBytes) {
+    return refuse_number(ImageError::too_short, bytes.size(), kHeaderBytes + kCrcBytes);
+  }
+  Reader in(bytes);
+  if (in.u32() != kMagic) return refuse(ImageError::bad_magic);
+
+  const std::uint32_t hash = in.u32();
+  ModelParameters read;
+  read.kind = static_cast<ModelKind>(in.u16());
+  read.count = in.u16();
+  const std::span<const ParameterSpec> schema = parameter_schema(read.kind);
+  if (schema.empty()) return refuse(ImageError::unknown_kind);
+  if (hash != schema_hash(read.kind)) return refuse(ImageError::schema_mismatch);
+  if (read.count != schema.size()) return refuse_number(ImageError::wrong_count, read.count, schema.size());
+  const std::size_t size = kHeaderBytes + 4 * schema.size() + kCrcBytes;
+  if (bytes.size() != size) return refuse_number(ImageError::wrong_size, bytes.size(), size);
+  if (Reader(bytes.last(kCrcBytes)).u32() != crc32(bytes.first(size - kCrcBytes))) {
+    return refuse(ImageError::bad_crc);
+  }
+
+  read.fit_date_s = in.u32();
+  read.fit_error_kPa = in.f32();
+  read.valve_serial = in.u32();
+  read.sensor_serial = in.u32();
+  for (std::size_t i = 0; i < schema.size(); ++i) read.value[i] = in.f32();
+  const ImageVerdict verdict = validate(read);
+  if (verdict) parameters = read;
+  return verdict;
+}
+
+}  // namespace plenum::config
