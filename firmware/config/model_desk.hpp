@@ -1,55 +1,81 @@
-// Where models are handed in and read back: the seam between whoever brings bytes (the CANopen node, the
-// start-up loader) and whoever keeps the parameter sets (ParameterSlots).
+// Where model images are handed in, checked and taken over: the seam between the bus and the parameter sets.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
+#include "firmware/config/crc32.hpp"
+#include "firmware/config/limits.hpp"
 #include "firmware/config/model_image.hpp"
 
 namespace plenum::config {
 
-/// Key of a commit (2120h:3): "comt" in memory, so that no stray write commits a set.
+/// The key that makes a commit deliberate ("comt", little endian).
 inline constexpr std::uint32_t kCommitKey = 0x746D6F63U;
 
-/// Answer to a commit request. Anything but `accepted` changes nothing.
-enum class CommitResult : std::uint8_t {
-  accepted,        ///< the named sets become active at the next tick's edge, all at once
-  bad_key,         ///< the key is not kCommitKey
-  empty_mask,      ///< no chamber is named
-  nothing_staged,  ///< a chamber is named that has no accepted image staged
-  bad_crc,         ///< the CRC-32 is not that of the named staged images, concatenated in chamber order
-  pending          ///< an earlier commit still waits for the tick's edge
+enum class SetPhase : std::uint8_t {
+  empty = 0,      ///< no model: the chamber cannot be regulated in closed loop
+  active = 1,     ///< a model is in force and nothing else is waiting
+  staged = 2,     ///< a checked image waits for its commit (an older one may still be in force)
+  committed = 3,  ///< the staged image is taken over at the next tick's edge
+  refused = 4,    ///< the last image handed in was refused; what was in force before still is
 };
 
-/// Where one chamber's set stands (2128h).
-enum class SlotState : std::uint8_t {
-  empty,   ///< no set is active, none is staged
-  active,  ///< a set is active, none is staged
-  staged,  ///< an accepted image waits for a commit (a set may be active besides)
-  pending  ///< committed, waits for the tick's edge
-};
-
+/// State of one chamber's parameter set, as object 2128h+c shows it.
 struct SetState {
-  SlotState state = SlotState::empty;
-  ImageVerdict refused;  ///< why the last image was refused; `none` once an image has been accepted after it
-  std::uint32_t crc_active = 0;  ///< CRC-32 that ends the active image; 0: none is active
-  std::uint32_t generation =
-      0;  ///< number of the commit that brought the active set, counted over the board; 0: none
+  SetPhase phase = SetPhase::empty;
+  ImageVerdict refusal;          ///< why the last image was refused; good when it was not
+  std::uint32_t active_crc = 0;  ///< last four bytes of the image in force; 0: none
+  std::uint32_t generation = 0;  ///< counts take-overs
 };
 
+enum class CommitResult : std::uint8_t {
+  accepted,
+  wrong_key,
+  wrong_crc,
+  nothing_staged,  ///< the mask is empty or names a chamber without a staged image
+  not_now          ///< the state of the device forbids it
+};
+
+/// Staging is per chamber, commit is for all chambers of a mask at once; nothing changes between ticks.
 class ModelDesk {
  public:
-  /// Takes one whole image for `chamber`. A refused image changes neither the active nor the staged set.
+  /// Checks an image and keeps a copy for the commit. A refused image leaves an earlier staged one discarded,
+  /// and never touches the one in force. `chamber` < kChambers.
   virtual ImageVerdict stage(std::uint8_t chamber, std::span<const std::uint8_t> image) noexcept = 0;
-  /// The bytes of the active set; empty when there is none. Valid until the next tick's edge.
+  /// The image in force; empty when there is none. Valid until the next tick's edge.
   virtual std::span<const std::uint8_t> active_image(std::uint8_t chamber) const noexcept = 0;
-  /// Asks that the staged sets of the chambers in `mask` (bit c: chamber c) become active together.
+  /// Takes over the staged images of the chambers in `mask` (bit c: chamber c), all of them at the next
+  /// tick's edge or none. `crc` is commit_crc() of their trailing CRCs.
   virtual CommitResult commit(std::uint8_t mask, std::uint32_t crc, std::uint32_t key) noexcept = 0;
   virtual SetState state(std::uint8_t chamber) const noexcept = 0;
 
  protected:
   ~ModelDesk() = default;
 };
+
+/// The CRC that an image carries in its last four bytes, little endian; 0 for fewer than four bytes.
+inline std::uint32_t trailing_crc(std::span<const std::uint8_t> image) noexcept {
+  std::uint32_t crc = 0;
+  if (image.size() < 4) return crc;
+  for (std::size_t i = 0; i < 4; ++i) crc |= std::uint32_t{image[image.size() - 4 + i]} << (8 * i);
+  return crc;
+}
+
+/// What a commit is checked by: the CRC-32 of the images' own trailing CRCs (4 bytes each, little endian) in
+/// chamber order. Not the CRC of the images one after the other: a message followed by its own CRC leaves the
+/// same remainder whatever the message was, so such a CRC would tell nothing but the lengths. At most
+/// kChambers entries count.
+inline std::uint32_t commit_crc(std::span<const std::uint32_t> image_crcs) noexcept {
+  std::array<std::uint8_t, 4 * kChambers> bytes{};
+  std::size_t size = 0;
+  for (const std::uint32_t crc : image_crcs) {
+    if (size == bytes.size()) break;
+    for (unsigned shift = 0; shift < 32; shift += 8) bytes[size++] = static_cast<std::uint8_t>(crc >> shift);
+  }
+  return crc32(std::span<const std::uint8_t>(bytes.data(), size));
+}
 
 }  // namespace plenum::config

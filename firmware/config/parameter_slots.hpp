@@ -1,0 +1,66 @@
+// The parameter sets of a board: for each chamber one active set and one staged set, swapped at a tick's edge.
+//
+//   stage(image): checked, decoded, staged -> commit(mask, crc, key): pending -> apply_at_tick_edge(): active
+//
+// Invariants: an active set has passed every check of decode(); the sets of one commit become active in the
+// same tick or not at all; nothing that is refused touches an active set. Only whole images are taken: the
+// caller collects the segments of an upload, so an upload that breaks off never reaches this class.
+// stage(), commit() and apply_at_tick_edge() are called from one thread.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "firmware/config/limits.hpp"
+#include "firmware/config/model_desk.hpp"
+#include "firmware/config/model_image.hpp"
+
+namespace plenum::config {
+
+class ParameterSlots final : public ModelDesk {
+ public:
+  ImageVerdict stage(std::uint8_t chamber, std::span<const std::uint8_t> image) noexcept override;
+  std::span<const std::uint8_t> active_image(std::uint8_t chamber) const noexcept override;
+  CommitResult commit(std::uint8_t mask, std::uint32_t crc, std::uint32_t key) noexcept override;
+  SetState state(std::uint8_t chamber) const noexcept override;
+
+  /// Swaps in the sets of a pending commit. Returns the chambers whose active set has changed (bit c: chamber
+  /// c).
+  std::uint8_t apply_at_tick_edge() noexcept;
+
+  /// The active set; kind `none` when the chamber has none. Valid until the next tick's edge. `chamber` <
+  /// kChambers.
+  const ModelParameters& active(std::size_t chamber) const noexcept;
+
+  /// Commits applied since start.
+  std::uint32_t generation() const noexcept { return generation_; }
+
+ private:
+  struct Set {
+    ModelParameters parameters;
+    std::array<std::uint8_t, kMaxImageBytes> image{};
+    std::size_t size = 0;  // 0: empty
+
+    std::span<const std::uint8_t> bytes() const noexcept { return std::span(image).first(size); }
+  };
+  struct Slot {
+    std::array<Set, 2> set;
+    std::size_t active = 0;  // index into set; the other one is staged
+    std::uint32_t generation = 0;
+    ImageVerdict refusal;
+
+    const Set& active_set() const noexcept { return set[active]; }
+    const Set& staged_set() const noexcept { return set[1 - active]; }
+    Set& staged_set() noexcept { return set[1 - active]; }
+  };
+
+  ImageVerdict check_and_stage(Slot& slot, bool pending, std::span<const std::uint8_t> image) noexcept;
+
+  std::array<Slot, kChambers> slots_;
+  std::uint8_t pending_ = 0;  // mask of the accepted commit that waits for the tick's edge
+  std::uint32_t generation_ = 0;
+};
+
+}  // namespace plenum::config
