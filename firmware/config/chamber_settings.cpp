@@ -1,0 +1,117 @@
+#include "firmware/config/chamber_settings.hpp"
+
+#include "firmware/numeric/scalar.hpp"
+
+namespace plenum::config {
+namespace {
+
+template <typename Settings, typename Number>
+struct FieldRange {
+  const char* name;
+  Number Settings::*member;
+  float low;
+  float high;
+};
+
+using ChamberFloat = FieldRange<ChamberSettings, float>;
+using ChamberTicks = FieldRange<ChamberSettings, std::uint16_t>;
+using BoardFloat = FieldRange<BoardSettings, float>;
+using BoardTicks = FieldRange<BoardSettings, std::uint16_t>;
+
+constexpr ChamberFloat kChamberFloats[] = {
+    {"pressure_gain_kPa_per_V", &ChamberSettings::pressure_gain_kPa_per_V, 0.1F, 10000.0F},
+    {"pressure_offset_kPa", &ChamberSettings::pressure_offset_kPa, -2000.0F, 2000.0F},
+    {"pressure_valid_low_V", &ChamberSettings::pressure_valid_low_V, -11.0F, 11.0F},
+    {"pressure_valid_high_V", &ChamberSettings::pressure_valid_high_V, -11.0F, 11.0F},
+    {"volume_gain_mL_per_V", &ChamberSettings::volume_gain_mL_per_V, -10000.0F, 10000.0F},
+    {"volume_offset_mL", &ChamberSettings::volume_offset_mL, -100000.0F, 100000.0F},
+    {"position_valid_low_V", &ChamberSettings::position_valid_low_V, -11.0F, 11.0F},
+    {"position_valid_high_V", &ChamberSettings::position_valid_high_V, -11.0F, 11.0F},
+    {"pressure_low_kPa", &ChamberSettings::pressure_low_kPa, 0.0F, 2000.0F},
+    {"pressure_high_kPa", &ChamberSettings::pressure_high_kPa, 0.0F, 2000.0F},
+    {"over_pressure_kPa", &ChamberSettings::over_pressure_kPa, 0.0F, 2000.0F},
+    {"reference_ramp_kPa_per_s", &ChamberSettings::reference_ramp_kPa_per_s, 0.1F, 1e6F},
+    {"command_low_V", &ChamberSettings::command_low_V, 0.0F, 10.0F},
+    {"command_high_V", &ChamberSettings::command_high_V, 0.0F, 10.0F},
+    {"null_V", &ChamberSettings::null_V, 0.0F, 10.0F},
+    {"vent_V", &ChamberSettings::vent_V, 0.0F, 10.0F},
+    {"residual_alarm_kPa", &ChamberSettings::residual_alarm_kPa, 0.01F, 2000.0F},
+};
+
+constexpr ChamberTicks kChamberTicks[] = {
+    {"residual_ticks", &ChamberSettings::residual_ticks, 0.0F, 60000.0F},
+    {"over_pressure_ticks", &ChamberSettings::over_pressure_ticks, 1.0F, 100.0F},
+    {"stale_limit_ticks", &ChamberSettings::stale_limit_ticks, 1.0F, 100.0F},
+};
+
+constexpr BoardFloat kBoardFloats[] = {
+    {"supply_gain_kPa_per_V", &BoardSettings::supply_gain_kPa_per_V, 0.1F, 10000.0F},
+    {"supply_offset_kPa", &BoardSettings::supply_offset_kPa, -2000.0F, 2000.0F},
+    {"supply_low_kPa", &BoardSettings::supply_low_kPa, 0.0F, 2000.0F},
+};
+
+constexpr BoardTicks kBoardTicks[] = {
+    {"supply_ticks", &BoardSettings::supply_ticks, 1.0F, 60000.0F},
+    {"setpoint_watchdog_ticks", &BoardSettings::setpoint_watchdog_ticks, 0.0F, 60000.0F},
+    {"overrun_limit_ticks", &BoardSettings::overrun_limit_ticks, 1.0F, 1000.0F},
+};
+
+SettingVerdict check(const char* field, float value, float low, float high, SettingError error) noexcept {
+  if (!numeric::is_finite(value)) return {SettingError::not_finite, field, value, low, high};
+  if (value < low || value > high) return {error, field, value, low, high};
+  return {};
+}
+
+template <typename Settings, typename Fields>
+SettingVerdict check_each(const Settings& settings, const Fields& fields) noexcept {
+  for (const auto& field : fields) {
+    const auto value = static_cast<float>(settings.*field.member);
+    const SettingVerdict verdict =
+        check(field.name, value, field.low, field.high, SettingError::out_of_range);
+    if (!verdict) return verdict;
+  }
+  return {};
+}
+
+// Two commands or voltages that are to differ must be told apart by the converters.
+constexpr float kApart_V = 0.01F;
+constexpr float kApart_kPa = 0.1F;
+
+SettingVerdict check_together(const ChamberSettings& s) noexcept {
+  const struct {
+    const char* field;
+    float value, low, high;
+  } relations[] = {
+      {"pressure_valid_high_V", s.pressure_valid_high_V, s.pressure_valid_low_V + kApart_V, 11.0F},
+      {"position_valid_high_V", s.position_valid_high_V, s.position_valid_low_V + kApart_V, 11.0F},
+      {"pressure_high_kPa", s.pressure_high_kPa, s.pressure_low_kPa + kApart_kPa, 2000.0F},
+      // A trip that the sensor cannot reach inside its valid range would never fire.
+      {"over_pressure_kPa", s.over_pressure_kPa, s.pressure_high_kPa,
+       pressure_kPa(s, s.pressure_valid_high_V)},
+      {"null_V", s.null_V, s.command_low_V + kApart_V, s.command_high_V - kApart_V},
+      {"vent_V", s.vent_V, 0.0F, s.null_V - kApart_V},
+  };
+  for (const auto& r : relations) {
+    const SettingVerdict verdict = check(r.field, r.value, r.low, r.high, SettingError::not_admissible);
+    if (!verdict) return verdict;
+  }
+  if (s.safe_output != SafeOutput::null && s.safe_output != SafeOutput::vent) {
+    return {SettingError::out_of_range, "safe_output", static_cast<float>(s.safe_output), 0.0F, 1.0F};
+  }
+  return {};
+}
+
+}  // namespace
+
+SettingVerdict validate(const ChamberSettings& settings) noexcept {
+  if (const SettingVerdict verdict = check_each(settings, kChamberFloats); !verdict) return verdict;
+  if (const SettingVerdict verdict = check_each(settings, kChamberTicks); !verdict) return verdict;
+  return check_together(settings);
+}
+
+SettingVerdict validate(const BoardSettings& settings) noexcept {
+  if (const SettingVerdict verdict = check_each(settings, kBoardFloats); !verdict) return verdict;
+  return check_each(settings, kBoardTicks);
+}
+
+}  // namespace plenum::config

@@ -1,0 +1,88 @@
+// What an installer sets for one chamber and for the board: calibration of the sensors, limits, reactions.
+//
+// Defaults fit an MPYE-type 5/3 proportional valve (0..10 V command, used from 3 V to 7 V, null at 5 V,
+// exhaust port open below the null) and 0..10 V sensors: 0..1000 kPa absolute, and a volume of 20..320 mL.
+#pragma once
+
+#include <cstdint>
+
+namespace plenum::config {
+
+/// What a valve gets while a chamber is not regulated.
+enum class SafeOutput : std::uint8_t {
+  null,  ///< null_V: both ports shut, the chamber keeps its air but for leaks
+  vent   ///< vent_V: the exhaust port is open
+};
+
+struct ChamberSettings {
+  bool in_use = true;  ///< false: nothing is connected; the chamber is not watched and gets null_V
+
+  float pressure_gain_kPa_per_V = 100.0F;  ///< absolute pressure = offset + gain x voltage
+  float pressure_offset_kPa = 0.0F;
+  float pressure_valid_low_V = 0.2F;   ///< below: wire break (an absolute sensor at ambient gives about 1 V)
+  float pressure_valid_high_V = 9.9F;  ///< above: short to supply
+
+  float volume_gain_mL_per_V = 30.0F;  ///< chamber volume = offset + gain x voltage of the position sensor
+  float volume_offset_mL = 20.0F;
+  float position_valid_low_V = -0.1F;  ///< a sensor with a live zero has its wire-break limit here
+  float position_valid_high_V = 10.1F;
+
+  float pressure_low_kPa = 101.325F;           ///< lowest reference (63A1h)
+  float pressure_high_kPa = 800.0F;            ///< highest reference (63A0h)
+  float over_pressure_kPa = 900.0F;            ///< fault 8302h above
+  float reference_ramp_kPa_per_s = 100000.0F;  ///< steepest reference; the default is no limit in practice
+
+  float command_low_V = 3.0F;   ///< lowest command the regulator may give
+  float command_high_V = 7.0F;  ///< highest command
+  float null_V = 5.0F;          ///< both ports shut
+  float vent_V = 3.0F;          ///< exhaust port open
+  SafeOutput safe_output = SafeOutput::null;
+
+  float residual_alarm_kPa = 60.0F;       ///< fault FF02h when measured minus predicted exceeds this ...
+  std::uint16_t residual_ticks = 50;      ///< ... for this many ticks on end; 0: not watched
+  std::uint16_t over_pressure_ticks = 2;  ///< over-pressure must last this long [ticks]
+  std::uint16_t stale_limit_ticks = 3;  ///< this many ticks on end without a fresh sample are a fault [ticks]
+};
+
+struct BoardSettings {
+  float supply_gain_kPa_per_V = 100.0F;  ///< absolute supply pressure = offset + gain x voltage
+  float supply_offset_kPa = 0.0F;
+  float supply_low_kPa = 0.0F;      ///< fault 3412h below; 0: not watched (no sensor fitted)
+  std::uint16_t supply_ticks = 20;  ///< the supply must be low this long [ticks]
+  std::uint16_t setpoint_watchdog_ticks =
+      10;  ///< set points must keep coming while ACTIVE [ticks]; 0: not watched
+  std::uint16_t overrun_limit_ticks = 3;  ///< fault FF01h at this many late ticks on end
+};
+
+enum class SettingError : std::uint8_t { none, not_finite, out_of_range, not_admissible };
+
+/// Why settings were refused: the field by its member name, its value, and the range that it must lie in.
+/// `not_admissible`: the range is what the other settings leave to this one.
+struct SettingVerdict {
+  SettingError error = SettingError::none;
+  const char* field = "";
+  float value = 0.0F;
+  float low = 0.0F;
+  float high = 0.0F;
+  explicit operator bool() const noexcept { return error == SettingError::none; }
+};
+
+SettingVerdict validate(const ChamberSettings& settings) noexcept;
+SettingVerdict validate(const BoardSettings& settings) noexcept;
+
+/// Absolute pressure [kPa] of a voltage at the pressure sensor [V].
+inline float pressure_kPa(const ChamberSettings& settings, float sensor_V) noexcept {
+  return settings.pressure_offset_kPa + settings.pressure_gain_kPa_per_V * sensor_V;
+}
+
+/// Chamber volume [mL] of a voltage at the position sensor [V].
+inline float volume_mL(const ChamberSettings& settings, float sensor_V) noexcept {
+  return settings.volume_offset_mL + settings.volume_gain_mL_per_V * sensor_V;
+}
+
+/// Absolute supply pressure [kPa] of a voltage at the supply sensor [V].
+inline float supply_kPa(const BoardSettings& settings, float sensor_V) noexcept {
+  return settings.supply_offset_kPa + settings.supply_gain_kPa_per_V * sensor_V;
+}
+
+}  // namespace plenum::config
