@@ -1,7 +1,7 @@
 // The seam between the bus and the controller: plain values that CAN objects read and write.
 //
-// The node (canopen/) writes the "from the bus" members when a frame arrives and reads the "to the bus" members when
-// one leaves; the controller does the opposite once a tick. Neither knows the other.
+// The node (canopen/) writes the "from the bus" members when a frame arrives and reads the "to the bus"
+// members when one leaves; the controller does the opposite once a tick. Neither knows the other.
 #pragma once
 
 #include <array>
@@ -13,23 +13,23 @@ namespace plenum::canopen {
 
 /// Control modes of object 6043h (own values; CiA 408 leaves them to the device).
 enum class ControlMode : std::int8_t {
-  excitation = -1,       ///< identification: random valve commands inside pressure limits, no model needed
+  excitation = -1,  ///< identification: random valve commands inside pressure limits, no model needed
   pressure_open_loop = 3,
   pressure_closed_loop = 4,
 };
 
 struct ChamberImage {
   // from the bus
-  float setpoint_Pa = 0.0F;           ///< 6380h / 2150h:1, absolute pressure
-  float hold_setpoint_Pa = 0.0F;      ///< 6394h
+  float setpoint_Pa = 0.0F;       ///< 6380h / 2150h:1, absolute pressure
+  float hold_setpoint_Pa = 0.0F;  ///< 6394h
   // to the bus
-  float actual_Pa = 0.0F;             ///< 6381h / 2150h:2, mean over the tick just past
-  float reference_Pa = 0.0F;          ///< 6391h, the set point after ramp and limits
-  float volume_m3 = 0.0F;             ///< 2150h:3
-  float command_V = 0.0F;             ///< 2210h:3, the command now held at the valve
-  float feedforward_V = 0.0F;         ///< 2210h:1
-  float feedback_V = 0.0F;            ///< 2210h:2
-  float residual_Pa = 0.0F;           ///< 2210h:4, measured minus predicted pressure of this tick
+  float actual_Pa = 0.0F;      ///< 6381h / 2150h:2, mean over the tick just past
+  float reference_Pa = 0.0F;   ///< 6391h, the set point after ramp and limits
+  float volume_m3 = 0.0F;      ///< 2150h:3
+  float command_V = 0.0F;      ///< 2210h:3, the command now held at the valve
+  float feedforward_V = 0.0F;  ///< 2210h:1
+  float feedback_V = 0.0F;     ///< 2210h:2
+  float residual_Pa = 0.0F;    ///< 2210h:4, measured minus predicted pressure of this tick
 };
 
 /// Settings of the excitation (2310h), one for the board.
@@ -43,16 +43,17 @@ struct ExcitationImage {
 
 struct ProcessImage {
   // from the bus
-  std::uint16_t control_word = 0;                               ///< 6040h
-  ControlMode control_mode = ControlMode::pressure_closed_loop; ///< 6043h
-  ExcitationImage excitation;                                   ///< 2310h
-  std::uint32_t setpoint_count = 0;                             ///< counts set-point PDOs accepted: the watchdog's food
-  std::uint8_t preview_ticks = 0;                               ///< 2160h: a set point is to be met this many ticks after its SYNC
+  std::uint16_t control_word = 0;                                ///< 6040h
+  ControlMode control_mode = ControlMode::pressure_closed_loop;  ///< 6043h
+  ExcitationImage excitation;                                    ///< 2310h
+  std::uint32_t setpoint_count = 0;  ///< counts set-point PDOs accepted: the watchdog's food
+  bool setpoint_lost = false;        ///< the RPDO event timer (1400h:5) ran out while 6040h asks for ACTIVE
+  std::uint8_t preview_ticks = 0;    ///< 2160h: a set point is to be met this many ticks after its SYNC
   // to the bus
-  std::uint16_t status_word = 0;                                ///< 6041h
-  std::uint16_t error_code = 0;                                 ///< 604Eh, as in the emergency message
-  std::uint8_t error_register = 0;                              ///< 1001h
-  std::uint8_t fault_chamber = 0;                               ///< chamber of the error + 1; 0: the whole board
+  std::uint16_t status_word = 0;    ///< 6041h
+  std::uint16_t error_code = 0;     ///< 604Eh, as in the emergency message
+  std::uint8_t error_register = 0;  ///< 1001h
+  std::uint8_t fault_chamber = 0;   ///< chamber of the error + 1; 0: the whole board
   float supply_Pa = 0.0F;
   std::uint32_t tick_count = 0;
   std::uint32_t overrun_count = 0;

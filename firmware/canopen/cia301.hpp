@@ -1,0 +1,113 @@
+// Numbers of CiA 301: function codes, NMT, SDO abort codes, data types. Shared by the node and its clients.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace plenum::canopen {
+
+/// COB-IDs of the predefined connection set; those of one node add its node id (1..127).
+namespace cob {
+inline constexpr std::uint32_t kNmt = 0x000;
+inline constexpr std::uint32_t kSync = 0x080;
+inline constexpr std::uint32_t kEmergency = 0x080;
+inline constexpr std::uint32_t kTpdo1 = 0x180;  ///< TPDOn at 180h + 100h (n - 1), n = 1..4
+inline constexpr std::uint32_t kRpdo1 = 0x200;  ///< RPDOn at 200h + 100h (n - 1), n = 1..4
+inline constexpr std::uint32_t kSdoResponse = 0x580;
+inline constexpr std::uint32_t kSdoRequest = 0x600;
+inline constexpr std::uint32_t kHeartbeat = 0x700;
+
+inline constexpr std::uint32_t kInvalid =
+    0x8000'0000U;  ///< bit 31 of a PDO's or the EMCY's COB-ID: does not exist
+inline constexpr std::uint32_t kNoRtr =
+    0x4000'0000U;  ///< bit 30 of a TPDO's COB-ID: no remote request (always so here)
+inline constexpr std::uint32_t kExtended = 0x2000'0000U;  ///< bit 29: 29-bit identifier (not supported here)
+inline constexpr std::uint32_t kIdMask = 0x7FF;
+}  // namespace cob
+
+enum class NmtCommand : std::uint8_t {
+  start = 1,
+  stop = 2,
+  enter_pre_operational = 128,
+  reset_node = 129,
+  reset_communication = 130,
+};
+
+/// As the heartbeat carries it; `initialising` is the boot-up message.
+enum class NmtState : std::uint8_t { initialising = 0, stopped = 4, operational = 5, pre_operational = 127 };
+
+enum class Abort : std::uint32_t {
+  none = 0,
+  toggle_not_alternated = 0x0503'0000U,
+  timed_out = 0x0504'0000U,
+  unknown_command = 0x0504'0001U,
+  write_only = 0x0601'0001U,
+  read_only = 0x0601'0002U,
+  no_object = 0x0602'0000U,
+  not_mappable = 0x0604'0041U,
+  pdo_length_exceeded = 0x0604'0042U,
+  parameter_incompatible = 0x0604'0043U,
+  length_mismatch = 0x0607'0010U,
+  length_too_high = 0x0607'0012U,
+  length_too_low = 0x0607'0013U,
+  no_subindex = 0x0609'0011U,
+  value_range = 0x0609'0030U,
+  general = 0x0800'0000U,
+  cannot_store = 0x0800'0020U,
+  device_state = 0x0800'0022U,
+  no_data = 0x0800'0024U,
+};
+
+/// Numbers of the static data types 0001h..000Fh, as an EDS names them.
+enum class DataType : std::uint8_t {
+  integer8 = 0x02,
+  integer16 = 0x03,
+  integer32 = 0x04,
+  unsigned8 = 0x05,
+  unsigned16 = 0x06,
+  unsigned32 = 0x07,
+  real32 = 0x08,
+  visible_string = 0x09,
+  domain = 0x0F,
+};
+
+/// Bytes of a value; 0 for the types without a fixed size.
+constexpr std::size_t size_of(DataType type) noexcept {
+  switch (type) {
+    case DataType::integer8:
+    case DataType::unsigned8:
+      return 1;
+    case DataType::integer16:
+    case DataType::unsigned16:
+      return 2;
+    case DataType::integer32:
+    case DataType::unsigned32:
+    case DataType::real32:
+      return 4;
+    case DataType::visible_string:
+    case DataType::domain:
+      return 0;
+  }
+  return 0;
+}
+
+/// Little-endian bytes to bits; at most four bytes count.
+constexpr std::uint32_t load_le(std::span<const std::uint8_t> bytes) noexcept {
+  std::uint32_t bits = 0;
+  for (std::size_t i = 0; i < bytes.size() && i < 4; ++i) bits |= std::uint32_t{bytes[i]} << (8 * i);
+  return bits;
+}
+
+/// Bits to little-endian bytes; `bytes` has at most four.
+constexpr void store_le(std::uint32_t bits, std::span<std::uint8_t> bytes) noexcept {
+  for (std::size_t i = 0; i < bytes.size() && i < 4; ++i)
+    bytes[i] = static_cast<std::uint8_t>(bits >> (8 * i));
+}
+
+/// One entry of a PDO mapping parameter.
+constexpr std::uint32_t mapping_entry(std::uint32_t index, std::uint32_t sub, std::uint32_t bits) noexcept {
+  return index << 16 | sub << 8 | bits;
+}
+
+}  // namespace plenum::canopen

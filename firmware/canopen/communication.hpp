@@ -1,0 +1,128 @@
+// The communication parameters of a node and what its PDOs are doing: the state behind objects 1003h..1A0Bh.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "firmware/canopen/objects.hpp"
+#include "firmware/canopen/process_image.hpp"
+#include "firmware/config/model_desk.hpp"
+
+namespace plenum::canopen {
+
+struct Entry;
+
+/// Who the board is. Strings are kept by reference: they must outlive the node.
+struct Identity {
+  std::uint32_t vendor_id = 0;
+  std::uint32_t product_code = 0;
+  std::uint32_t revision = 0;
+  std::uint32_t serial = 0;
+  const char* device_name = "Plenum valve board";
+  const char* hardware_version = "simulated";
+  const char* software_version = "0.1.0";
+};
+
+struct Config {
+  std::uint8_t node_id = 1;  ///< 1..127
+  Identity identity;
+  std::uint32_t sdo_timeout_us = 1'000'000;  ///< silence after which a segmented transfer is aborted
+};
+
+/// An object as a PDO refers to it, looked up once when the mapping is activated.
+struct MappedObject {
+  const Entry* entry = nullptr;
+  std::uint8_t instance = 0;
+  std::uint8_t sub = 0;
+  std::uint8_t bytes = 0;
+};
+
+struct Mapping {
+  std::uint8_t count = 0;                         ///< sub-index 0; 0 while the mapping is being changed
+  std::uint8_t bytes = 0;                         ///< length of the PDO
+  std::array<std::uint32_t, kMappable> packed{};  ///< sub-indices 1..8: index << 16 | sub << 8 | bits
+  std::array<MappedObject, kMappable> object{};   ///< the first `count` are valid
+};
+
+struct PdoParameters {
+  std::uint32_t cob_id = 0x8000'0000U;
+  std::uint8_t transmission_type = 254;
+  std::uint16_t inhibit_100us = 0;   ///< TPDO only
+  std::uint16_t event_timer_ms = 0;  ///< TPDO: longest pause; RPDO: deadline
+  Mapping mapping;
+};
+
+struct Rpdo {
+  PdoParameters parameters;
+  bool latched = false;  ///< a checked frame waits for its SYNC
+  std::array<std::uint8_t, 8> data{};
+  bool watched = false;  ///< the deadline runs: a frame has been applied
+  std::uint32_t since_applied_us = 0;
+};
+
+struct Tpdo {
+  PdoParameters parameters;
+  bool due = false;        ///< a SYNC called for it
+  bool ever_sent = false;  ///< since the node became operational
+  std::uint8_t sync_count = 0;
+  std::uint32_t since_sent_us = 0;
+  std::array<std::uint8_t, 8> last{};
+};
+
+/// What 2200h shows beside the controller's own counts. All of them wrap.
+struct Counters {
+  std::uint32_t received = 0;  ///< frames taken: well formed and meant for this node
+  std::uint32_t rejected = 0;  ///< frames meant for this node that were malformed, or carried a refused value
+  std::uint32_t sync = 0;
+  std::uint32_t queue_overflow = 0;   ///< emergency, heartbeat or SDO frames that found their queue full
+  std::uint32_t pdo_overwritten = 0;  ///< TPDOs replaced by newer values before the bus took them
+  std::uint32_t sdo_aborts = 0;       ///< aborts sent
+};
+
+struct ErrorHistory {
+  std::uint8_t count = 0;
+  std::array<std::uint32_t, kErrorHistory> newest_first{};  ///< error code | chamber << 16
+
+  void push(std::uint32_t error) noexcept {
+    for (std::size_t i = kErrorHistory - 1; i > 0; --i) newest_first[i] = newest_first[i - 1];
+    newest_first[0] = error;
+    if (count < kErrorHistory) ++count;
+  }
+};
+
+/// Reset by "reset communication".
+struct Communication {
+  std::uint32_t sync_cob_id = 0x80;
+  std::uint32_t emergency_cob_id = 0;
+  std::uint16_t heartbeat_ms = 1000;
+  std::array<Rpdo, kRpdos> rpdo{};
+  std::array<Tpdo, kTpdos> tpdo{};
+  float volume_lsb_m3 = kVolumeLsb_m3;
+  std::uint8_t commit_mask = 0;
+  std::uint32_t commit_crc = 0;
+};
+
+/// The defaults of the predefined connection set for this node id (README.md of this room lists them).
+Communication default_communication(const Config& config) noexcept;
+
+/// All that the objects of the dictionary are bound to.
+struct Device {
+  const Config& config;
+  ProcessImage& image;
+  config::ModelDesk& desk;
+  Communication communication;
+  Counters counters;
+  ErrorHistory history;
+};
+
+/// The one error that 1001h, 1003h, 604Eh and the emergency message show.
+struct ErrorState {
+  std::uint16_t code = 0;
+  std::uint8_t error_register = 0;
+  std::uint8_t chamber = 0;
+};
+
+/// The controller's error when there is one; otherwise the lost set-point stream, which the node sees first.
+ErrorState error_state(const ProcessImage& image) noexcept;
+
+}  // namespace plenum::canopen

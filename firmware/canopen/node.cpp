@@ -1,0 +1,377 @@
+#include "firmware/canopen/node.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace plenum::canopen {
+namespace {
+
+using ports::CanFrame;
+
+/// Time accumulates without wrapping.
+std::uint32_t add_saturating(std::uint32_t a, std::uint32_t b) {
+  return b > std::numeric_limits<std::uint32_t>::max() - a ? std::numeric_limits<std::uint32_t>::max()
+                                                           : a + b;
+}
+
+bool is_synchronous(const PdoParameters& parameters) {
+  return parameters.transmission_type <= 240;
+}
+
+bool is_valid(const PdoParameters& parameters) {
+  return (parameters.cob_id & cob::kInvalid) == 0;
+}
+
+/// Reads the mapped objects into the bytes of a PDO.
+void pack(const Device& device, const Mapping& mapping, std::array<std::uint8_t, 8>& data) {
+  std::size_t at = 0;
+  for (std::size_t i = 0; i < mapping.count; ++i) {
+    const MappedObject& object = mapping.object[i];
+    std::uint32_t bits = 0;
+    // no mappable object refuses to be read
+    static_cast<void>(object.entry->read_value(device, {object.instance, object.sub}, bits));
+    store_le(bits, std::span(data).subspan(at, object.bytes));
+    at += object.bytes;
+  }
+}
+
+bool admissible(const Mapping& mapping, const std::array<std::uint8_t, 8>& data) {
+  std::size_t at = 0;
+  for (std::size_t i = 0; i < mapping.count; ++i) {
+    const MappedObject& object = mapping.object[i];
+    if (!canopen::admissible(*object.entry, load_le(std::span(data).subspan(at, object.bytes)))) return false;
+    at += object.bytes;
+  }
+  return true;
+}
+
+struct Mapped {
+  std::uint32_t index;
+  std::uint32_t sub;
+  std::uint32_t bits;
+};
+
+/// The defaults are constants of this file, and a test activates each of them: the result needs no check
+/// here.
+void map(PdoParameters& parameters, bool receive, std::initializer_list<Mapped> objects) {
+  std::uint8_t count = 0;
+  for (const Mapped& object : objects) {
+    parameters.mapping.packed[count++] = mapping_entry(object.index, object.sub, object.bits);
+  }
+  static_cast<void>(activate_mapping(parameters.mapping, count, receive));
+}
+
+constexpr std::uint16_t kSetpointDeadline_ms = 100;  ///< ten set points of a 100 Hz stream
+constexpr std::uint16_t kStatusEvent_ms = 500;
+
+constexpr std::uint8_t kEachSync = 1;
+constexpr std::uint8_t kOnEvent = 255;
+
+void map_four_chambers(PdoParameters& parameters, bool receive, std::uint32_t index, std::uint32_t first) {
+  const auto at = [index, first](std::uint32_t i) {
+    return Mapped{index + object::kChamberStride * (first + i), 1, 16};
+  };
+  map(parameters, receive, {at(0), at(1), at(2), at(3)});
+}
+
+}  // namespace
+
+Communication default_communication(const Config& config) noexcept {
+  Communication communication;
+  communication.emergency_cob_id = cob::kEmergency + config.node_id;
+
+  for (std::uint32_t n = 0; n < kRpdos; ++n) {
+    PdoParameters& rpdo = communication.rpdo[n].parameters;
+    rpdo.cob_id = cob::kRpdo1 + 0x100 * n + config.node_id;
+    rpdo.transmission_type = n < 2 ? kEachSync : kOnEvent;
+    if (n < 2) {
+      map_four_chambers(rpdo, true, object::kSetpoint, 4 * n);
+      rpdo.event_timer_ms = kSetpointDeadline_ms;
+    } else {
+      map(rpdo, true, {{object::kControlWord, 0, 16}});
+    }
+  }
+  communication.rpdo[3].parameters.cob_id |= cob::kInvalid;
+
+  for (std::uint32_t n = 0; n < kTpdos; ++n) {
+    PdoParameters& tpdo = communication.tpdo[n].parameters;
+    if (n < 4) {
+      tpdo.cob_id = cob::kNoRtr | (cob::kTpdo1 + 0x100 * n + config.node_id);
+      tpdo.transmission_type = n < 2 ? kEachSync : kOnEvent;
+    } else {
+      tpdo.cob_id = cob::kInvalid | cob::kNoRtr;
+      tpdo.transmission_type = kEachSync;
+    }
+    if (n < 2) map_four_chambers(tpdo, false, object::kActual, 4 * n);
+  }
+  map(communication.tpdo[2].parameters, false, {{object::kStatusWord, 0, 16}});
+  communication.tpdo[2].parameters.event_timer_ms = kStatusEvent_ms;
+  map(communication.tpdo[3].parameters, false, {{object::kStatusWord, 0, 16}, {object::kErrorCode, 0, 16}});
+  communication.tpdo[3].parameters.cob_id |= cob::kInvalid;
+  for (std::uint32_t chamber = 0; chamber < config::kChambers; ++chamber) {
+    map(communication.tpdo[4 + chamber].parameters, false,
+        {{object::kPascals + chamber, 2, 32},
+         {object::kCodes + chamber, 1, 16},
+         {object::kCodes + chamber, 2, 16}});
+  }
+  return communication;
+}
+
+ErrorState error_state(const ProcessImage& image) noexcept {
+  if (image.error_code != 0) {
+    return {image.error_code, static_cast<std::uint8_t>(image.error_register | 0x01U), image.fault_chamber};
+  }
+  constexpr std::uint8_t kGenericAndCommunication = 0x11;
+  if (image.setpoint_lost) return {kErrorSetpointLost, kGenericAndCommunication, 0};
+  return {0, image.error_register, 0};
+}
+
+Node::Node(const Config& config, ProcessImage& image, config::ModelDesk& desk) noexcept
+    : config_(config), device_{config_, image, desk, default_communication(config_), {}, {}} {
+  reset_communication();
+}
+
+void Node::receive(const CanFrame& frame) noexcept {
+  if (frame.extended || frame.remote) return;
+  if (frame.id == cob::kNmt) return receive_nmt(frame);
+  if (state_ == NmtState::stopped) return;
+  if (frame.id == cob::kSdoRequest + config_.node_id) return receive_sdo(frame);
+  if (frame.id == device_.communication.sync_cob_id) return receive_sync(frame);
+  if (state_ != NmtState::operational) return;
+  for (Rpdo& rpdo : device_.communication.rpdo) {
+    if (is_valid(rpdo.parameters) && frame.id == (rpdo.parameters.cob_id & cob::kIdMask)) {
+      receive_pdo(rpdo, frame);
+    }
+  }
+}
+
+void Node::receive_nmt(const CanFrame& frame) noexcept {
+  if (frame.length != 2) {
+    ++device_.counters.rejected;
+    return;
+  }
+  if (frame.data[1] != 0 && frame.data[1] != config_.node_id) return;
+  ++device_.counters.received;
+  switch (static_cast<NmtCommand>(frame.data[0])) {
+    case NmtCommand::start:
+      return enter(NmtState::operational);
+    case NmtCommand::stop:
+      return enter(NmtState::stopped);
+    case NmtCommand::enter_pre_operational:
+      return enter(NmtState::pre_operational);
+    case NmtCommand::reset_node: {
+      // what the bus wrote goes back to its power-on value; what the controller says stays its own
+      ProcessImage& image = device_.image;
+      const ProcessImage fresh;
+      image.control_word = fresh.control_word;
+      image.control_mode = fresh.control_mode;
+      image.excitation = fresh.excitation;
+      image.preview_ticks = fresh.preview_ticks;
+      for (ChamberImage& chamber : image.chamber) {
+        chamber.setpoint_Pa = 0.0F;
+        chamber.hold_setpoint_Pa = 0.0F;
+      }
+      return reset_communication();
+    }
+    case NmtCommand::reset_communication:
+      return reset_communication();
+  }
+  ++device_.counters.rejected;
+}
+
+void Node::enter(NmtState state) noexcept {
+  if (state == state_) return;
+  if (state == NmtState::stopped) sdo_.reset();
+  if (state_ == NmtState::operational) queue_.clear_pdos();
+  for (Rpdo& rpdo : device_.communication.rpdo) rpdo.latched = false;
+  for (Tpdo& tpdo : device_.communication.tpdo) {
+    tpdo.due = false;
+    tpdo.ever_sent = false;
+    tpdo.sync_count = 0;
+  }
+  state_ = state;
+}
+
+void Node::reset_communication() noexcept {
+  device_.communication = default_communication(config_);
+  sdo_.reset();
+  queue_.clear();
+  since_heartbeat_us_ = 0;
+  reported_code_ = 0;
+  reported_chamber_ = 0;
+  CanFrame boot_up;
+  boot_up.id = cob::kHeartbeat + config_.node_id;
+  boot_up.length = 1;
+  boot_up.data[0] = static_cast<std::uint8_t>(NmtState::initialising);
+  queue_.push_heartbeat(boot_up);  // the queue has just been emptied
+  enter(NmtState::pre_operational);
+}
+
+void Node::receive_sdo(const CanFrame& frame) noexcept {
+  if (frame.length != 8) {
+    ++device_.counters.rejected;
+    return;
+  }
+  ++device_.counters.received;
+  SdoServer::Bytes response;
+  if (sdo_.request(device_, frame.data, response)) send_sdo(response);
+}
+
+void Node::send_sdo(const SdoServer::Bytes& bytes) noexcept {
+  CanFrame frame;
+  frame.id = cob::kSdoResponse + config_.node_id;
+  frame.length = 8;
+  frame.data = bytes;
+  if (!queue_.push_sdo(frame)) ++device_.counters.queue_overflow;
+}
+
+void Node::receive_sync(const CanFrame& frame) noexcept {
+  if (frame.length > 1) {  // empty, or with a counter
+    ++device_.counters.rejected;
+    return;
+  }
+  ++device_.counters.received;
+  ++device_.counters.sync;
+  if (state_ != NmtState::operational) return;
+  for (Rpdo& rpdo : device_.communication.rpdo) {
+    if (rpdo.latched) apply(rpdo);
+  }
+  for (Tpdo& tpdo : device_.communication.tpdo) {
+    const PdoParameters& parameters = tpdo.parameters;
+    if (!is_valid(parameters) || !is_synchronous(parameters)) continue;
+    ++tpdo.sync_count;
+    if (tpdo.sync_count < parameters.transmission_type)
+      continue;  // type 0: with any SYNC, when the value has changed
+    tpdo.sync_count = 0;
+    tpdo.due = true;
+  }
+}
+
+void Node::receive_pdo(Rpdo& rpdo, const CanFrame& frame) noexcept {
+  const Mapping& mapping = rpdo.parameters.mapping;
+  // checked on arrival: a bad frame must not displace the good one that waits for its SYNC
+  if (mapping.count == 0 || frame.length != mapping.bytes || !admissible(mapping, frame.data)) {
+    ++device_.counters.rejected;
+    return;
+  }
+  ++device_.counters.received;
+  rpdo.data = frame.data;
+  if (is_synchronous(rpdo.parameters)) {
+    rpdo.latched = true;
+  } else {
+    apply(rpdo);
+  }
+}
+
+void Node::apply(Rpdo& rpdo) noexcept {
+  const Mapping& mapping = rpdo.parameters.mapping;
+  std::size_t at = 0;
+  for (std::size_t i = 0; i < mapping.count; ++i) {
+    const MappedObject& object = mapping.object[i];
+    const std::uint32_t bits = load_le(std::span(rpdo.data).subspan(at, object.bytes));
+    // no object that an RPDO may carry refuses an admissible value
+    static_cast<void>(object.entry->write_value(device_, {object.instance, object.sub}, bits));
+    at += object.bytes;
+  }
+  rpdo.latched = false;
+  rpdo.watched = true;
+  rpdo.since_applied_us = 0;
+  if (carries_setpoint(mapping)) ++device_.image.setpoint_count;
+}
+
+void Node::tick(std::uint32_t elapsed_us) noexcept {
+  watch_setpoints(elapsed_us);
+  beat(elapsed_us);
+  if (state_ != NmtState::stopped) {
+    report_error();
+    SdoServer::Bytes response;
+    if (sdo_.elapse(device_, elapsed_us, response)) send_sdo(response);
+  }
+  if (state_ == NmtState::operational) {
+    for (std::size_t number = 0; number < kTpdos; ++number) transmit_pdo(number, elapsed_us);
+  }
+}
+
+/// Runs in every NMT state: a stream that ends because the master stopped this node has ended all the same.
+/// Only while 6040h asks for ACTIVE is its end an error; a stream then is watched from its first set point
+/// on.
+void Node::watch_setpoints(std::uint32_t elapsed_us) noexcept {
+  const bool active = (device_.image.control_word & word::kStateMask) == word::kActive;
+  bool lost = false;
+  for (Rpdo& rpdo : device_.communication.rpdo) {
+    if (!active || !carries_setpoint(rpdo.parameters.mapping)) rpdo.watched = false;
+    if (!rpdo.watched || rpdo.parameters.event_timer_ms == 0) continue;
+    rpdo.since_applied_us = add_saturating(rpdo.since_applied_us, elapsed_us);
+    lost = lost || rpdo.since_applied_us > 1000U * rpdo.parameters.event_timer_ms;
+  }
+  device_.image.setpoint_lost = lost;
+}
+
+/// One message a change. When its ring is full the change stays unreported, and is tried again in the next
+/// tick.
+void Node::report_error() noexcept {
+  const ErrorState error = error_state(device_.image);
+  if (error.code == reported_code_ && error.chamber == reported_chamber_) return;
+  const std::uint32_t cob_id = device_.communication.emergency_cob_id;
+  if ((cob_id & cob::kInvalid) == 0) {
+    CanFrame frame;
+    frame.id = cob_id & cob::kIdMask;
+    frame.length = 8;
+    store_le(error.code, std::span(frame.data).first<2>());
+    frame.data[2] = error.error_register;
+    frame.data[3] = error.chamber;
+    if (!queue_.push_emergency(frame)) {
+      ++device_.counters.queue_overflow;
+      return;
+    }
+  }
+  reported_code_ = error.code;
+  reported_chamber_ = error.chamber;
+  if (error.code != 0) device_.history.push(error.code | std::uint32_t{error.chamber} << 16);
+}
+
+void Node::beat(std::uint32_t elapsed_us) noexcept {
+  const std::uint32_t period_us = 1000U * device_.communication.heartbeat_ms;
+  if (period_us == 0) {
+    since_heartbeat_us_ = 0;
+    return;
+  }
+  since_heartbeat_us_ = add_saturating(since_heartbeat_us_, elapsed_us);
+  if (since_heartbeat_us_ < period_us) return;
+  since_heartbeat_us_ %= period_us;  // keeps the phase where the period is no multiple of the tick
+  CanFrame frame;
+  frame.id = cob::kHeartbeat + config_.node_id;
+  frame.length = 1;
+  frame.data[0] = static_cast<std::uint8_t>(state_);
+  if (!queue_.push_heartbeat(frame)) ++device_.counters.queue_overflow;
+}
+
+void Node::transmit_pdo(std::size_t number, std::uint32_t elapsed_us) noexcept {
+  Tpdo& tpdo = device_.communication.tpdo[number];
+  const PdoParameters& parameters = tpdo.parameters;
+  if (!is_valid(parameters) || parameters.mapping.count == 0) return;
+  tpdo.since_sent_us = add_saturating(tpdo.since_sent_us, elapsed_us);
+  const bool synchronous = is_synchronous(parameters);
+  if (synchronous && !tpdo.due) return;
+
+  CanFrame frame;
+  pack(device_, parameters.mapping, frame.data);
+  const bool changed = !tpdo.ever_sent || frame.data != tpdo.last;
+  if (synchronous) {
+    tpdo.due = false;
+    if (parameters.transmission_type == 0 && !changed) return;
+  } else {
+    const bool inhibited = tpdo.ever_sent && tpdo.since_sent_us < 100U * parameters.inhibit_100us;
+    const bool expired =
+        parameters.event_timer_ms != 0 && tpdo.since_sent_us >= 1000U * parameters.event_timer_ms;
+    if (inhibited || !(changed || expired)) return;
+  }
+  frame.id = parameters.cob_id & cob::kIdMask;
+  frame.length = parameters.mapping.bytes;
+  tpdo.last = frame.data;
+  tpdo.ever_sent = true;
+  tpdo.since_sent_us = 0;
+  if (!queue_.put_pdo(number, frame)) ++device_.counters.pdo_overwritten;
+}
+
+}  // namespace plenum::canopen

@@ -1,0 +1,63 @@
+// A CiA 301 node: frames in, frames out, and the process image between it and the controller.
+//
+// Once a tick the board does, in this order: receive() every frame that has come, run the controller, tick(),
+// and send what next_frame() yields. No heap, no clock: time is what tick() is told.
+#pragma once
+
+#include <cstdint>
+
+#include "firmware/canopen/cia301.hpp"
+#include "firmware/canopen/communication.hpp"
+#include "firmware/canopen/object_dictionary.hpp"
+#include "firmware/canopen/sdo_server.hpp"
+#include "firmware/canopen/transmit_queue.hpp"
+
+namespace plenum::canopen {
+
+class Node {
+ public:
+  /// Queues the boot-up message; the node is then pre-operational. `image` and `desk` must outlive it.
+  Node(const Config& config, ProcessImage& image, config::ModelDesk& desk) noexcept;
+
+  Node(const Node&) = delete;
+  Node& operator=(const Node&) = delete;
+
+  /// Takes one frame, at any time between ticks. Bounded work: at most one pass over the dictionary for an
+  /// SDO request. A frame that is foreign, malformed, remote, extended or carries a refused value changes
+  /// nothing but a counter.
+  void receive(const ports::CanFrame& frame) noexcept;
+
+  /// `elapsed_us` has passed: watchdog, emergency, heartbeat, TPDOs, SDO time-out.
+  void tick(std::uint32_t elapsed_us) noexcept;
+
+  /// Takes the next frame to send. Returns false when there is none.
+  bool next_frame(ports::CanFrame& frame) noexcept { return queue_.pop(frame); }
+
+  NmtState state() const noexcept { return state_; }
+  const Counters& counters() const noexcept { return device_.counters; }
+
+ private:
+  void receive_nmt(const ports::CanFrame& frame) noexcept;
+  void receive_sync(const ports::CanFrame& frame) noexcept;
+  void receive_sdo(const ports::CanFrame& frame) noexcept;
+  void receive_pdo(Rpdo& rpdo, const ports::CanFrame& frame) noexcept;
+  void apply(Rpdo& rpdo) noexcept;
+  void enter(NmtState state) noexcept;
+  void reset_communication() noexcept;
+  void watch_setpoints(std::uint32_t elapsed_us) noexcept;
+  void report_error() noexcept;
+  void beat(std::uint32_t elapsed_us) noexcept;
+  void transmit_pdo(std::size_t number, std::uint32_t elapsed_us) noexcept;
+  void send_sdo(const SdoServer::Bytes& bytes) noexcept;
+
+  Config config_;
+  Device device_;
+  SdoServer sdo_;
+  TransmitQueue queue_;
+  NmtState state_ = NmtState::initialising;
+  std::uint32_t since_heartbeat_us_ = 0;
+  std::uint16_t reported_code_ = 0;  ///< the error of the last emergency message
+  std::uint8_t reported_chamber_ = 0;
+};
+
+}  // namespace plenum::canopen

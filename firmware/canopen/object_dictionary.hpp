@@ -1,0 +1,82 @@
+// The object dictionary: one constexpr table (object_dictionary.cpp), and the ways to read it.
+//
+// A row names an object once; `instances` and `stride` repeat it for chambers and PDOs, `last_sub` for
+// arrays. SDO access, PDO mapping and the electronic data sheet all read this table, so that none can
+// disagree with another.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "firmware/canopen/cia301.hpp"
+#include "firmware/canopen/communication.hpp"
+
+namespace plenum::canopen {
+
+enum class Access : std::uint8_t { constant, read_only, read_write, write_only };
+
+/// Which PDOs may carry an object.
+enum class Mappable : std::uint8_t { no, transmit, receive_and_transmit };
+
+/// Which one of a row's objects is meant.
+struct Place {
+  std::uint8_t instance = 0;  ///< chamber or PDO, from 0
+  std::uint8_t sub = 0;
+};
+
+/// Inclusive limits of the value. Only types that float holds exactly are limited here (up to 16 bits, and
+/// REAL32); 32-bit integers check themselves when written.
+struct Range {
+  float low = 0.0F;
+  float high = 0.0F;
+  bool limited = false;
+};
+
+using ReadValue = Abort (*)(const Device&, Place, std::uint32_t& bits) noexcept;
+using WriteValue = Abort (*)(Device&, Place, std::uint32_t bits) noexcept;
+using ReadBytes = std::span<const std::uint8_t> (*)(const Device&, Place) noexcept;
+using WriteBytes = Abort (*)(Device&, Place, std::span<const std::uint8_t>) noexcept;
+
+struct Entry {
+  std::uint16_t index = 0;
+  std::uint8_t sub = 0;
+  std::uint8_t last_sub = 0;  ///< >= sub; rows of one sub-index have them equal
+  std::uint8_t instances = 1;
+  std::uint16_t stride = 1;  ///< from one instance's index to the next
+  const char* name = "";
+  DataType type = DataType::unsigned8;
+  Access access = Access::read_only;
+  Mappable mappable = Mappable::no;
+  Range range;
+  ReadValue read_value = nullptr;
+  WriteValue write_value = nullptr;
+  ReadBytes read_bytes = nullptr;
+  WriteBytes write_bytes = nullptr;
+};
+
+/// All rows.
+std::span<const Entry> object_dictionary() noexcept;
+
+struct Found {
+  Abort abort = Abort::none;  ///< no_object or no_subindex when `entry` is null
+  const Entry* entry = nullptr;
+  Place place;
+};
+
+/// Scans the table once: bounded by its length.
+Found find(std::uint16_t index, std::uint8_t sub) noexcept;
+
+/// Value in range for its type, and finite if REAL32.
+bool admissible(const Entry& entry, std::uint32_t bits) noexcept;
+
+/// Checks access, length and range, then writes. Nothing is changed unless the result is Abort::none.
+Abort write_object(Device& device, const Found& found, std::span<const std::uint8_t> bytes) noexcept;
+
+/// Checks what a PDO mapping needs to know, and looks its objects up. `receive`: RPDO. Writes `mapping`
+/// (count, bytes, objects) only when the result is Abort::none.
+Abort activate_mapping(Mapping& mapping, std::uint8_t count, bool receive) noexcept;
+
+/// True when the mapping carries a set point (6380h or 2150h:1): such a PDO feeds the set-point watchdog.
+bool carries_setpoint(const Mapping& mapping) noexcept;
+
+}  // namespace plenum::canopen

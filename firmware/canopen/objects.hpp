@@ -1,0 +1,92 @@
+// Where things stand in the object dictionary: the names that a client and the node share.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "firmware/config/limits.hpp"
+#include "firmware/config/model_desk.hpp"
+
+namespace plenum::canopen {
+
+inline constexpr std::size_t kRpdos = 4;
+inline constexpr std::size_t kTpdos = 12;
+inline constexpr std::size_t kMappable = 8;      ///< objects in one PDO
+inline constexpr std::size_t kErrorHistory = 8;  ///< entries of 1003h
+
+/// Largest DOMAIN that crosses the bus [bytes].
+inline constexpr std::size_t kMaxDomainBytes = config::kMaxImageBytes;
+
+/// Device type: low word 408 (fluid power), high word FFFFh (several modules).
+inline constexpr std::uint32_t kDeviceType = 0xFFFF'0198U;
+
+namespace object {
+inline constexpr std::uint16_t kDeviceTypeIndex = 0x1000;
+inline constexpr std::uint16_t kErrorRegister = 0x1001;
+inline constexpr std::uint16_t kErrorHistoryIndex = 0x1003;
+inline constexpr std::uint16_t kSyncCobId = 0x1005;
+inline constexpr std::uint16_t kDeviceName = 0x1008;
+inline constexpr std::uint16_t kHardwareVersion = 0x1009;
+inline constexpr std::uint16_t kSoftwareVersion = 0x100A;
+inline constexpr std::uint16_t kEmergencyCobId = 0x1014;
+inline constexpr std::uint16_t kHeartbeatTime = 0x1017;
+inline constexpr std::uint16_t kIdentity = 0x1018;
+inline constexpr std::uint16_t kSdoServer = 0x1200;
+inline constexpr std::uint16_t kRpdoCommunication = 0x1400;
+inline constexpr std::uint16_t kRpdoMapping = 0x1600;
+inline constexpr std::uint16_t kTpdoCommunication = 0x1800;
+inline constexpr std::uint16_t kTpdoMapping = 0x1A00;
+
+inline constexpr std::uint16_t kSchema = 0x2100;       ///< {hash, parameter count, scalar format}
+inline constexpr std::uint16_t kStagedModel = 0x2110;  ///< + chamber, DOMAIN, write only
+inline constexpr std::uint16_t kActiveModel = 0x2118;  ///< + chamber, DOMAIN, read only
+inline constexpr std::uint16_t kCommit = 0x2120;       ///< {mask, CRC-32, key}; writing the key commits
+inline constexpr std::uint16_t kSetState =
+    0x2128;  ///< + chamber {state, reason, CRC, generation, parameter, value, low, high}
+inline constexpr std::uint16_t kPascals = 0x2150;  ///< + chamber {set point Pa, actual Pa, volume m3}
+inline constexpr std::uint16_t kPreviewTicks = 0x2160;
+inline constexpr std::uint16_t kHealth = 0x2200;
+inline constexpr std::uint16_t kRegulator =
+    0x2210;  ///< + chamber {feedforward V, feedback V, command V, residual Pa}
+inline constexpr std::uint16_t kCodes = 0x2220;      ///< + chamber {command code, volume code}
+inline constexpr std::uint16_t kCodeScale = 0x2228;  ///< {command LSB V, volume LSB m3}
+inline constexpr std::uint16_t kExcitation =
+    0x2310;  ///< {seed, command low V, high V, pressure low Pa, high Pa}
+
+inline constexpr std::uint16_t kControlWord = 0x6040;
+inline constexpr std::uint16_t kStatusWord = 0x6041;
+inline constexpr std::uint16_t kDeviceMode = 0x6042;
+inline constexpr std::uint16_t kControlMode = 0x6043;
+inline constexpr std::uint16_t kErrorCode = 0x604E;
+
+inline constexpr std::uint16_t kChamberStride = 0x800;  ///< the indices below are of chamber 0
+inline constexpr std::uint16_t kSetpoint = 0x6380;      ///< {I16 mbar, unit, prefix}, as the next three
+inline constexpr std::uint16_t kActual = 0x6381;
+inline constexpr std::uint16_t kReference = 0x6391;
+inline constexpr std::uint16_t kHoldSetpoint = 0x6394;
+inline constexpr std::uint16_t kDeviation = 0x63D0;
+}  // namespace object
+
+/// Bits of 6040h and 6041h (CiA 408). The state is the low four bits: 7 and Fh stand for ACTIVE.
+namespace word {
+inline constexpr std::uint16_t kDisabled = 0x1;  ///< D
+inline constexpr std::uint16_t kHold = 0x3;      ///< D and H
+inline constexpr std::uint16_t kActive = 0x7;    ///< D, H and M
+inline constexpr std::uint16_t kStateMask = 0x7;
+inline constexpr std::uint16_t kResetFault = 0x8;  ///< R of 6040h, on its rising edge
+inline constexpr std::uint16_t kReady = 0x8;       ///< R of 6041h: no fault
+}  // namespace word
+
+/// One LSB of a command code: FFFFh stands for 10 V.
+inline constexpr float kCommandLsb_V = 10.0F / 65535.0F;
+/// Default LSB of a volume code: FFFFh stands for 6.5535 L. Object 2228h:2 changes it.
+inline constexpr float kVolumeLsb_m3 = 1.0e-7F;
+
+/// Set points beyond these are refused [Pa, absolute]: what a 16-bit value in mbar can carry.
+inline constexpr float kSetpointLow_Pa = 0.0F;
+inline constexpr float kSetpointHigh_Pa = 3'276'700.0F;
+
+/// EMCY code of a lost set-point stream.
+inline constexpr std::uint16_t kErrorSetpointLost = 0x8250;
+
+}  // namespace plenum::canopen
