@@ -1,0 +1,211 @@
+// Pages in a real browser, without a display and without a network. A probe, a script at the end of the page,
+// reads back through ECharts what was drawn and leaves it in the document, which the browser prints.
+#include <gmock/gmock.h>
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <sstream>
+#include <string>
+
+#include "host-sim/report/page.hpp"
+
+namespace plenum::host::report {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+std::string output_of(const std::string& command) {
+  std::string output;
+  FILE* pipe = ::popen(command.c_str(), "r");
+  if (pipe == nullptr) return output;
+  std::array<char, 65536> chunk;
+  for (std::size_t n = 0; (n = std::fread(chunk.data(), 1, chunk.size(), pipe)) > 0;)
+    output.append(chunk.data(), n);
+  ::pclose(pipe);
+  return output;
+}
+
+// What a probe found, and what the browser complained about.
+struct Seen {
+  nlohmann::json found;
+  std::string document;
+  std::string complaints;
+};
+
+class Browser : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (output_of("command -v chromium").empty())
+      GTEST_SKIP() << "no chromium on the PATH, so no page was drawn; to enable: apt-get install chromium";
+    folder_ =
+        std::filesystem::path(::testing::TempDir()) /
+        (std::string("plenum-browser-") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override {
+    if (!folder_.empty()) std::filesystem::remove_all(folder_);
+  }
+
+  /// Opens the page and evaluates `expression` (JavaScript; `charts` is the array of ECharts instances) after
+  /// it is drawn.
+  Seen open(const Page& page, const std::string& expression, const std::string& fragment = "") {
+    const auto path = folder_ / "page.html";
+    std::ofstream(path) << page.html() << R"(<script type="module">
+      const charts = [...document.querySelectorAll('.plot')].map((plot) => echarts.getInstanceByDom(plot));
+      const found = document.createElement('pre');
+      found.id = 'found';
+      found.textContent = JSON.stringify()"
+                        << expression << R"();
+      document.body.append(found);
+    </script>)";
+    const auto complaints = folder_ / "complaints.txt";
+    Seen seen;
+    seen.document = output_of(
+        "chromium --headless --no-sandbox --disable-gpu --no-first-run --disable-background-networking "
+        "--disable-component-update --disable-sync --enable-logging=stderr --virtual-time-budget=5000 "
+        "--window-size=1200,900 --dump-dom --user-data-dir='" +
+        (folder_ / "profile").string() + "' 'file://" + path.string() + fragment + "' 2>'" +
+        complaints.string() + "' </dev/null");
+    seen.complaints = (std::ostringstream() << std::ifstream(complaints).rdbuf()).str();
+    const std::string open_tag = "<pre id=\"found\">";
+    const std::size_t from = seen.document.rfind(open_tag);
+    if (from != std::string::npos) {
+      const std::size_t begin = from + open_tag.size();
+      seen.found =
+          nlohmann::json::parse(seen.document.substr(begin, seen.document.find("</pre>", begin) - begin));
+    }
+    EXPECT_THAT(seen.complaints, Not(HasSubstr("CONSOLE"))) << "the page wrote to the browser's console";
+    EXPECT_THAT(seen.document, Not(HasSubstr("data-problem")));
+    return seen;
+  }
+
+  std::filesystem::path folder_;
+};
+
+std::vector<double> sine(std::size_t count, double cycles) {
+  std::vector<double> y;
+  for (std::size_t i = 0; i < count; ++i)
+    y.push_back(
+        std::sin(2.0 * std::numbers::pi * cycles * static_cast<double>(i) / static_cast<double>(count)));
+  return y;
+}
+
+std::vector<double> ramp(std::size_t count, double step) {
+  std::vector<double> x;
+  for (std::size_t i = 0; i < count; ++i) x.push_back(step * static_cast<double>(i));
+  return x;
+}
+
+Page page_of_every_kind() {
+  Page page{"Every kind of chart"};
+  const auto t_s = ramp(400, 0.01);
+  auto gapped = sine(400, 3);
+  gapped[100] = std::nan("");
+  page.section("All")
+      .chart(
+          LineChart{.title = "line",
+                    .y = {"Pressure", "kPa"},
+                    .curves = {{"measured", t_s, sine(400, 2), Stroke::kSolid, Ink::kNeutral},
+                               {"free run", t_s, gapped},
+                               {"command", t_s, sine(400, 1), Stroke::kSteps}},
+                    .bands = {{"band", t_s, std::vector<double>(400, -0.5), std::vector<double>(400, 0.5)}},
+                    .marks = {{Mark::On::kY, 0.25, "limit of the line"}}})
+      .chart(XyChart{.title = "xy",
+                     .x = {"Command", "V"},
+                     .y = {"Area", "mm²"},
+                     .curves = {{"loop", sine(50, 1), sine(50, 2)},
+                                {"dots", sine(50, 1), sine(50, 3), Stroke::kPoints}}})
+      .chart(BarChart{
+          .title = "bars", .categories = {"a", "b"}, .value = {"RMSE", "kPa"}, .series = {{"PI", {1, 2}}}})
+      .chart(BarChart{.title = "lying bars",
+                      .categories = {"a category with a long name", "b"},
+                      .value = {"Share", "%"},
+                      .series = {{"share", {1, 2}}},
+                      .marks = {{Mark::On::kY, 1.5, "limit"}}})
+      .chart(HeatMap{.title = "heat",
+                     .row_quantity = "p",
+                     .rows = {"r1", "r2"},
+                     .column_quantity = "u",
+                     .columns = {"c1", "c2"},
+                     .value = {"RMSE", "kPa"},
+                     .values = {{1, 2}, {3, std::nan("")}}})
+      .chart(Histogram{.title = "histogram", .value = {"Error", "kPa"}, .samples = sine(300, 1), .bins = 10});
+  return page;
+}
+
+TEST_F(Browser, DrawsEveryKindOfChart) {
+  const Seen seen = open(page_of_every_kind(), "charts.map((chart) => chart.getWidth() > 300)");
+  ASSERT_EQ(seen.found, nlohmann::json::array({true, true, true, true, true, true})) << seen.complaints;
+  EXPECT_THAT(seen.document, HasSubstr("data-charts=\"6\""));
+}
+
+TEST_F(Browser, DrawsTheAxesMarksAndCurvesAsVectorsOnDemand) {
+  const Seen seen = open(page_of_every_kind(),
+                         "charts.map((chart) => chart.getDom().querySelectorAll('svg path').length)", "#svg");
+  ASSERT_EQ(seen.found.size(), 6U);
+  for (const auto& paths : seen.found) EXPECT_GT(paths.get<int>(), 3);
+  for (const char* drawn :
+       {"Pressure (kPa)", "limit of the line", "Area (mm²)", "a category with", "RMSE (kPa)", "Samples"})
+    EXPECT_THAT(seen.document.substr(0, seen.document.find("id=\"page-data\"")), HasSubstr(drawn));
+}
+
+TEST_F(Browser, ReadsTheNumbersBackAsTheyWereGiven) {
+  Page page{"Numbers"};
+  page.section("s").chart(
+      LineChart{.title = "c",
+                .y = {"p", "kPa"},
+                .curves = {{"p", {0.0, 0.01, 0.02, 0.05}, {1.5, -2.25, std::nan(""), 1e-3}}}});
+  const Seen seen = open(page, "Array.from(charts[0].getOption().series[0].data)");
+  ASSERT_EQ(seen.found.size(), 8U) << seen.complaints;
+  EXPECT_NEAR(seen.found[2].get<double>(), 0.01, 1e-8);
+  EXPECT_EQ(seen.found[1], 1.5);
+  EXPECT_EQ(seen.found[3], -2.25);
+  EXPECT_TRUE(seen.found[5].is_null()) << "NaN is a gap";
+  EXPECT_NEAR(seen.found[7].get<double>(), 1e-3, 1e-9);
+}
+
+TEST_F(Browser, MovesTheChartsOfAGroupTogetherAndNoOther) {
+  Page page{"Groups"};
+  const auto t_s = ramp(500, 0.01);
+  const auto chart = [&](const char* title, const char* group) {
+    return LineChart{.title = title, .y = {"p", "kPa"}, .curves = {{"p", t_s, sine(500, 3)}}, .group = group};
+  };
+  page.section("s").chart(chart("one", "g")).chart(chart("two", "g")).chart(chart("other", ""));
+  const Seen seen = open(page,
+                         "(charts[0].dispatchAction({type: 'dataZoom', start: 20, end: 40}), "
+                         "await new Promise((done) => setTimeout(done, 200)), "
+                         "charts.map((chart) => chart.getOption().dataZoom[0].start))");
+  EXPECT_EQ(seen.found, nlohmann::json::array({20, 20, 0})) << seen.complaints;
+}
+
+TEST_F(Browser, KeepsAllOfAHundredThousandPointsAndDrawsAFew) {
+  Page page{"Long"};
+  page.section("s").chart(
+      LineChart{.title = "c", .y = {"p", "kPa"}, .curves = {{"p", ramp(100000, 0.01), sine(100000, 40)}}});
+  const Seen seen = open(page,
+                         "[charts[0].getOption().series[0].data.length / 2, "
+                         "charts[0].getModel().getSeriesByIndex(0).getData().count()]");
+  ASSERT_EQ(seen.found.size(), 2U) << seen.complaints;
+  EXPECT_EQ(seen.found[0], 100000);
+  EXPECT_LT(seen.found[1].get<int>(), 5000);
+  EXPECT_GT(seen.found[1].get<int>(), 500);
+}
+
+TEST_F(Browser, ShowsHostileNamesAsText) {
+  Page page{"Hostile"};
+  const std::string evil = "</script><img src=x onerror=\"document.documentElement.dataset.problem='ran'\">";
+  page.section(evil).chart(LineChart{.title = evil, .y = {evil, evil}, .curves = {{evil, {0, 1}, {0, 1}}}});
+  const Seen seen = open(page, "[charts.length, document.querySelectorAll('img').length]");
+  EXPECT_EQ(seen.found, nlohmann::json::array({1, 0})) << seen.complaints;
+}
+
+}  // namespace
+}  // namespace plenum::host::report
