@@ -1,0 +1,90 @@
+#include "firmware/safety/monitors.hpp"
+
+namespace plenum::safety {
+namespace {
+
+constexpr FaultSet if_so(bool condition, Fault fault) noexcept {
+  return condition ? only(fault) : FaultSet{0};
+}
+
+struct Signal {
+  bool finite;
+  bool in_range;
+};
+
+Signal judge(Scalar sensor_V, Scalar valid_low_V, Scalar valid_high_V) noexcept {
+  return {numeric::is_finite(sensor_V), sensor_V >= valid_low_V && sensor_V <= valid_high_V};
+}
+
+// 0 ticks switch a check off.
+bool lasts(std::uint16_t count, std::uint16_t limit_ticks) noexcept {
+  return limit_ticks != 0 && count >= limit_ticks;
+}
+
+}  // namespace
+
+ChamberMonitor::Output ChamberMonitor::step(const config::ChamberSettings& settings,
+                                            const Input& in) noexcept {
+  if (!settings.in_use) {
+    *this = ChamberMonitor{};
+    return {};
+  }
+  const Signal pressure = judge(in.pressure_V, settings.pressure_valid_low_V, settings.pressure_valid_high_V);
+  const Signal position = judge(in.position_V, settings.position_valid_low_V, settings.position_valid_high_V);
+  Output out;
+  out.pressure_usable = in.pressure_fresh && pressure.finite && pressure.in_range;
+  out.position_usable = in.position_fresh && position.finite && position.in_range;
+
+  // What did not arrive in this tick is an old value, and was judged when it came.
+  out.causes |= if_so(lasts(pressure_stale_.step(!in.pressure_fresh), settings.stale_limit_ticks),
+                      Fault::pressure_stale);
+  out.causes |= if_so(in.pressure_fresh && !pressure.finite, Fault::pressure_not_finite);
+  out.causes |=
+      if_so(in.pressure_fresh && pressure.finite && !pressure.in_range, Fault::pressure_out_of_range);
+  out.causes |= if_so(lasts(position_stale_.step(!in.position_fresh), settings.stale_limit_ticks),
+                      Fault::position_stale);
+  out.causes |= if_so(in.position_fresh && !position.finite, Fault::position_not_finite);
+  out.causes |=
+      if_so(in.position_fresh && position.finite && !position.in_range, Fault::position_out_of_range);
+
+  // Once tripped, the cause lasts until the pressure is back among the admissible references. A tick without
+  // a usable pressure says nothing for or against. A reading above the valid range still counts as too much
+  // pressure.
+  if (in.pressure_fresh && pressure.finite) {
+    const Scalar pressure_kPa = config::pressure_kPa(settings, in.pressure_V);
+    const std::uint16_t count = over_pressure_.step(pressure_kPa > settings.over_pressure_kPa);
+    over_pressure_tripped_ = count >= settings.over_pressure_ticks ||
+                             (over_pressure_tripped_ && pressure_kPa > settings.pressure_high_kPa);
+  }
+  out.causes |= if_so(over_pressure_tripped_, Fault::over_pressure);
+
+  // Written so that a residual that is not a number counts as too large.
+  const bool residual_small = numeric::abs(in.residual_kPa) <= settings.residual_alarm_kPa;
+  out.causes |= if_so(lasts(residual_.step(!residual_small), settings.residual_ticks), Fault::model_residual);
+  out.causes |= if_so(in.regulation_asked && !in.model_ready, Fault::no_model);
+  return out;
+}
+
+FaultSet BoardMonitor::step(const config::BoardSettings& settings, const Input& in) noexcept {
+  const bool setpoint_came = in.setpoint_count != setpoint_count_before_;
+  setpoint_count_before_ = in.setpoint_count;
+  const std::uint16_t silence = setpoint_silence_.step(in.setpoints_needed && !setpoint_came);
+  const bool supply_watched = settings.supply_low_kPa > Scalar(0);
+  const bool supply_enough = config::supply_kPa(settings, in.supply_V) >= settings.supply_low_kPa;
+
+  FaultSet causes = 0;
+  causes |= if_so(in.emergency_stop, Fault::emergency_stop);
+  causes |= if_so(!in.outputs_ok, Fault::hardware);
+  causes |= if_so(lasts(late_.step(in.tick_late), settings.overrun_limit_ticks), Fault::tick_overrun);
+  causes |= if_so(in.bus_off, Fault::bus_off);
+  causes |= if_so(in.heartbeat_lost, Fault::heartbeat_lost);
+  causes |=
+      if_so(in.setpoint_lost || lasts(silence, settings.setpoint_watchdog_ticks), Fault::setpoint_timeout);
+  causes |= if_so(lasts(supply_low_.step(supply_watched && !supply_enough), settings.supply_ticks),
+                  Fault::supply_low);
+  causes |= if_so(in.frames_lost, Fault::can_overrun);
+  causes |= if_so(in.error_passive, Fault::can_passive);
+  return causes;
+}
+
+}  // namespace plenum::safety

@@ -1,0 +1,80 @@
+// The checks that raise faults: one monitor a chamber, one for the board. They see causes; FaultRegister
+// remembers.
+//
+// A limit of n ticks means: the cause is raised in the n-th tick on end. Counters saturate; no check divides,
+// loops or waits.
+#pragma once
+
+#include <cstdint>
+
+#include "firmware/config/chamber_settings.hpp"
+#include "firmware/numeric/scalar.hpp"
+#include "firmware/safety/faults.hpp"
+
+namespace plenum::safety {
+
+using numeric::Scalar;
+
+/// Ticks on end for which a condition has held, saturating.
+class TickCount {
+ public:
+  std::uint16_t step(bool condition) noexcept {
+    count_ =
+        !condition ? std::uint16_t{0} : static_cast<std::uint16_t>(count_ + (count_ < UINT16_MAX ? 1 : 0));
+    return count_;
+  }
+
+ private:
+  std::uint16_t count_ = 0;
+};
+
+class ChamberMonitor {
+ public:
+  struct Input {
+    Scalar pressure_V = 0;        ///< mean at the pressure sensor's pin over the tick
+    bool pressure_fresh = false;  ///< a sample arrived in the tick
+    Scalar position_V = 0;
+    bool position_fresh = false;
+    Scalar residual_kPa =
+        0;  ///< measured minus predicted pressure of this tick; 0 while nothing is predicted
+    bool regulation_asked = false;  ///< 6040h asks for HOLD or ACTIVE
+    bool model_ready = false;       ///< this chamber has a model, or the control mode needs none
+  };
+  struct Output {
+    FaultSet causes = 0;
+    bool pressure_usable = false;  ///< fresh, finite and in range: may be regulated on
+    bool position_usable = false;
+  };
+
+  /// One tick. Of a chamber that is not in use nothing is raised.
+  Output step(const config::ChamberSettings& settings, const Input& input) noexcept;
+
+ private:
+  TickCount pressure_stale_, position_stale_, over_pressure_, residual_;
+  bool over_pressure_tripped_ = false;
+};
+
+class BoardMonitor {
+ public:
+  struct Input {
+    bool emergency_stop = false;  ///< its circuit is open
+    bool outputs_ok = true;       ///< every output took the last write
+    bool tick_late = false;       ///< this tick began later than its deadline
+    Scalar supply_V = 0;          ///< mean at the supply sensor's pin
+    bool bus_off = false;
+    bool error_passive = false;
+    bool frames_lost = false;          ///< a receive queue overflowed since the last tick
+    bool heartbeat_lost = false;       ///< a consumed heartbeat is overdue
+    bool setpoint_lost = false;        ///< the RPDO event timer ran out
+    std::uint32_t setpoint_count = 0;  ///< changes with every set-point message accepted
+    bool setpoints_needed = false;     ///< drive was `active` and the control mode follows set points
+  };
+
+  FaultSet step(const config::BoardSettings& settings, const Input& input) noexcept;
+
+ private:
+  TickCount late_, supply_low_, setpoint_silence_;
+  std::uint32_t setpoint_count_before_ = 0;
+};
+
+}  // namespace plenum::safety

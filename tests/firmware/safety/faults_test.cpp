@@ -1,0 +1,125 @@
+#include "firmware/safety/faults.hpp"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <set>
+#include <string>
+
+namespace plenum::safety {
+namespace {
+
+ChamberFaults at_chamber(std::size_t chamber, FaultSet causes) {
+  ChamberFaults faults{};
+  faults[chamber] = causes;
+  return faults;
+}
+
+FaultReport raise(FaultRegister& faults, Fault fault, std::size_t chamber = 0) {
+  const bool on_board = spec(fault).scope == Scope::board;
+  return faults.step(on_board ? ChamberFaults{} : at_chamber(chamber, only(fault)),
+                     on_board ? only(fault) : 0, false);
+}
+
+// The codes that the bus contract fixes, written a second time.
+TEST(FaultTable, HasTheEmergencyCodesOfTheBusContract) {
+  const std::map<Fault, std::uint16_t> fixed = {
+      {Fault::can_overrun, 0x8110}, {Fault::can_passive, 0x8120},      {Fault::heartbeat_lost, 0x8130},
+      {Fault::bus_off, 0x8140},     {Fault::setpoint_timeout, 0x8250}, {Fault::over_pressure, 0x8302},
+      {Fault::supply_low, 0x3412},  {Fault::no_model, 0x6300},         {Fault::hardware, 0x5000}};
+  for (const auto& [fault, code] : fixed) EXPECT_EQ(spec(fault).code, code) << spec(fault).name;
+}
+
+TEST(FaultTable, GivesEachFaultItsOwnCodeNameAndSomethingToBlame) {
+  std::set<std::uint16_t> codes;
+  std::set<std::string> names;
+  for (const FaultSpec& row : fault_table()) {
+    EXPECT_TRUE(codes.insert(row.code).second) << row.name;
+    EXPECT_TRUE(names.insert(row.name).second) << row.name;
+    EXPECT_FALSE(std::string(row.blame).empty()) << row.name;
+    EXPECT_NE(row.error_register & error_bit::kGeneric, 0) << row.name << ": CiA 301 sets bit 0 on any error";
+    EXPECT_EQ(&spec(row.fault), &row);
+  }
+  EXPECT_EQ(codes.count(0), 0U) << "0000h means no error";
+}
+
+// Otherwise a fault could end regulation and then be gone without anybody having reset it.
+TEST(FaultTable, LetsOnlyFaultsWithoutReactionClearThemselves) {
+  for (const FaultSpec& row : fault_table()) {
+    EXPECT_EQ(row.clears == Clears::by_itself, row.reaction == Reaction::none) << row.name;
+  }
+}
+
+TEST(FaultRegister, ReportsNothingWhenNothingStands) {
+  FaultRegister faults;
+  const FaultReport report = faults.step({}, 0, false);
+  EXPECT_FALSE(report.any);
+  EXPECT_EQ(report.code, 0);
+  EXPECT_EQ(report.error_register, 0);
+  EXPECT_EQ(report.chamber, 0);
+  EXPECT_EQ(report.reaction, Reaction::none);
+}
+
+TEST(FaultRegister, WalksEveryRowOfTheTable) {
+  for (const FaultSpec& row : fault_table()) {
+    SCOPED_TRACE(row.name);
+    FaultRegister faults;
+    const FaultReport raised = raise(faults, row.fault, 5);
+    EXPECT_TRUE(raised.any);
+    EXPECT_EQ(raised.fault, row.fault);
+    EXPECT_EQ(raised.code, row.code);
+    EXPECT_EQ(raised.error_register, row.error_register);
+    EXPECT_EQ(raised.reaction, row.reaction);
+    EXPECT_EQ(raised.chamber, row.scope == Scope::board ? 0 : 6);
+
+    const FaultReport cause_gone = faults.step({}, 0, false);
+    EXPECT_EQ(cause_gone.any, row.clears == Clears::by_reset);
+
+    const FaultReport reset_too_early = [&] {
+      raise(faults, row.fault, 5);
+      const bool on_board = row.scope == Scope::board;
+      return faults.step(on_board ? ChamberFaults{} : at_chamber(5, only(row.fault)),
+                         on_board ? only(row.fault) : 0, true);
+    }();
+    EXPECT_TRUE(reset_too_early.any);
+    EXPECT_FALSE(faults.step({}, 0, true).any);
+  }
+}
+
+TEST(FaultRegister, ReportsTheMostUrgentFaultAndTheBitsOfAll) {
+  FaultRegister faults;
+  faults.step({}, only(Fault::setpoint_timeout), false);
+  FaultReport report = faults.step(at_chamber(3, only(Fault::over_pressure)), 0, false);
+  EXPECT_EQ(report.code, 0x8302);
+  EXPECT_EQ(report.chamber, 4);
+  EXPECT_EQ(report.error_register,
+            spec(Fault::over_pressure).error_register | spec(Fault::setpoint_timeout).error_register);
+  EXPECT_EQ(report.reaction, Reaction::vent);
+}
+
+TEST(FaultRegister, TakesTheSeverestReactionNotTheMostUrgentOne) {
+  FaultRegister faults;
+  const FaultReport report =
+      faults.step(at_chamber(0, only(Fault::over_pressure)), only(Fault::emergency_stop), false);
+  EXPECT_EQ(report.fault, Fault::emergency_stop);
+  EXPECT_EQ(report.reaction, Reaction::vent);
+}
+
+TEST(FaultRegister, NamesTheFirstOfSeveralChambersWithTheSameFault) {
+  FaultRegister faults;
+  faults.step(at_chamber(6, only(Fault::pressure_stale)), 0, false);
+  EXPECT_EQ(faults.step(at_chamber(2, only(Fault::pressure_stale)), 0, false).chamber, 3);
+}
+
+TEST(FaultRegister, VentsOnlyTheChamberThatIsOverPressure) {
+  FaultRegister faults;
+  raise(faults, Fault::over_pressure, 4);
+  raise(faults, Fault::pressure_stale, 1);
+  for (std::size_t c = 0; c < config::kChambers; ++c)
+    EXPECT_EQ(faults.must_vent(c), c == 4) << "chamber " << c;
+  faults.step({}, 0, true);
+  EXPECT_FALSE(faults.must_vent(4));
+}
+
+}  // namespace
+}  // namespace plenum::safety

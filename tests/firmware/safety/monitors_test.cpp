@@ -1,0 +1,232 @@
+#include "firmware/safety/monitors.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace plenum::safety {
+namespace {
+
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+ChamberMonitor::Input healthy() {
+  ChamberMonitor::Input in;
+  in.pressure_V = 4.0F;
+  in.pressure_fresh = true;
+  in.position_V = 5.0F;
+  in.position_fresh = true;
+  in.regulation_asked = true;
+  in.model_ready = true;
+  return in;
+}
+
+// The number of the first tick, counted from 1, in which `fault` is raised by `input` held; 0: never within
+// 200.
+template <typename Monitor, typename Settings, typename Input>
+int first_tick_with(Fault fault, const Settings& settings, const Input& input) {
+  Monitor monitor;
+  for (int tick = 1; tick <= 200; ++tick) {
+    FaultSet causes = 0;
+    if constexpr (std::is_same_v<Monitor, ChamberMonitor>) {
+      causes = monitor.step(settings, input).causes;
+    } else {
+      causes = monitor.step(settings, input);
+    }
+    if (holds(causes, fault)) return tick;
+  }
+  return 0;
+}
+
+int chamber_tick(Fault fault, const ChamberMonitor::Input& input,
+                 const config::ChamberSettings& settings = {}) {
+  return first_tick_with<ChamberMonitor>(fault, settings, input);
+}
+
+TEST(ChamberMonitor, RaisesNothingOfAHealthyChamber) {
+  ChamberMonitor monitor;
+  for (int tick = 0; tick < 100; ++tick) {
+    const auto out = monitor.step({}, healthy());
+    EXPECT_EQ(out.causes, 0U);
+    EXPECT_TRUE(out.pressure_usable);
+    EXPECT_TRUE(out.position_usable);
+  }
+}
+
+TEST(ChamberMonitor, RaisesAStaleSensorInTheTickOfItsLimit) {
+  config::ChamberSettings settings;
+  settings.stale_limit_ticks = 4;
+  auto in = healthy();
+  in.pressure_fresh = false;
+  EXPECT_EQ(chamber_tick(Fault::pressure_stale, in, settings), 4);
+  in = healthy();
+  in.position_fresh = false;
+  EXPECT_EQ(chamber_tick(Fault::position_stale, in, settings), 4);
+}
+
+TEST(ChamberMonitor, ForgivesGapsShorterThanTheStaleLimit) {
+  const config::ChamberSettings settings;
+  ASSERT_EQ(settings.stale_limit_ticks, 3);
+  ChamberMonitor monitor;
+  for (int tick = 0; tick < 99; ++tick) {
+    auto in = healthy();
+    in.pressure_fresh = tick % 3 == 0;
+    const auto out = monitor.step(settings, in);
+    EXPECT_EQ(out.causes, 0U) << "tick " << tick;
+    EXPECT_EQ(out.pressure_usable, in.pressure_fresh);
+  }
+}
+
+TEST(ChamberMonitor, RaisesANonFiniteReadingAtOnce) {
+  for (const float bad : {kNaN, kInfinity, -kInfinity}) {
+    auto in = healthy();
+    in.pressure_V = bad;
+    EXPECT_EQ(chamber_tick(Fault::pressure_not_finite, in), 1);
+    EXPECT_FALSE(ChamberMonitor{}.step({}, in).pressure_usable);
+    in = healthy();
+    in.position_V = bad;
+    EXPECT_EQ(chamber_tick(Fault::position_not_finite, in), 1);
+    EXPECT_FALSE(ChamberMonitor{}.step({}, in).position_usable);
+  }
+}
+
+TEST(ChamberMonitor, RaisesAWireBreakAtOnce) {
+  auto in = healthy();
+  in.pressure_V = 0.05F;
+  EXPECT_EQ(chamber_tick(Fault::pressure_out_of_range, in), 1);
+  in = healthy();
+  in.position_V = 10.5F;
+  EXPECT_EQ(chamber_tick(Fault::position_out_of_range, in), 1);
+}
+
+TEST(ChamberMonitor, RaisesOverPressureThatLastsAndHoldsItUntilThePressureIsAdmissibleAgain) {
+  config::ChamberSettings settings;
+  settings.over_pressure_ticks = 3;
+  settings.pressure_high_kPa = 800.0F;
+  settings.over_pressure_kPa = 900.0F;
+  auto in = healthy();
+  in.pressure_V = 9.1F;
+  EXPECT_EQ(chamber_tick(Fault::over_pressure, in, settings), 3);
+
+  ChamberMonitor monitor;
+  for (int tick = 0; tick < 3; ++tick) monitor.step(settings, in);
+  in.pressure_V = 8.5F;  // below the trip, above the highest reference
+  EXPECT_TRUE(holds(monitor.step(settings, in).causes, Fault::over_pressure));
+  in.pressure_fresh = false;
+  in.pressure_V = 1.0F;
+  EXPECT_TRUE(holds(monitor.step(settings, in).causes, Fault::over_pressure))
+      << "an old value proves nothing";
+  in.pressure_fresh = true;
+  in.pressure_V = 7.9F;
+  EXPECT_FALSE(holds(monitor.step(settings, in).causes, Fault::over_pressure));
+  in.pressure_V = 8.5F;
+  EXPECT_FALSE(holds(monitor.step(settings, in).causes, Fault::over_pressure)) << "not tripped again";
+}
+
+TEST(ChamberMonitor, RaisesALastingResidualOfEitherSignOrNotANumber) {
+  config::ChamberSettings settings;
+  settings.residual_ticks = 7;
+  settings.residual_alarm_kPa = 20.0F;
+  for (const float residual_kPa : {20.5F, -20.5F, kNaN}) {
+    auto in = healthy();
+    in.residual_kPa = residual_kPa;
+    EXPECT_EQ(chamber_tick(Fault::model_residual, in, settings), 7) << residual_kPa << " kPa";
+  }
+  auto in = healthy();
+  in.residual_kPa = 19.5F;
+  EXPECT_EQ(chamber_tick(Fault::model_residual, in, settings), 0);
+  settings.residual_ticks = 0;
+  in.residual_kPa = 500.0F;
+  EXPECT_EQ(chamber_tick(Fault::model_residual, in, settings), 0) << "switched off";
+}
+
+TEST(ChamberMonitor, RaisesAMissingModelOnlyWhenRegulationIsAsked) {
+  auto in = healthy();
+  in.model_ready = false;
+  EXPECT_EQ(chamber_tick(Fault::no_model, in), 1);
+  in.regulation_asked = false;
+  EXPECT_EQ(chamber_tick(Fault::no_model, in), 0);
+}
+
+TEST(ChamberMonitor, RaisesNothingOfAChamberThatIsNotInUse) {
+  config::ChamberSettings settings;
+  settings.in_use = false;
+  ChamberMonitor monitor;
+  ChamberMonitor::Input dead;
+  dead.pressure_V = kNaN;
+  dead.regulation_asked = true;
+  for (int tick = 0; tick < 100; ++tick) EXPECT_EQ(monitor.step(settings, dead).causes, 0U);
+}
+
+int board_tick(Fault fault, const BoardMonitor::Input& input, const config::BoardSettings& settings = {}) {
+  return first_tick_with<BoardMonitor>(fault, settings, input);
+}
+
+TEST(BoardMonitor, PassesLinesAndBusStatesOnAtOnce) {
+  BoardMonitor::Input in;
+  EXPECT_EQ(BoardMonitor{}.step({}, in), 0U);
+  in.emergency_stop = true;
+  in.outputs_ok = false;
+  in.bus_off = true;
+  in.error_passive = true;
+  in.frames_lost = true;
+  in.heartbeat_lost = true;
+  in.setpoint_lost = true;
+  EXPECT_EQ(BoardMonitor{}.step({}, in), only(Fault::emergency_stop) | only(Fault::hardware) |
+                                             only(Fault::bus_off) | only(Fault::can_passive) |
+                                             only(Fault::can_overrun) | only(Fault::heartbeat_lost) |
+                                             only(Fault::setpoint_timeout));
+}
+
+TEST(BoardMonitor, RaisesLateTicksOnEndInTheTickOfTheirLimit) {
+  config::BoardSettings settings;
+  settings.overrun_limit_ticks = 5;
+  BoardMonitor::Input in;
+  in.tick_late = true;
+  EXPECT_EQ(board_tick(Fault::tick_overrun, in, settings), 5);
+}
+
+TEST(BoardMonitor, RaisesALowOrUnreadableSupplyThatLasts) {
+  config::BoardSettings settings;
+  settings.supply_low_kPa = 500.0F;
+  settings.supply_ticks = 6;
+  BoardMonitor::Input in;
+  for (const float supply_V : {4.9F, kNaN}) {
+    in.supply_V = supply_V;
+    EXPECT_EQ(board_tick(Fault::supply_low, in, settings), 6) << supply_V << " V";
+  }
+  in.supply_V = 5.1F;
+  EXPECT_EQ(board_tick(Fault::supply_low, in, settings), 0);
+  settings.supply_low_kPa = 0.0F;
+  in.supply_V = kNaN;
+  EXPECT_EQ(board_tick(Fault::supply_low, in, settings), 0) << "not watched";
+}
+
+TEST(BoardMonitor, RaisesASetpointTimeoutInTheTickOfItsLimitAndOnlyWhenNeeded) {
+  config::BoardSettings settings;
+  settings.setpoint_watchdog_ticks = 10;
+  BoardMonitor::Input in;
+  in.setpoints_needed = true;
+  EXPECT_EQ(board_tick(Fault::setpoint_timeout, in, settings), 10);
+  in.setpoints_needed = false;
+  EXPECT_EQ(board_tick(Fault::setpoint_timeout, in, settings), 0);
+  in.setpoints_needed = true;
+  settings.setpoint_watchdog_ticks = 0;
+  EXPECT_EQ(board_tick(Fault::setpoint_timeout, in, settings), 0) << "switched off";
+}
+
+TEST(BoardMonitor, IsFedBySetpointsEvenWhenTheirCounterWrapsRound) {
+  config::BoardSettings settings;
+  settings.setpoint_watchdog_ticks = 3;
+  BoardMonitor monitor;
+  BoardMonitor::Input in;
+  in.setpoints_needed = true;
+  in.setpoint_count = 0xFFFFFFF0U;
+  for (int tick = 0; tick < 60; ++tick) {
+    if (tick % 2 == 0) ++in.setpoint_count;
+    EXPECT_EQ(monitor.step(settings, in), 0U) << "tick " << tick;
+  }
+}
+
+}  // namespace
+}  // namespace plenum::safety
