@@ -1,12 +1,8 @@
 #include "host-sim/report/page.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <utility>
@@ -14,6 +10,7 @@
 #include "host-sim/report/assets.hpp"
 #include "host-sim/report/chart_json.hpp"
 #include "host-sim/report/encoding.hpp"
+#include "host-sim/trace/whole_file.hpp"
 
 namespace plenum::host::report {
 namespace {
@@ -126,10 +123,6 @@ std::string contents_html(const std::deque<Section>& sections) {
   return html + "</nav>\n";
 }
 
-[[noreturn]] void throw_unwritable(const std::filesystem::path& path, int error) {
-  throw std::runtime_error(fmt::format("report: cannot write {}: {}", path.string(), std::strerror(error)));
-}
-
 }  // namespace
 
 Target at_most(double limit) {
@@ -240,25 +233,7 @@ std::string Page::html() const {
 }
 
 void Page::write(const std::filesystem::path& path) const {
-  const std::filesystem::path partial = path.string() + fmt::format(".{}.partial", ::getpid());
-  const std::string page = html();
-  errno = 0;
-  std::ofstream file(partial, std::ios::binary);
-  file.write(page.data(), static_cast<std::streamsize>(page.size()));
-  file.close();
-  if (!file) {
-    const int error = errno;
-    std::error_code ignored;
-    std::filesystem::remove(partial, ignored);
-    throw_unwritable(path, error);
-  }
-  std::error_code error;
-  std::filesystem::rename(partial, path, error);
-  if (error) {
-    std::error_code ignored;
-    std::filesystem::remove(partial, ignored);
-    throw_unwritable(path, error.value());
-  }
+  trace::write_whole_file(path, html());
 }
 
 }  // namespace plenum::host::report

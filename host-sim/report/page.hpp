@@ -104,8 +104,7 @@ class Page {
 
   std::string html() const;
 
-  /// Writes the page to `path` whole or not at all (a temporary file beside it is renamed).
-  /// std::runtime_error names the path and the system's reason.
+  /// Writes the page to `path` whole or not at all. trace::InputError names the path and the system's reason.
   void write(const std::filesystem::path& path) const;
 
  private:
