@@ -1,63 +1,112 @@
 #include "firmware/control/regulator.hpp"
 
+#include "firmware/config/limits.hpp"
+
 namespace plenum::control {
 
 using numeric::clamp;
+using numeric::max;
+
+namespace {
+
+constexpr Scalar kTick_s = Scalar(config::kTick_s);
+
+/// The pressure that compression adds in a tick, were the chamber sealed and isothermal: -p v' h/v.
+Scalar compression_kPa(Scalar pressure_kPa, const ChamberMotion& motion) noexcept {
+  constexpr Scalar kSmallestVolume_mL = Scalar(1);
+  return -pressure_kPa * motion.volume_rate_mL_s * kTick_s / max(motion.volume_mL, kSmallestVolume_mL);
+}
+
+}  // namespace
+
+void Regulator::configure(const Config& config) noexcept {
+  config_ = config;
+  trim_.configure({.low_V = config.command_low_V,
+                   .high_V = config.command_high_V,
+                   .gain = config.trim_gain,
+                   .limit_V = config.trim_limit_V});
+}
 
 void Regulator::reset(Scalar pressure_kPa, Scalar command_V) noexcept {
+  trim_.reset();
   pressure_kPa_ = pressure_kPa;
-  disturbance_kPa_ = Scalar(0);
+  steady_kPa_ = Scalar(0);
+  compression_ = Scalar(0);
   acting_V_ = command_V;
   before_V_ = command_V;
+  planned_ = false;
+  learning_ = false;
 }
 
 void Regulator::sent(Scalar command_V) noexcept {
   before_V_ = acting_V_;
-  acting_V_ = command_V;
+  learning_ = planned_ && command_V == planned_V_;
+  acting_V_ = learning_ ? planned_model_V_ : command_V - trim_.at(command_V);
+  planned_ = false;
+}
+
+Scalar Regulator::disturbance_kPa(const ChamberMotion& motion) const noexcept {
+  return steady_kPa_ + compression_ * compression_kPa(pressure_kPa_, motion);
 }
 
 Scalar Regulator::observe(const PressureModel& model, Scalar measured_kPa,
                           const ChamberMotion& past) noexcept {
   // Over the tick just past the older command acted until the valve's delay had passed, then the newer one.
   const Scalar delay = config_.valve_delay_ticks;
+  const Scalar rest = Scalar(1) - delay;
+  const Scalar compressed_kPa = compression_kPa(pressure_kPa_, past);
+  const Scalar disturbed_kPa = disturbance_kPa(past);
   const Prediction first = model.step(pressure_kPa_, before_V_, past, delay);
-  const Prediction second = model.step(first.end_kPa, acting_V_, past, Scalar(1) - delay);
-  const Scalar mean_kPa =
-      delay * first.mean_kPa + (Scalar(1) - delay) * second.mean_kPa + Scalar(0.5) * disturbance_kPa_;
+  const Prediction second = model.step(first.end_kPa, acting_V_, past, rest);
+  const Scalar mean_kPa = delay * first.mean_kPa + rest * second.mean_kPa + Scalar(0.5) * disturbed_kPa;
   const Scalar residual_kPa = measured_kPa - mean_kPa;
 
-  pressure_kPa_ = second.end_kPa + disturbance_kPa_ + config_.pressure_gain * residual_kPa;
-  const Scalar limit = config_.disturbance_limit_kPa;
-  disturbance_kPa_ = clamp(disturbance_kPa_ + config_.disturbance_gain * residual_kPa, -limit, limit);
+  if (learning_) {
+    // The mean over the tick moves by about half of what its end does.
+    const Scalar slope = Scalar(0.5) * model.derivatives(pressure_kPa_, acting_V_, past).by_command_kPa_V;
+    trim_.learn(acting_V_, residual_kPa, slope);
+  }
+  pressure_kPa_ = second.end_kPa + disturbed_kPa + config_.pressure_gain * residual_kPa;
+  const Scalar steady_limit = config_.disturbance_limit_kPa;
+  steady_kPa_ = clamp(steady_kPa_ + config_.disturbance_gain * residual_kPa, -steady_limit, steady_limit);
+  const Scalar floor = config_.compression_floor_kPa;
+  const Scalar taught = residual_kPa * compressed_kPa / (compressed_kPa * compressed_kPa + floor * floor);
+  compression_ = clamp(compression_ + config_.compression_gain * taught, -config_.compression_limit,
+                       config_.compression_limit);
   return residual_kPa;
+}
+
+Regulator::Span Regulator::acting_span(const ReferenceShaper::Reference& reference) const noexcept {
+  const Scalar delay = config_.valve_delay_ticks;
+  return {.from_kPa = reference.now_kPa + delay * (reference.next_kPa - reference.now_kPa),
+          .to_kPa = reference.next_kPa + delay * (reference.after_kPa - reference.next_kPa)};
 }
 
 Regulator::Command Regulator::regulate(const PressureModel& model,
                                        const ReferenceShaper::Reference& reference,
-                                       const ChamberMotion& next) const noexcept {
+                                       const ChamberMotion& next) noexcept {
   const Scalar delay = config_.valve_delay_ticks;
-  const Scalar start_kPa =
-      model.step(pressure_kPa_, acting_V_, next, delay).end_kPa + delay * disturbance_kPa_;
-  const Scalar start_reference_kPa = reference.now_kPa + delay * (reference.next_kPa - reference.now_kPa);
-  const Scalar end_reference_kPa = reference.next_kPa + delay * (reference.after_kPa - reference.next_kPa);
+  const Span wanted = acting_span(reference);
+  const Scalar disturbed_kPa = disturbance_kPa(next);
+  const Scalar start_kPa = model.step(pressure_kPa_, acting_V_, next, delay).end_kPa + delay * disturbed_kPa;
+  const Scalar left_kPa = clamp(config_.error_left * (start_kPa - wanted.from_kPa),
+                                -config_.error_left_limit_kPa, config_.error_left_limit_kPa);
+  const Inverse inverse = model.inverse(start_kPa, wanted.to_kPa + left_kPa - disturbed_kPa, next, acting_V_);
 
-  const Scalar error_kPa = start_kPa - start_reference_kPa;
-  const Scalar left_kPa =
-      clamp(config_.error_left * error_kPa, -config_.error_left_limit_kPa, config_.error_left_limit_kPa);
-  const Inverse inverse =
-      model.inverse(start_kPa, end_reference_kPa + left_kPa - disturbance_kPa_, next, acting_V_);
-  const Inverse model_alone = model.inverse(start_reference_kPa, end_reference_kPa, next, acting_V_);
-  return {
-      .command_V = inverse.command_V, .feedforward_V = model_alone.command_V, .saturated = inverse.saturated};
+  planned_ = true;
+  planned_model_V_ = inverse.command_V;
+  planned_V_ =
+      clamp(inverse.command_V + trim_.at(inverse.command_V), config_.command_low_V, config_.command_high_V);
+  return {.command_V = planned_V_,
+          .feedforward_V = feedforward(model, reference, next).command_V,
+          .saturated = inverse.saturated};
 }
 
 Regulator::Command Regulator::feedforward(const PressureModel& model,
                                           const ReferenceShaper::Reference& reference,
                                           const ChamberMotion& next) const noexcept {
-  const Scalar delay = config_.valve_delay_ticks;
-  const Scalar start_kPa = reference.now_kPa + delay * (reference.next_kPa - reference.now_kPa);
-  const Scalar end_kPa = reference.next_kPa + delay * (reference.after_kPa - reference.next_kPa);
-  const Inverse inverse = model.inverse(start_kPa, end_kPa, next, acting_V_);
+  const Span wanted = acting_span(reference);
+  const Inverse inverse = model.inverse(wanted.from_kPa, wanted.to_kPa, next, acting_V_);
   return {.command_V = inverse.command_V, .feedforward_V = inverse.command_V, .saturated = inverse.saturated};
 }
 

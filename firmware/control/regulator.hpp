@@ -1,24 +1,28 @@
-// Pressure regulator of one chamber: model inversion as feedforward, a disturbance estimate against steady
-// error.
+// Pressure regulator of one chamber: model inversion as feedforward, and estimates of what the model misses.
 //
 // Each tick, at its start:
 //   1. observe  the pressure measured over the tick just past (a mean: it lags by half a tick) corrects the
 //   estimate
-//               of the pressure now, p^, and of the disturbance d: what the model misses, in kPa a tick.
+//               of the pressure now, p^, and three estimates of what the model misses:
+//                 d      a steady disturbance [kPa a tick]: leaks, supply, sensor offset
+//                 theta  a share of the adiabatic compression -p v' h/v [1]: the published model puts v'
+//                 elsewhere c(u)   a correction of the valve curve (CommandTrim)
 //   2. predict  the valve answers a command `valve_delay_ticks` late; the pressure is carried over that delay
 //   with the
 //               command that still acts (a Smith predictor).
 //   3. invert   the command that takes it, in one tick of action, to
-//                  target = reference + share of the present error that may stay - d
+//                  target = reference + share of the present error that may stay - disturbance
 //               the reference being the one for the end of that action, known in advance where the set-point
 //               stream has preview.
 //
-// The disturbance is estimated with the command that was really sent, after limits: at a limit nothing winds
-// up. The observer runs whether or not the regulator drives, so that it takes over without a bump.
+// The estimates move with the command that was really sent, after limits: at a limit nothing winds up. The
+// observer runs whether or not the regulator drives, so that it takes over without a bump. All estimates are
+// bounded.
 //
 // The regulator knows its model only by PressureModel.
 #pragma once
 
+#include "firmware/control/command_trim.hpp"
 #include "firmware/control/pressure_model.hpp"
 #include "firmware/control/reference_shaper.hpp"
 
@@ -27,17 +31,25 @@ namespace plenum::control {
 class Regulator {
  public:
   struct Config {
+    Scalar command_low_V = Scalar(3);
+    Scalar command_high_V = Scalar(7);
     /// Time from a command to the valve's answer, in ticks, 0 to 1: a spool of natural frequency f and
-    /// damping z answers like a delay of z / (pi f).
-    Scalar valve_delay_ticks = Scalar(0);
-    /// Gains of the observer on the innovation: on the pressure [1] and on the disturbance [1/tick].
-    Scalar pressure_gain = Scalar(0.8);
-    Scalar disturbance_gain = Scalar(0.2);
-    Scalar disturbance_limit_kPa = Scalar(40);  ///< largest disturbance believed, a tick
+    /// damping z answers like a delay of z/(pi f).
+    Scalar valve_delay_ticks = Scalar(0.3);
+    /// Gains of the observer on the residual: on the pressure [1], the disturbance [1/tick], the compression
+    /// [1].
+    Scalar pressure_gain = Scalar(0.9);
+    Scalar disturbance_gain = Scalar(0.05);
+    Scalar compression_gain = Scalar(0.3);
+    Scalar disturbance_limit_kPa = Scalar(40);   ///< largest disturbance believed, a tick
+    Scalar compression_limit = Scalar(2);        ///< largest share of the compression believed
+    Scalar compression_floor_kPa = Scalar(0.5);  ///< compressions well below it, in a tick, teach nothing
     /// The share of a small tracking error that is left after one tick: softens the answer to noise.
-    Scalar error_left = Scalar(0.3);
+    Scalar error_left = Scalar(0);
     /// The most that is left of any error [kPa]: a large error is a step, and is answered at once.
-    Scalar error_left_limit_kPa = Scalar(1);
+    Scalar error_left_limit_kPa = Scalar(3);
+    Scalar trim_gain = Scalar(0.2);  ///< see CommandTrim; 0: the valve curve stays as identified
+    Scalar trim_limit_V = Scalar(1);
   };
 
   struct Command {
@@ -46,9 +58,9 @@ class Regulator {
     bool saturated = false;
   };
 
-  void configure(const Config& config) noexcept { config_ = config; }
+  void configure(const Config& config) noexcept;
 
-  /// The chamber stands at `pressure_kPa`, the valve at `command_V`; no disturbance is known.
+  /// The chamber stands at `pressure_kPa`, the valve at `command_V`; nothing is known of the model's faults.
   void reset(Scalar pressure_kPa, Scalar command_V) noexcept;
 
   /// Step 1. Returns the model residual: measured minus predicted mean of the tick just past [kPa].
@@ -56,25 +68,37 @@ class Regulator {
 
   /// Steps 2 and 3, closed loop.
   Command regulate(const PressureModel& model, const ReferenceShaper::Reference& reference,
-                   const ChamberMotion& next) const noexcept;
+                   const ChamberMotion& next) noexcept;
 
-  /// Pure feedforward: the command that takes a chamber on the reference along it. No measured pressure
-  /// enters.
+  /// Pure feedforward: the command that takes a chamber on the reference along it. Nothing measured enters.
   Command feedforward(const PressureModel& model, const ReferenceShaper::Reference& reference,
                       const ChamberMotion& next) const noexcept;
 
-  /// Whatever was sent to the valve this tick, by this regulator or not.
+  /// Whatever was sent to the valve this tick, by this regulator or not. Called once a tick, last.
   void sent(Scalar command_V) noexcept;
 
   Scalar pressure_kPa() const noexcept { return pressure_kPa_; }
-  Scalar disturbance_kPa() const noexcept { return disturbance_kPa_; }
 
  private:
+  struct Span {
+    Scalar from_kPa;
+    Scalar to_kPa;
+  };
+  /// The reference over the tick in which a command given now acts.
+  Span acting_span(const ReferenceShaper::Reference& reference) const noexcept;
+  Scalar disturbance_kPa(const ChamberMotion& motion) const noexcept;
+
   Config config_;
+  CommandTrim trim_;
   Scalar pressure_kPa_ = 0;     ///< estimate at the start of the tick at hand
-  Scalar disturbance_kPa_ = 0;  ///< estimate, a tick
-  Scalar acting_V_ = 0;         ///< the command sent one tick ago: it acts until the delay has passed
-  Scalar before_V_ = 0;         ///< the one before it
+  Scalar steady_kPa_ = 0;       ///< d
+  Scalar compression_ = 0;      ///< theta
+  Scalar acting_V_ = 0;         ///< model command of the valve command sent one tick ago
+  Scalar before_V_ = 0;         ///< of the one before it
+  Scalar planned_V_ = 0;        ///< valve command that regulate() answered this tick ...
+  Scalar planned_model_V_ = 0;  ///< ... and the model command behind it
+  bool planned_ = false;        ///< regulate() was called this tick
+  bool learning_ = false;       ///< the acting command came from regulate()
 };
 
 }  // namespace plenum::control

@@ -1,0 +1,66 @@
+// A board: the controller wired to its ports. The same wiring runs on the real drivers and on the simulated
+// ones.
+//
+// Whoever owns the drivers calls, in one thread:
+//   start()            once, before the first tick: models come from the store
+//   handle_frames()    whenever frames may have come, also between ticks
+//   tick()             every config::kTick_s
+//   store_changed()    after a tick, when there is time: a store may take long, and no tick waits for it
+#pragma once
+
+#include "firmware/controller.hpp"
+#include "firmware/ports/analog.hpp"
+#include "firmware/ports/can_bus.hpp"
+#include "firmware/ports/digital_io.hpp"
+#include "firmware/ports/parameter_store.hpp"
+
+namespace plenum {
+
+/// Channels of the analog input, in order: pressures, positions, supply.
+inline constexpr std::size_t kAnalogInputs = 2 * config::kChambers + 1;
+
+struct Drivers {
+  ports::AnalogInput& analog_in;
+  ports::AnalogOutput& analog_out;
+  ports::DigitalIo& digital;
+  ports::CanBus& can;
+  ports::ParameterStore& store;
+};
+
+class Board {
+ public:
+  /// The drivers must outlive the board.
+  Board(const Settings& settings, const Drivers& drivers) noexcept
+      : controller_(settings), drivers_(drivers) {}
+  Board(const Board&) = delete;
+  Board& operator=(const Board&) = delete;
+
+  /// Loads the stored models. A damaged one leaves its chamber without a model; the board runs and can be
+  /// reached.
+  void start() noexcept;
+
+  /// Takes every waiting frame, at most kFramesAtOnce, and sends the answers.
+  void handle_frames() noexcept;
+
+  /// One tick. `late`: it began after its deadline.
+  void tick(bool late) noexcept;
+
+  /// Stores the models that have changed. A model that could not be stored is tried again with the next call.
+  void store_changed() noexcept;
+
+  const Controller& controller() const noexcept { return controller_; }
+
+  static constexpr int kFramesAtOnce = 64;
+
+ private:
+  void send_frames() noexcept;
+
+  Controller controller_;
+  Drivers drivers_;
+  bool outputs_ok_ = true;
+  std::uint8_t to_store_ = 0;
+  ports::CanFrame unsent_{};
+  bool has_unsent_ = false;  ///< the driver's queue was full: this frame goes first next time
+};
+
+}  // namespace plenum

@@ -1,0 +1,129 @@
+#include "firmware/chamber_loop.hpp"
+
+#include <span>
+
+#include "firmware/config/limits.hpp"
+
+namespace plenum {
+namespace {
+
+constexpr float kPa = 1000.0F;  // Pa in a kPa
+constexpr float kMl_per_m3 = 1e6F;
+
+}  // namespace
+
+void ChamberLoop::configure(const config::ChamberSettings& settings,
+                            const control::Regulator::Config& regulator,
+                            const control::VolumeObserver::Config& volume) noexcept {
+  settings_ = settings;
+  volume_.configure(volume);
+  shaper_.configure({.low_kPa = settings.pressure_low_kPa,
+                     .high_kPa = settings.pressure_high_kPa,
+                     .ramp_kPa_s = settings.reference_ramp_kPa_per_s});
+  control::Regulator::Config limited = regulator;
+  limited.command_low_V = settings.command_low_V;
+  limited.command_high_V = settings.command_high_V;
+  regulator_.configure(limited);
+  command_V_ = settings.null_V;
+}
+
+void ChamberLoop::take_over(const config::ModelParameters& parameters) noexcept {
+  model_ = nullptr;
+  if (parameters.kind == config::ModelKind::tassa9) {
+    const std::span<const float> values(parameters.value);
+    tassa9_.configure(values.first<control::Tassa9::kParameters>(), settings_.command_low_V,
+                      settings_.command_high_V);
+    model_ = &tassa9_;
+  }
+  // What had been learned was the old model's faults. Pressure and command stay: no bump.
+  regulator_.reset(pressure_kPa_, command_V_);
+}
+
+safety::FaultSet ChamberLoop::measure(const Measured& readings, bool regulation_asked,
+                                      bool model_needed) noexcept {
+  const safety::ChamberMonitor::Output seen =
+      monitor_.step(settings_, {.pressure_V = readings.pressure.mean_V,
+                                .pressure_fresh = readings.pressure.fresh,
+                                .position_V = readings.position.mean_V,
+                                .position_fresh = readings.position.fresh,
+                                .residual_kPa = residual_kPa_,
+                                .regulation_asked = regulation_asked,
+                                .model_ready = has_model() || !model_needed});
+  if (seen.position_usable) {
+    const float measured_mL = config::volume_mL(settings_, readings.position.mean_V);
+    if (!volume_seen_) volume_.reset(measured_mL);
+    volume_seen_ = true;
+    motion_ = volume_.step(measured_mL);
+  } else {
+    motion_.volume_rate_mL_s = 0;  // the last volume known; its motion is not
+  }
+
+  residual_kPa_ = 0;
+  if (seen.pressure_usable) {
+    pressure_kPa_ = config::pressure_kPa(settings_, readings.pressure.mean_V);
+    if (!pressure_seen_) regulator_.reset(pressure_kPa_, command_V_);
+    pressure_seen_ = true;
+    if (has_model()) residual_kPa_ = regulator_.observe(*model_, pressure_kPa_, volume_.past());
+  }
+  return seen.causes;
+}
+
+float ChamberLoop::command(const Order& order, canopen::ChamberImage& image) noexcept {
+  float command_V = driven_V(order, image);
+  if (!numeric::is_finite(command_V))
+    command_V = safety::resting_command_V(settings_, safety::Drive::safe, false);
+  regulator_.sent(command_V);
+  command_V_ = command_V;
+
+  image.actual_Pa = pressure_kPa_ * kPa;
+  image.volume_m3 = (motion_.volume_mL - motion_.volume_rate_mL_s * config::kTick_s * 0.5F) / kMl_per_m3;
+  image.command_V = command_V;
+  image.feedback_V = command_V - image.feedforward_V;
+  image.residual_Pa = residual_kPa_ * kPa;
+  return command_V;
+}
+
+float ChamberLoop::driven_V(const Order& order, canopen::ChamberImage& image) noexcept {
+  const bool excitation = order.mode == canopen::ControlMode::excitation;
+  const bool driven = settings_.in_use && pressure_seen_ && !order.must_vent;
+  const bool exciting = driven && excitation && order.drive == safety::Drive::active;
+  const bool regulating = driven && !excitation && has_model() &&
+                          (order.drive == safety::Drive::active || order.drive == safety::Drive::hold);
+  if (exciting && !was_exciting_) begin_excitation(order);
+  if (regulating && !was_regulating_) shaper_.reset(pressure_kPa_);
+  was_exciting_ = exciting;
+  was_regulating_ = regulating;
+
+  if (regulating) return regulated_V(order, image);
+  image.feedforward_V = settings_.null_V;
+  image.reference_Pa = pressure_kPa_ * kPa;
+  if (exciting) return excitation_.step(pressure_kPa_);
+  const safety::Drive resting = order.drive == safety::Drive::vent ? order.drive : safety::Drive::safe;
+  return safety::resting_command_V(settings_, resting, order.must_vent);
+}
+
+void ChamberLoop::begin_excitation(const Order& order) noexcept {
+  const canopen::ExcitationImage& asked = order.excitation;
+  excitation_.configure(control::restrict_to({.seed = order.excitation_seed,
+                                              .command_low_V = asked.command_low_V,
+                                              .command_high_V = asked.command_high_V,
+                                              .null_V = settings_.null_V,
+                                              .pressure_low_kPa = asked.pressure_low_Pa / kPa,
+                                              .pressure_high_kPa = asked.pressure_high_Pa / kPa},
+                                             settings_));
+}
+
+float ChamberLoop::regulated_V(const Order& order, canopen::ChamberImage& image) noexcept {
+  const bool active = order.drive == safety::Drive::active;
+  const float setpoint_kPa = (active ? image.setpoint_Pa : image.hold_setpoint_Pa) / kPa;
+  const control::ReferenceShaper::Reference reference =
+      shaper_.step(setpoint_kPa, active ? order.preview_ticks : std::uint8_t{0});
+  const bool open_loop = order.mode == canopen::ControlMode::pressure_open_loop;
+  const control::Regulator::Command command = open_loop ? regulator_.feedforward(*model_, reference, motion_)
+                                                        : regulator_.regulate(*model_, reference, motion_);
+  image.feedforward_V = command.feedforward_V;
+  image.reference_Pa = reference.now_kPa * kPa;
+  return command.command_V;
+}
+
+}  // namespace plenum

@@ -1,0 +1,78 @@
+// One chamber, one tick: measure, observe, command. What is common to all chambers is the Controller's.
+#pragma once
+
+#include <cstdint>
+
+#include "firmware/canopen/process_image.hpp"
+#include "firmware/config/chamber_settings.hpp"
+#include "firmware/config/model_image.hpp"
+#include "firmware/control/excitation.hpp"
+#include "firmware/control/reference_shaper.hpp"
+#include "firmware/control/regulator.hpp"
+#include "firmware/control/tassa9.hpp"
+#include "firmware/control/volume_observer.hpp"
+#include "firmware/ports/analog.hpp"
+#include "firmware/safety/monitors.hpp"
+#include "firmware/safety/supervisor.hpp"
+
+namespace plenum {
+
+class ChamberLoop {
+ public:
+  /// Takes over settings that config::validate() has passed.
+  void configure(const config::ChamberSettings& settings, const control::Regulator::Config& regulator,
+                 const control::VolumeObserver::Config& volume) noexcept;
+
+  /// A model comes into force at this tick's edge, or none (kind none). The chamber goes on from where it
+  /// stands.
+  void take_over(const config::ModelParameters& parameters) noexcept;
+
+  bool has_model() const noexcept { return model_ != nullptr; }
+  bool in_use() const noexcept { return settings_.in_use; }
+
+  struct Measured {
+    ports::AnalogReading pressure;
+    ports::AnalogReading position;
+  };
+
+  /// First half of a tick: readings in, estimates of pressure and volume, causes of faults out.
+  safety::FaultSet measure(const Measured& readings, bool regulation_asked, bool model_needed) noexcept;
+
+  struct Order {
+    safety::Drive drive = safety::Drive::vent;
+    bool must_vent = false;
+    canopen::ControlMode mode = canopen::ControlMode::pressure_closed_loop;
+    std::uint8_t preview_ticks = 0;
+    canopen::ExcitationImage excitation;
+    std::uint32_t excitation_seed = 1;  ///< this chamber's own
+  };
+
+  /// Second half: the command [V] to hold until the next tick. Reads the set points in `image`, writes the
+  /// rest of it.
+  float command(const Order& order, canopen::ChamberImage& image) noexcept;
+
+ private:
+  float driven_V(const Order& order, canopen::ChamberImage& image) noexcept;
+  void begin_excitation(const Order& order) noexcept;
+  float regulated_V(const Order& order, canopen::ChamberImage& image) noexcept;
+
+  config::ChamberSettings settings_;
+  safety::ChamberMonitor monitor_;
+  control::VolumeObserver volume_;
+  control::ReferenceShaper shaper_;
+  control::Regulator regulator_;
+  control::Excitation excitation_;
+  control::Tassa9 tassa9_;
+  const control::PressureModel* model_ = nullptr;  ///< the member of the kind in force
+
+  float pressure_kPa_ = 0.0F;      ///< last usable measurement
+  control::ChamberMotion motion_;  ///< of the tick at hand
+  float residual_kPa_ = 0.0F;
+  float command_V_ = 0.0F;      ///< held over the tick just past
+  bool pressure_seen_ = false;  ///< a usable measurement has come since the start
+  bool volume_seen_ = false;
+  bool was_regulating_ = false;
+  bool was_exciting_ = false;
+};
+
+}  // namespace plenum

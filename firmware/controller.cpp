@@ -1,0 +1,114 @@
+#include "firmware/controller.hpp"
+
+namespace plenum {
+namespace {
+
+constexpr std::uint32_t kTick_us = static_cast<std::uint32_t>(config::kTick_s * 1e6F + 0.5F);
+
+/// Each chamber is excited by a sequence of its own.
+std::uint32_t chamber_seed(std::uint32_t board_seed, std::size_t chamber) noexcept {
+  constexpr std::uint32_t kGoldenRatio = 0x9E3779B9U;
+  return board_seed + kGoldenRatio * static_cast<std::uint32_t>(chamber + 1);
+}
+
+}  // namespace
+
+Controller::Controller(const Settings& settings) noexcept
+    : settings_(settings), node_(settings.node, image_, slots_) {
+  for (std::size_t c = 0; c < config::kChambers; ++c) {
+    const config::ChamberSettings& chamber = settings_.chamber[c];
+    chamber_[c].configure(chamber, settings_.regulator, settings_.volume);
+    image_.chamber[c].setpoint_Pa = chamber.pressure_low_kPa * 1000.0F;
+    image_.chamber[c].hold_setpoint_Pa = chamber.pressure_low_kPa * 1000.0F;
+  }
+}
+
+config::ImageVerdict Controller::restore(std::uint8_t chamber, std::span<const std::uint8_t> image) noexcept {
+  const config::ImageVerdict verdict = slots_.stage(chamber, image);
+  if (!verdict) return verdict;
+  const std::uint32_t crc = config::trailing_crc(image);
+  slots_.commit(static_cast<std::uint8_t>(1U << chamber), config::commit_crc({&crc, 1}), config::kCommitKey);
+  take_over(slots_.apply_at_tick_edge());
+  return verdict;
+}
+
+std::uint8_t Controller::take_changed() noexcept {
+  const std::uint8_t changed = changed_;
+  changed_ = 0;
+  return changed;
+}
+
+void Controller::take_over(std::uint8_t changed) noexcept {
+  for (std::size_t c = 0; c < config::kChambers; ++c) {
+    if ((changed >> c & 1U) != 0) chamber_[c].take_over(slots_.active(c));
+  }
+}
+
+Outputs Controller::step(const Inputs& inputs) noexcept {
+  const std::uint8_t changed = slots_.apply_at_tick_edge();
+  take_over(changed);
+  changed_ = static_cast<std::uint8_t>(changed_ | changed);
+
+  const safety::FaultReport report = judge(inputs);
+  bool models_ready = true;
+  for (const ChamberLoop& chamber : chamber_) {
+    models_ready = models_ready && (!chamber.in_use() || chamber.has_model() || !model_needed());
+  }
+  const safety::Supervisor::Output order = supervisor_.step({.control_word = image_.control_word,
+                                                             .ready = true,
+                                                             .model_ready = models_ready,
+                                                             .reaction = report.reaction});
+  Outputs outputs = drive(order.drive);
+  outputs.digital = {.valve_power = order.state != safety::State::not_ready && !inputs.digital.emergency_stop,
+                     .fault_lamp = report.any};
+  last_drive_ = order.drive;
+
+  image_.status_word = order.status_word;
+  image_.error_code = report.code;
+  image_.error_register = report.error_register;
+  image_.fault_chamber = report.chamber;
+  image_.supply_Pa = config::supply_kPa(settings_.board, inputs.supply.mean_V) * 1000.0F;
+  ++image_.tick_count;
+  image_.overrun_count += inputs.tick_late ? 1U : 0U;
+  node_.tick(kTick_us);
+  return outputs;
+}
+
+safety::FaultReport Controller::judge(const Inputs& inputs) noexcept {
+  const bool following = last_drive_ == safety::Drive::active && model_needed();
+  const safety::FaultSet board_causes =
+      monitor_.step(settings_.board, {.emergency_stop = inputs.digital.emergency_stop,
+                                      .outputs_ok = inputs.outputs_ok,
+                                      .tick_late = inputs.tick_late,
+                                      .supply_V = inputs.supply.mean_V,
+                                      .bus_off = inputs.can == ports::CanState::bus_off,
+                                      .error_passive = inputs.can == ports::CanState::error_passive,
+
+                                      .setpoint_lost = image_.setpoint_lost,
+                                      .setpoint_count = image_.setpoint_count,
+                                      .setpoints_needed = following});
+  constexpr std::uint16_t kRegulates = safety::control_bit::kD | safety::control_bit::kH;
+  const bool asked = (image_.control_word & kRegulates) == kRegulates;
+  safety::ChamberFaults causes{};
+  for (std::size_t c = 0; c < config::kChambers; ++c) {
+    causes[c] = chamber_[c].measure({.pressure = inputs.pressure[c], .position = inputs.position[c]}, asked,
+                                    model_needed());
+  }
+  return faults_.step(causes, board_causes, supervisor_.accepts_reset(image_.control_word));
+}
+
+Outputs Controller::drive(safety::Drive drive) noexcept {
+  Outputs outputs;
+  for (std::size_t c = 0; c < config::kChambers; ++c) {
+    const ChamberLoop::Order order{.drive = drive,
+                                   .must_vent = faults_.must_vent(c),
+                                   .mode = image_.control_mode,
+                                   .preview_ticks = image_.preview_ticks,
+                                   .excitation = image_.excitation,
+                                   .excitation_seed = chamber_seed(image_.excitation.seed, c)};
+    outputs.command_V[c] = chamber_[c].command(order, image_.chamber[c]);
+  }
+  return outputs;
+}
+
+}  // namespace plenum

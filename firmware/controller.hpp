@@ -1,0 +1,106 @@
+// The whole board as a pure step: readings and time in, commands out; frames in and out between the steps.
+//
+// Once a tick, by whoever owns the drivers (board/main.cpp, host-sim/rig):
+//
+//   receive() every frame that has come  ->  step(inputs)  ->  write the outputs  ->  send what next_frame()
+//   yields
+//
+// receive() may also be called between ticks: SDO requests are answered at once. Neither waits, allocates or
+// throws. All calls come from one thread.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "firmware/canopen/node.hpp"
+#include "firmware/canopen/process_image.hpp"
+#include "firmware/chamber_loop.hpp"
+#include "firmware/config/chamber_settings.hpp"
+#include "firmware/config/limits.hpp"
+#include "firmware/config/parameter_slots.hpp"
+#include "firmware/ports/analog.hpp"
+#include "firmware/ports/can_bus.hpp"
+#include "firmware/ports/digital_io.hpp"
+#include "firmware/safety/faults.hpp"
+#include "firmware/safety/monitors.hpp"
+#include "firmware/safety/supervisor.hpp"
+
+namespace plenum {
+
+/// What an installer sets. Each part has a validate(); a controller is made of settings that have passed it.
+struct Settings {
+  canopen::Config node;
+  config::BoardSettings board;
+  std::array<config::ChamberSettings, config::kChambers> chamber{};
+  control::Regulator::Config regulator;
+  control::VolumeObserver::Config volume;
+};
+
+/// What the drivers know at the start of a tick.
+struct Inputs {
+  std::array<ports::AnalogReading, config::kChambers> pressure{};
+  std::array<ports::AnalogReading, config::kChambers> position{};
+  ports::AnalogReading supply;
+  ports::DigitalInputs digital;
+  ports::CanState can = ports::CanState::error_active;
+  bool outputs_ok = true;  ///< the last write reached every output
+
+  bool tick_late = false;  ///< this tick began after its deadline
+};
+
+/// What the drivers do until the next tick.
+struct Outputs {
+  std::array<float, config::kChambers> command_V{};
+  ports::DigitalOutputs digital;
+};
+
+class Controller {
+ public:
+  explicit Controller(const Settings& settings) noexcept;
+  Controller(const Controller&) = delete;
+  Controller& operator=(const Controller&) = delete;
+
+  /// Before the first step: a model image from the parameter store. Refused images leave the chamber without
+  /// a model.
+  config::ImageVerdict restore(std::uint8_t chamber, std::span<const std::uint8_t> image) noexcept;
+
+  /// One frame from the bus; bounded work.
+  void receive(const ports::CanFrame& frame) noexcept { node_.receive(frame); }
+
+  /// One tick.
+  Outputs step(const Inputs& inputs) noexcept;
+
+  /// The next frame to send. Returns false when there is none.
+  bool next_frame(ports::CanFrame& frame) noexcept { return node_.next_frame(frame); }
+
+  /// Chambers whose model has changed since the last call (bit c: chamber c): their active_image() is to be
+  /// stored.
+  std::uint8_t take_changed() noexcept;
+  std::span<const std::uint8_t> active_image(std::uint8_t chamber) const noexcept {
+    return slots_.active_image(chamber);
+  }
+
+  const canopen::ProcessImage& image() const noexcept { return image_; }
+  safety::State state() const noexcept { return supervisor_.state(); }
+
+ private:
+  void take_over(std::uint8_t changed) noexcept;
+  safety::FaultReport judge(const Inputs& inputs) noexcept;
+  Outputs drive(safety::Drive drive) noexcept;
+  bool model_needed() const noexcept { return image_.control_mode != canopen::ControlMode::excitation; }
+
+  Settings settings_;
+  canopen::ProcessImage image_;
+  config::ParameterSlots slots_;
+  canopen::Node node_;
+  std::array<ChamberLoop, config::kChambers> chamber_;
+  safety::BoardMonitor monitor_;
+  safety::FaultRegister faults_;
+  safety::Supervisor supervisor_;
+  safety::Drive last_drive_ = safety::Drive::vent;
+  std::uint8_t changed_ = 0;
+};
+
+}  // namespace plenum
