@@ -1,4 +1,4 @@
-// A log in memory: one row a tick, uniform rate, SI units. The file format is a contract: README.md of this room.
+// A log in memory: one row a tick, uniform rate, SI units. The file format is a contract: README.md here.
 #pragma once
 
 #include <cstddef>
@@ -7,11 +7,12 @@
 namespace plenum::host::trace {
 
 struct Log {
-  double period_s = 0.01;                ///< time between rows
-  double pressure_average_s = 0.01;      ///< a pressure is the mean over this time before its row; 0: an instant sample
-  std::vector<double> time_s;            ///< start of the tick
-  std::vector<double> command_V;         ///< held from this row's time to the next row's
-  std::vector<double> pressure_Pa;       ///< absolute
+  double period_s = 0.01;  ///< time between rows
+  /// A pressure is the mean over this time before its row; 0: an instant sample.
+  double pressure_average_s = 0.01;
+  std::vector<double> time_s;       ///< start of the tick
+  std::vector<double> command_V;    ///< held from this row's time to the next row's
+  std::vector<double> pressure_Pa;  ///< absolute
   std::vector<double> volume_m3;
   // optional columns: empty, or as long as time_s
   std::vector<double> supply_Pa;

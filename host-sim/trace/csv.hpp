@@ -1,0 +1,39 @@
+// A table of numbers: one header row, comma-separated, every row as long as the header. What log and importer
+// share.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace plenum::host::trace {
+
+struct NumberTable {
+  std::vector<std::string> names;            ///< of all columns of the file, in its order
+  std::vector<std::vector<double>> columns;  ///< as names; empty for a column that was not wanted
+  std::size_t rows = 0;
+};
+
+/// Position of `name` in the header; throws InputError naming the column when it is missing.
+std::size_t column_of(const NumberTable& table, std::string_view name, std::string_view file);
+
+/// Parses `text`. `wanted(name)` says which columns are numbers to be kept; the others need not be numbers.
+///
+/// A byte-order mark, CRLF line ends and spaces round a cell are tolerated. Throws InputError naming `file`,
+/// the row (1: the first row after the header) and the column for: a cell that is missing, not a number or
+/// not finite; a row longer than the header; a last line without line end (a truncated number cannot be told
+/// from a whole one); a column that appears twice; no header; no rows.
+NumberTable parse_numbers(std::string_view text, std::string_view file,
+                          bool (*wanted)(std::string_view name));
+
+/// A tick may differ from the first by this much before time counts as non-uniform: jitter of a recorder's
+/// time stamp is smaller, a lost row is a hundred times larger.
+inline constexpr double kUniformTolerance = 0.01;
+
+/// The period of a time column [s]. A rate within a billionth of a whole number of hertz is that number, so
+/// that rounding of the printed times does not make a 100 Hz log a 99.99999999 Hz log. Throws InputError
+/// naming the row where time does not advance as before, and for fewer than two rows.
+double uniform_period_s(const std::vector<double>& time_s, std::string_view file);
+
+}  // namespace plenum::host::trace

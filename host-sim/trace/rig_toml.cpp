@@ -1,0 +1,179 @@
+#include "host-sim/trace/rig_toml.hpp"
+
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "host-sim/trace/input_error.hpp"
+#include "host-sim/trace/whole_file.hpp"
+
+namespace plenum::host::trace {
+namespace {
+
+/// One key: where it stands, what it may be, what it means. Reader, writer and validation read this table
+/// alone.
+struct Key {
+  std::string_view table;
+  std::string_view name;
+  double& (*of)(RigDescription&);
+  double low;   ///< smallest admissible value
+  double high;  ///< largest admissible value
+  std::string_view meaning;
+};
+
+const std::array<Key, 14> kKeys{{
+    {"sampling", "rate_Hz", [](RigDescription& r) -> double& { return r.sampling.rate_Hz; }, 1.0, 1e5,
+     "rows per second"},
+    {"sampling", "pressure_average_s",
+     [](RigDescription& r) -> double& { return r.sampling.pressure_average_s; }, 0.0, 1.0,
+     "a pressure is the mean over this time before its row; 0: an instant sample"},
+    {"gas", "temperature_K", [](RigDescription& r) -> double& { return r.gas.temperature_K; }, 200.0, 400.0,
+     ""},
+    {"supply", "pressure_Pa", [](RigDescription& r) -> double& { return r.supply.pressure_Pa; }, 1e4, 2e6,
+     "absolute"},
+    {"ambient", "pressure_Pa", [](RigDescription& r) -> double& { return r.ambient.pressure_Pa; }, 1e3, 2e5,
+     "absolute"},
+    {"valve", "open_above_V", [](RigDescription& r) -> double& { return r.valve.open_above_V; }, 0.0, 10.0,
+     "U_c: the supply port opens above"},
+    {"valve", "exhaust_below_V", [](RigDescription& r) -> double& { return r.valve.exhaust_below_V; }, 0.0,
+     10.0, "U_r: the exhaust port opens below"},
+    {"valve", "inlet_area_per_V_m2", [](RigDescription& r) -> double& { return r.valve.inlet_area_per_V_m2; },
+     1e-9, 1e-3, ""},
+    {"valve", "exhaust_area_per_V_m2",
+     [](RigDescription& r) -> double& { return r.valve.exhaust_area_per_V_m2; }, 1e-9, 1e-3, ""},
+    {"valve", "inlet_leak_m2", [](RigDescription& r) -> double& { return r.valve.inlet_leak_m2; }, 0.0, 1e-4,
+     "L_c"},
+    {"valve", "exhaust_leak_m2", [](RigDescription& r) -> double& { return r.valve.exhaust_leak_m2; }, 0.0,
+     1e-4, "L_r"},
+    {"valve", "transition_m2", [](RigDescription& r) -> double& { return r.valve.transition_m2; }, 1e-12,
+     1e-4, "width w of the smooth transition"},
+    {"valve", "discharge_coefficient",
+     [](RigDescription& r) -> double& { return r.valve.discharge_coefficient; }, 0.1, 1.0, ""},
+    {"sensor", "pressure_noise_Pa", [](RigDescription& r) -> double& { return r.sensor.pressure_noise_Pa; },
+     0.0, 1e6, "standard deviation of one row's pressure"},
+}};
+
+const Key* find_key(std::string_view table, std::string_view name) {
+  const auto found = std::find_if(kKeys.begin(), kKeys.end(),
+                                  [&](const Key& key) { return key.table == table && key.name == name; });
+  return found == kKeys.end() ? nullptr : &*found;
+}
+
+std::string names_of(std::string_view table) {
+  std::string names;
+  for (const Key& key : kKeys) {
+    if (key.table != table) continue;
+    names += names.empty() ? "" : ", ";
+    names += key.name;
+  }
+  return names;
+}
+
+void check_range(const Key& key, double value, std::string_view where) {
+  if (!(value >= key.low && value <= key.high)) {
+    throw InputError(fmt::format("{}: {}.{} = {}, expected {} to {}", where, key.table, key.name, value,
+                                 key.low, key.high));
+  }
+}
+
+void check_together(const RigDescription& rig, std::string_view where) {
+  // A pressure that averages over more than one tick would need the command before the row before.
+  if (rig.sampling.pressure_average_s > (1.0 + 1e-9) / rig.sampling.rate_Hz) {
+    throw InputError(fmt::format("{}: sampling.pressure_average_s = {}, expected 0 to one tick, {}", where,
+                                 rig.sampling.pressure_average_s, 1.0 / rig.sampling.rate_Hz));
+  }
+  if (!(rig.supply.pressure_Pa > rig.ambient.pressure_Pa)) {
+    throw InputError(fmt::format("{}: supply.pressure_Pa = {}, expected above ambient.pressure_Pa = {}",
+                                 where, rig.supply.pressure_Pa, rig.ambient.pressure_Pa));
+  }
+}
+
+double number_of(const toml::node& node, const Key& key, std::string_view where) {
+  if (const auto* real = node.as_floating_point()) return real->get();
+  if (const auto* whole = node.as_integer()) return static_cast<double>(whole->get());
+  std::string_view kind = "something else";
+  if (node.is_string()) kind = "a string";
+  if (node.is_boolean()) kind = "a boolean";
+  if (node.is_array()) kind = "an array";
+  if (node.is_table()) kind = "a table";
+  throw InputError(fmt::format("{}: {}.{} is {}, expected a number from {} to {}", where, key.table, key.name,
+                               kind, key.low, key.high));
+}
+
+}  // namespace
+
+RigDescription parse_rig(std::string_view text, std::string_view file) {
+  toml::table document;
+  try {
+    document = toml::parse(text, std::string(file));
+  } catch (const toml::parse_error& error) {
+    throw InputError(
+        fmt::format("{}: line {}: {}, expected TOML", file, error.source().begin.line, error.description()));
+  }
+  RigDescription rig;
+  bool has_average = false;
+  bool has_rate = false;
+  for (const auto& [table_key, table_node] : document) {
+    const std::string_view table = table_key.str();
+    const std::string where = fmt::format("{}: line {}", file, table_key.source().begin.line);
+    if (names_of(table).empty()) {
+      throw InputError(
+          fmt::format("{}: unknown table or key '{}', expected [sampling], [gas], [supply], [ambient], "
+                      "[valve] or [sensor]",
+                      where, table));
+    }
+    const auto* entries = table_node.as_table();
+    if (entries == nullptr)
+      throw InputError(fmt::format("{}: '{}' is a value, expected a table", where, table));
+    for (const auto& [entry_key, entry_node] : *entries) {
+      const std::string_view name = entry_key.str();
+      const std::string at = fmt::format("{}: line {}", file, entry_key.source().begin.line);
+      const Key* key = find_key(table, name);
+      if (key == nullptr) {
+        throw InputError(
+            fmt::format("{}: unknown key '{}' in [{}], expected {}", at, name, table, names_of(table)));
+      }
+      const double value = number_of(entry_node, *key, at);
+      check_range(*key, value, at);
+      key->of(rig) = value;
+      has_average = has_average || name == "pressure_average_s";
+      has_rate = has_rate || name == "rate_Hz";
+    }
+  }
+  if (!has_rate) throw InputError(fmt::format("{}: sampling.rate_Hz is missing, expected 1 to 100000", file));
+  if (!has_average) rig.sampling.pressure_average_s = 1.0 / rig.sampling.rate_Hz;
+  check_together(rig, file);
+  return rig;
+}
+
+RigDescription read_rig(const std::filesystem::path& path) {
+  return parse_rig(read_whole_file(path), path.string());
+}
+
+std::string format_rig(const RigDescription& rig) {
+  RigDescription copy = rig;
+  std::string text;
+  std::string_view table;
+  for (const Key& key : kKeys) {
+    if (key.table != table) {
+      text += fmt::format("{}[{}]\n", text.empty() ? "" : "\n", key.table);
+      table = key.table;
+    }
+    text += fmt::format("{} = {}", key.name, key.of(copy));
+    if (!key.meaning.empty()) text += fmt::format("  # {}", key.meaning);
+    text += '\n';
+  }
+  return text;
+}
+
+void write_rig(const std::filesystem::path& path, const RigDescription& rig) {
+  RigDescription copy = rig;
+  for (const Key& key : kKeys) check_range(key, key.of(copy), "rig to write");
+  check_together(copy, "rig to write");
+  write_whole_file(path, format_rig(rig));
+}
+
+}  // namespace plenum::host::trace

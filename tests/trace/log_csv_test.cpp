@@ -1,0 +1,174 @@
+#include "host-sim/trace/log_csv.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <random>
+
+#include "host-sim/trace/input_error.hpp"
+
+namespace plenum::host::trace {
+namespace {
+
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+constexpr const char* kHeader = "time_s,command_V,pressure_Pa,volume_m3\n";
+
+Log parse(const std::string& text, std::vector<std::string>* notices = nullptr) {
+  return parse_log(text, "a.csv", notices);
+}
+
+/// The one line that a reader answers `text` with.
+std::string refusal(const std::string& text) {
+  try {
+    parse(text);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+std::filesystem::path scratch(const std::string& name) {
+  const auto folder =
+      std::filesystem::temp_directory_path() / ("plenum-trace-test-" + std::to_string(::getpid()));
+  std::filesystem::create_directories(folder);
+  return folder / name;
+}
+
+TEST(LogCsv, ReadsTheColumnsOfTheContractInAnyOrder) {
+  const Log log = parse("volume_m3,time_s,pressure_Pa,command_V\n1e-4,0,101325,5\n2e-4,0.01,2e5,5.5\n");
+  EXPECT_THAT(log.time_s, ElementsAre(0.0, 0.01));
+  EXPECT_THAT(log.command_V, ElementsAre(5.0, 5.5));
+  EXPECT_THAT(log.pressure_Pa, ElementsAre(101325.0, 2e5));
+  EXPECT_THAT(log.volume_m3, ElementsAre(1e-4, 2e-4));
+  EXPECT_EQ(log.period_s, 0.01);
+  EXPECT_TRUE(log.supply_Pa.empty());
+}
+
+TEST(LogCsv, ToleratesByteOrderMarkCarriageReturnsSpacesAndPlusSigns) {
+  const Log log =
+      parse("\xEF\xBB\xBFtime_s, command_V,pressure_Pa ,volume_m3\r\n0,+5,1e5, 1e-4\r\n0.01,5,1e5,1e-4\r\n");
+  EXPECT_THAT(log.command_V, ElementsAre(5.0, 5.0));
+}
+
+TEST(LogCsv, IgnoresAnUnknownColumnWithANoticeEvenIfItIsNoNumber) {
+  std::vector<std::string> notices;
+  const Log log =
+      parse("time_s,note,command_V,pressure_Pa,volume_m3\n0,hello,5,1e5,1e-4\n0.01,,5,1e5,1e-4\n", &notices);
+  EXPECT_EQ(log.size(), 2U);
+  EXPECT_THAT(notices, ElementsAre(AllOf(HasSubstr("a.csv"), HasSubstr("'note'"))));
+}
+
+TEST(LogCsv, ReadsBackToTheSameBits) {
+  std::mt19937_64 random(11);
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  Log log;
+  for (int k = 0; k < 500; ++k) {
+    log.time_s.push_back(3.0 + 0.01 * k);
+    log.command_V.push_back(10.0 * unit(random));
+    log.pressure_Pa.push_back(std::ldexp(unit(random), 20));
+    log.volume_m3.push_back(1e-4 * unit(random));
+    log.supply_Pa.push_back(7e5 + unit(random));
+    log.position_m.push_back(-unit(random));
+    log.temperature_K.push_back(290.0 + unit(random));
+    log.reference_Pa.push_back(std::numeric_limits<double>::denorm_min() * static_cast<double>(k));
+  }
+  const auto path = scratch("round.csv");
+  write_log(path, log);
+  const Log read = read_log(path);
+  EXPECT_EQ(read.time_s, log.time_s);
+  EXPECT_EQ(read.command_V, log.command_V);
+  EXPECT_EQ(read.pressure_Pa, log.pressure_Pa);
+  EXPECT_EQ(read.volume_m3, log.volume_m3);
+  EXPECT_EQ(read.supply_Pa, log.supply_Pa);
+  EXPECT_EQ(read.position_m, log.position_m);
+  EXPECT_EQ(read.temperature_K, log.temperature_K);
+  EXPECT_EQ(read.reference_Pa, log.reference_Pa);
+  EXPECT_EQ(read.period_s, 0.01) << "[s]";
+}
+
+struct BadLog {
+  const char* what;
+  std::string text;
+  std::vector<std::string> says;
+};
+
+class LogCsvRefuses : public testing::TestWithParam<BadLog> {};
+
+TEST_P(LogCsvRefuses, WithFileRowColumnAndExpectation) {
+  const std::string said = refusal(GetParam().text);
+  EXPECT_THAT(said, HasSubstr("a.csv"));
+  EXPECT_THAT(said, HasSubstr("expected"));
+  EXPECT_EQ(said.find('\n'), std::string::npos);
+  for (const std::string& part : GetParam().says) EXPECT_THAT(said, HasSubstr(part));
+}
+
+const std::string kGoodRow = "0,5,1e5,1e-4\n";
+
+INSTANTIATE_TEST_SUITE_P(
+    All, LogCsvRefuses,
+    testing::Values(
+        BadLog{"Empty", "", {"empty", "header"}}, BadLog{"NoRows", kHeader, {"no rows"}},
+        BadLog{"OneRow", kHeader + kGoodRow, {"1 row", "at least 2"}},
+        BadLog{"MissingColumn", "time_s,command_V,pressure_Pa\n0,5,1e5\n0.01,5,1e5\n", {"'volume_m3'"}},
+        BadLog{"TwiceTheColumn", "time_s,time_s\n0,0\n", {"'time_s'", "twice"}},
+        BadLog{"EmptyCell", kHeader + kGoodRow + "0.01,,1e5,1e-4\n", {"row 2", "command_V", "missing"}},
+        BadLog{"ShortRow", kHeader + kGoodRow + "0.01,5,1e5\n", {"row 2", "volume_m3", "missing"}},
+        BadLog{"LongRow", kHeader + kGoodRow + "0.01,5,1e5,1e-4,7\n", {"row 2", "more than 4"}},
+        BadLog{"NotANumber", kHeader + kGoodRow + "0.01,5,1e5x,1e-4\n", {"row 2", "pressure_Pa", "'1e5x'"}},
+        BadLog{"Nan", kHeader + kGoodRow + "0.01,nan,1e5,1e-4\n", {"row 2", "command_V", "finite"}},
+        BadLog{"Infinite", kHeader + kGoodRow + "0.01,5,-inf,1e-4\n", {"row 2", "pressure_Pa", "finite"}},
+        BadLog{"Overflow", kHeader + kGoodRow + "0.01,5,1e999,1e-4\n", {"row 2", "pressure_Pa", "finite"}},
+        BadLog{"LostRow",
+               kHeader + kGoodRow + "0.01,5,1e5,1e-4\n0.03,5,1e5,1e-4\n",
+               {"row 3", "time_s", "0.03"}},
+        BadLog{"TimeBackwards", kHeader + kGoodRow + "-0.01,5,1e5,1e-4\n", {"row 2", "time_s", "advance"}},
+        BadLog{"Truncated", kHeader + kGoodRow + "0.01,5,1e5,1e-4\n0.02,5,1e5,1", {"row 3", "ends within"}}),
+    [](const testing::TestParamInfo<BadLog>& bad) { return bad.param.what; });
+
+TEST(LogCsv, NamesAFileThatIsNotThere) {
+  try {
+    read_log("no/such/log.csv");
+    FAIL() << "accepted";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), AllOf(HasSubstr("no/such/log.csv"), HasSubstr("No such file")));
+  }
+}
+
+TEST(LogCsv, TakesTheAveragingTimeFromTheRigAndRefusesAnotherRate) {
+  const auto path = scratch("rate.csv");
+  std::ofstream(path) << kHeader << kGoodRow << "0.01,5,1e5,1e-4\n";
+  RigDescription rig;
+  rig.sampling.pressure_average_s = 0.004;
+  EXPECT_EQ(read_log(path, rig).pressure_average_s, 0.004);
+  rig.sampling.rate_Hz = 200;
+  EXPECT_THROW(read_log(path, rig), InputError);
+}
+
+TEST(LogCsv, LeavesTheOldFileAndNothingElseWhenALogCannotBeWritten) {
+  const auto path = scratch("keep/log.csv");
+  std::filesystem::create_directories(path.parent_path());
+  std::ofstream(path) << "old";
+  Log log;
+  log.time_s = {0.0, 0.01};
+  log.command_V = {5.0, std::numeric_limits<double>::quiet_NaN()};
+  log.pressure_Pa = log.volume_m3 = {1.0, 1.0};
+  EXPECT_THROW(write_log(path, log), InputError);
+  log.command_V = {5.0};
+  EXPECT_THROW(write_log(path, log), InputError);
+  std::string text;
+  std::getline(std::ifstream(path), text);
+  EXPECT_EQ(text, "old");
+  const auto folder = std::filesystem::directory_iterator(path.parent_path());
+  EXPECT_EQ(std::distance(begin(folder), end(folder)), 1);
+}
+
+}  // namespace
+}  // namespace plenum::host::trace

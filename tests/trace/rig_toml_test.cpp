@@ -1,0 +1,126 @@
+#include "host-sim/trace/rig_toml.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "host-sim/trace/input_error.hpp"
+
+namespace plenum::host::trace {
+namespace {
+
+using testing::HasSubstr;
+
+std::string refusal(const std::string& text) {
+  try {
+    parse_rig(text, "rig.toml");
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(RigToml, NeedsNoMoreThanTheRate) {
+  const RigDescription rig = parse_rig("[sampling]\nrate_Hz = 200\n", "rig.toml");
+  EXPECT_EQ(rig.sampling.rate_Hz, 200.0);
+  EXPECT_EQ(rig.sampling.pressure_average_s, 1.0 / 200.0) << "one tick";
+  EXPECT_EQ(rig.supply.pressure_Pa, 700000.0);
+  EXPECT_EQ(rig.ambient.pressure_Pa, 101325.0);
+  EXPECT_EQ(rig.valve.inlet_area_per_V_m2, 1.5e-6);
+}
+
+TEST(RigToml, ReadsTheExampleOfTheContract) {
+  const RigDescription rig = parse_rig(R"(
+[sampling]
+rate_Hz = 100
+pressure_average_s = 0.01
+[gas]
+temperature_K = 300
+[supply]
+pressure_Pa = 600000       # absolute
+[ambient]
+pressure_Pa = 100000
+[valve]
+open_above_V = 5.1
+exhaust_below_V = 4.9
+inlet_area_per_V_m2 = 1e-6
+exhaust_area_per_V_m2 = 2e-6
+inlet_leak_m2 = 3e-8
+exhaust_leak_m2 = 4e-8
+transition_m2 = 6e-8
+discharge_coefficient = 0.7
+[sensor]
+pressure_noise_Pa = 50
+)",
+                                       "rig.toml");
+  EXPECT_EQ(rig.gas.temperature_K, 300.0);
+  EXPECT_EQ(rig.supply.pressure_Pa, 600000.0);
+  EXPECT_EQ(rig.ambient.pressure_Pa, 100000.0);
+  EXPECT_EQ(rig.valve.open_above_V, 5.1);
+  EXPECT_EQ(rig.valve.exhaust_below_V, 4.9);
+  EXPECT_EQ(rig.valve.inlet_area_per_V_m2, 1e-6);
+  EXPECT_EQ(rig.valve.exhaust_area_per_V_m2, 2e-6);
+  EXPECT_EQ(rig.valve.inlet_leak_m2, 3e-8);
+  EXPECT_EQ(rig.valve.exhaust_leak_m2, 4e-8);
+  EXPECT_EQ(rig.valve.transition_m2, 6e-8);
+  EXPECT_EQ(rig.valve.discharge_coefficient, 0.7);
+  EXPECT_EQ(rig.sensor.pressure_noise_Pa, 50.0);
+}
+
+TEST(RigToml, ThePrintedValuesAreARigThatReadsBackToTheSamePrint) {
+  RigDescription rig;
+  rig.sampling.rate_Hz = 1000.0 / 3.0;
+  rig.sampling.pressure_average_s = 0.001;
+  rig.valve.transition_m2 = 1.0 / 3.0 * 1e-7;
+  const std::string text = format_rig(rig);
+  EXPECT_EQ(format_rig(parse_rig(text, "rig.toml")), text);
+}
+
+struct BadRig {
+  const char* what;
+  std::string text;
+  std::vector<std::string> says;
+};
+
+class RigTomlRefuses : public testing::TestWithParam<BadRig> {};
+
+TEST_P(RigTomlRefuses, WithLineKeyValueAndExpectation) {
+  const std::string said = refusal(GetParam().text);
+  EXPECT_THAT(said, HasSubstr("rig.toml"));
+  EXPECT_THAT(said, HasSubstr("expected"));
+  EXPECT_EQ(said.find('\n'), std::string::npos);
+  for (const std::string& part : GetParam().says) EXPECT_THAT(said, HasSubstr(part));
+}
+
+const std::string kRate = "[sampling]\nrate_Hz = 100\n";
+
+INSTANTIATE_TEST_SUITE_P(
+    All, RigTomlRefuses,
+    testing::Values(
+        BadRig{"NoRate", "[gas]\ntemperature_K = 290\n", {"sampling.rate_Hz", "missing"}},
+        BadRig{"Syntax", kRate + "[gas\n", {"line 3", "TOML"}},
+        BadRig{"UnknownTable", kRate + "[valves]\n", {"line 3", "'valves'"}},
+        BadRig{"UnknownKey", kRate + "[valve]\nopen_V = 5\n", {"line 4", "'open_V'", "open_above_V"}},
+        BadRig{"ValueOutsideATable", "supply = 7\n" + kRate, {"line 1", "'supply'"}},
+        BadRig{"AString",
+               kRate + "[gas]\ntemperature_K = \"warm\"\n",
+               {"line 4", "gas.temperature_K", "a string"}},
+        BadRig{"OutOfRange",
+               kRate + "[gas]\ntemperature_K = 20\n",
+               {"line 4", "gas.temperature_K = 20", "200 to 400"}},
+        BadRig{"NotFinite", kRate + "[gas]\ntemperature_K = nan\n", {"line 4", "gas.temperature_K = nan"}},
+        BadRig{"AveragesMoreThanATick",
+               kRate + "pressure_average_s = 0.02\n",
+               {"sampling.pressure_average_s = 0.02"}},
+        BadRig{"SupplyBelowAmbient",
+               kRate + "[supply]\npressure_Pa = 100000\n",
+               {"supply.pressure_Pa = 100000"}}),
+    [](const testing::TestParamInfo<BadRig>& bad) { return bad.param.what; });
+
+TEST(RigToml, RefusesToWriteWhatItWouldNotRead) {
+  RigDescription rig;
+  rig.valve.discharge_coefficient = 2.0;
+  EXPECT_THROW(write_rig("never.toml", rig), InputError);
+}
+
+}  // namespace
+}  // namespace plenum::host::trace
