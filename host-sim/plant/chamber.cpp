@@ -42,6 +42,8 @@ struct Rate {
 };
 
 constexpr double kShortestStep = 1e-6;  // of the interval: taken whatever its error estimate
+constexpr double kSpoolStep_rad =
+    1.0;  // of the spool's own motion in one step: it crosses corners of the area tables
 constexpr double kCautious = 0.85;
 constexpr double kGrowAtMost = 5.0;
 constexpr double kShrinkAtMost = 0.1;
@@ -109,6 +111,8 @@ Interval ChamberPlant::integrate(const AnyValve& valve, double command_V, double
   if (spool_ && spool_->settled_on(command_V)) spool_->settle(command_V);
   const bool spool_moves = spool_ && !spool_->settled_on(command_V);
 
+  const double spool_step_s = spool_moves ? kSpoolStep_rad / spool_->natural_frequency_rad_s() : 0.0;
+
   double t = 0.0;
   double p = pressure_Pa_;
   double integral = 0.0;
@@ -117,6 +121,7 @@ Interval ChamberPlant::integrate(const AnyValve& valve, double command_V, double
   double wanted = next_step_s_;
 
   while (t < duration_s) {
+    if (spool_moves) wanted = std::min(wanted, spool_step_s);
     const double left = duration_s - t;
     // the rest in one step, or two equal ones rather than a step and a sliver
     const bool last = wanted >= left;
@@ -141,6 +146,7 @@ Interval ChamberPlant::integrate(const AnyValve& valve, double command_V, double
     double error = tolerance_Pa_ * 1e9;
     double p_next = 0.0;
     double area = 0.0;
+    Rate end{};
     if (p2 > 0.0) {
       const double D2 = rate(p2, opening_2, motion.at(t + 0.5 * h)).rate_Pa_s - F - J * (p2 - p);
       const double p3 = p + h * (f.one * F + 2.0 * f.two * D2);
@@ -150,7 +156,14 @@ Interval ChamberPlant::integrate(const AnyValve& valve, double command_V, double
         const double curve = 4.0 * (D3 - 2.0 * D2);
         p_next = p + h * (f.one * F + f.two * slope + f.three * curve);
         area = h * (p + h * (f.two * F + f.three * slope + f.four * curve));
-        if (p_next > 0.0) error = std::abs(p_next - p3);
+        if (p_next > 0.0) {
+          // what the interpolant's slope lacks at the end, damped by the stiffness found there: sees a port
+          // that shut within the step, where the damping by J at the start would hide any error
+          end = rate(p_next, opening_3, motion.at(t + h));
+          const double lacking = end.rate_Pa_s - (F + J * (p_next - p) + D3);
+          error =
+              std::max(std::abs(p_next - p3), h * std::abs(lacking) / (1.0 + h * std::abs(end.slope_1_s)));
+        }
       }
     }
 
@@ -165,6 +178,7 @@ Interval ChamberPlant::integrate(const AnyValve& valve, double command_V, double
     if (p_next <= 0.0) {  // only at the shortest step, where the linear part alone is accurate
       p_next = p * std::exp(std::min(h * F / p, 0.0));
       area = h * p;
+      end = rate(p_next, opening_3, motion.at(t + h));
     }
     // a last step cut short says little about the size of the next: it may only raise it
     wanted = last ? std::max(wanted, h * grow) : h * grow;
@@ -175,7 +189,7 @@ Interval ChamberPlant::integrate(const AnyValve& valve, double command_V, double
       spool_ = spool_3;
       opening = opening_3;
     }
-    if (t < duration_s) start = rate(p, opening, motion.at(t));
+    start = end;
   }
 
   next_step_s_ = std::min(wanted, duration_s);

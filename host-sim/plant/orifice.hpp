@@ -1,27 +1,36 @@
 // Mass flow through one port.
 //
-// Thin plate:  mdot = a phi(p_1, p_2) (1a)
-//              phi(p_1, p_2) = z(p_1, p_2) for p_1 >= p_2, else -z(p_2, p_1) (1b) z(p_u, p_d) = alpha p_u
-//              sqrt(x^(2/kappa) - x^((kappa+1)/kappa)), x = p_d / p_u, p_u/p_d <= theta
-//                          = beta p_u                                              beyond (choked) (1c)
-// Ellipse:     mdot = A C_d psi_e p_u sqrt(2 / (R T_0)) (B4)
-//              psi_e = psi_max                                    r <= b    (choked) (B6)
-//                    = psi_max [1 - ((r - b)/(a - b))^2]^beta     b < r < a (subsonic),   r = p_d / p_u
-//                    = 0                                          r >= a    (not yet cracked)
-//              psi_max = (2/(gamma+1))^(1/(gamma-1)) sqrt(gamma/(gamma+1)) (B2)
+// Thin plate:
+//   mdot = a phi(p_1, p_2)                                                                            (1a)
+//   phi(p_1, p_2) = z(p_1, p_2) for p_1 >= p_2, else -z(p_2, p_1)                                     (1b)
+//   z(p_u, p_d) = alpha p_u sqrt(x^(2/kappa) - x^((kappa+1)/kappa)), x = p_d / p_u,  p_u/p_d <= theta
+//               = beta p_u                                             beyond (choked)                (1c)
+// Ellipse:
+//   mdot = A C_d psi_e p_u sqrt(2 / (R T_0))                                                          (B4)
+//   psi_e = psi_max                                    r <= b      (choked), r = p_d / p_u            (B6)
+//         = psi_max [1 - ((r - b)/(a - b))^2]^beta     b < r < a   (subsonic)
+//         = 0                                          r >= a      (not yet cracked)
+//   psi_max = (2/(gamma+1))^(1/(gamma-1)) sqrt(gamma/(gamma+1))                                       (B2)
 //
-// p pressures, absolute [Pa]; a, A effective areas [m2]; phi flow for each m2 [kg/(s m2)]; mdot [kg/s];
-// a (in B6) cracking ratio, b critical ratio, beta subsonic index [-]; alpha, beta (in 1c), theta: gas.hpp.
-// (B6) is printed without the square: its own text asks for the ISO form at beta = 1/2, a = 1, which has it.
-// Backward flow through an ellipse port was not measured; it is taken odd, as (1b). Assumptions: perfect gas,
-// isentropic, equal temperatures, quasi-steady. Range: p > 0, 0 <= b < a <= 1, beta > 0. Vanishes: at p_1 =
-// p_2, at zero area, and for the ellipse wherever r >= a. Numerical treatment: for kappa = 1.4 the powers are
-// sevenths. With q = x^(1/7) by a cubic start and one fourth-order Householder step (no pow, relative error
-// below 1e-14), z = alpha p_u q^5 sqrt(1 - q^2), where 1 - q^2 = (1 + q)(1 - x) / (1 + q + ... + q^6) loses
-// no digits as x -> 1. Another kappa takes exp and expm1. The slope is unbounded at equal pressures (and at r
-// = a for beta < 1): slopes are those at a relative distance of at least 1e-12. Source: "Modeling and
-// Identification of Pneumatic Actuators" (1)-(1c); B: "Parameter Identification and Evaluation of a
-// Proportional Directional Flow Control Valve Model" (2), (4), (6).
+// p pressures, absolute [Pa]; a (1a), A effective areas [m2]; phi flow for each m2 [kg/(s m2)]; mdot [kg/s];
+// a (B6) cracking ratio, b critical ratio, beta (B6) subsonic index [-]; alpha, beta (1c), theta: gas.hpp.
+// (B6) is printed without the square; its own text asks for the ISO form at beta = 1/2, a = 1, which has it.
+// Backward flow through an ellipse port was not measured; it is taken odd, as (1b).
+//
+// Assumptions: perfect gas, isentropic, equal temperatures, quasi-steady.
+// Range: p > 0, 0 <= b < a <= 1, beta > 0.
+// Vanishes: at p_1 = p_2, at zero area, and for the ellipse wherever r >= a.
+//
+// Numerical treatment: for kappa = 1.4 the powers are sevenths. With q = x^(1/7) by a cubic start and one
+// fourth-order Householder step (no pow, relative error below 1e-14), z = alpha p_u q^5 sqrt(1 - q^2), where
+// 1 - q^2 = (1 + q)(1 - x) / (1 + q + ... + q^6) loses no digits as x -> 1. Another kappa takes exp, expm1.
+// Within 1e-5 of equal pressures (1 to 7 Pa; for the ellipse, of the cracking ratio) the root is replaced by
+// its chord: flow proportional to the pressure difference. The slope, unbounded as printed, becomes finite,
+// without which a chamber at rest on its supply has no step length. (A jet of 1 Pa through a millimetre is
+// laminar anyway: its Reynolds number is below 100.)
+//
+// Source: "Modeling and Identification of Pneumatic Actuators" (1)-(1c); B: "Parameter Identification and
+// Evaluation of a Proportional Directional Flow Control Valve Model" (2), (4), (6).
 #pragma once
 
 #include <algorithm>
@@ -40,8 +49,8 @@ struct Flux {
   double by_second = 0.0;
 };
 
-/// Relative distance from equal pressures (or from the cracking ratio) below which slopes are held.
-inline constexpr double kSlopeHeldBelow = 1e-5;
+/// Relative distance from equal pressures (or from the cracking ratio) below which the flow is laminar.
+inline constexpr double kLaminarBelow = 1e-5;
 
 /// x^(1/7) for 0.528 <= x <= 1; relative error below 1e-14.
 inline double seventh_root(double x) {
@@ -100,8 +109,13 @@ class ThinPlate {
     const double q4 = q2 * q2;
     const double ratio = (1.0 + q) / (q4 * q2 + (1.0 + q) * (1.0 + q2 + q4));  // (1 - q^2) / (1 - x)
     const double w2 = ratio * (1.0 - x);
-    const double held = std::max(w2, ratio * kSlopeHeldBelow);
-    return {q4 * q * std::sqrt(w2), (5.0 * held - q2) / (7.0 * q2 * std::sqrt(held))};
+    const double q5 = q4 * q;
+    if (1.0 - x < kLaminarBelow) {  // w by its chord: w^2 = ratio (1 - x)
+      const double chord = q5 * std::sqrt(ratio / kLaminarBelow);
+      return {chord * (1.0 - x), -chord};
+    }
+    const double w = std::sqrt(w2);
+    return {q5 * w, (5.0 * w2 - q2) / (7.0 * q2 * w)};
   }
 
   // G = x^(1/kappa) w with w = sqrt(1 - x^((kappa-1)/kappa)).
@@ -111,9 +125,12 @@ class ThinPlate {
     const double w2 = -std::expm1((kappa - 1.0) / kappa * log_x);
     const double y = 1.0 - w2;
     const double root = std::exp(log_x / kappa);
-    const double held = std::max(w2, kSlopeHeldBelow);
-    const double w = std::sqrt(held);
-    return {root * std::sqrt(w2), root / (x * kappa) * (w - 0.5 * (kappa - 1.0) * y / w)};
+    if (1.0 - x < kLaminarBelow) {
+      const double chord = root * std::sqrt((kappa - 1.0) / kappa / kLaminarBelow);
+      return {chord * (1.0 - x), -chord};
+    }
+    const double w = std::sqrt(w2);
+    return {root * w, root / (x * kappa) * (w - 0.5 * (kappa - 1.0) * y / w)};
   }
 
   ThinPlateConstants constants_;
@@ -148,10 +165,17 @@ struct EllipsePort {
     const double xi = (r - critical_ratio) * inverse_width;
     // 1 - xi^2, with 1 - xi = (a - r)/(a - b) taken directly: no digits lost as r -> a
     const double remaining = (cracking_ratio - r) * inverse_width * (1.0 + xi);
-    const double held = std::max(remaining, kSlopeHeldBelow);
-    const double shape = power(remaining);
-    const double slope_shape = remaining == held ? shape : power(held);
-    const double dpsi_dr = -2.0 * subsonic_index * xi * inverse_width * slope_shape / held;
+    const double d_remaining_dr = -2.0 * xi * inverse_width;
+    double shape = 0.0;
+    double dpsi_dr = 0.0;
+    if (remaining < kLaminarBelow) {
+      const double chord = power(kLaminarBelow) / kLaminarBelow;
+      shape = chord * remaining;
+      dpsi_dr = chord * d_remaining_dr;
+    } else {
+      shape = power(remaining);
+      dpsi_dr = subsonic_index * shape / remaining * d_remaining_dr;
+    }
     return {G * p_u * shape, G * (shape - r * dpsi_dr), G * dpsi_dr};
   }
 

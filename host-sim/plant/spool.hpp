@@ -38,6 +38,7 @@ class Spool {
 
   double effective_V() const { return effective_V_; }
   double rate_V_s() const { return rate_V_s_; }
+  double natural_frequency_rad_s() const { return omega_rad_s_; }
 
  private:
   struct Transition {  // the matrix of the closed form for one duration
