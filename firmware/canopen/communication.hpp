@@ -25,7 +25,7 @@ struct Identity {
 
 struct Config {
   std::uint8_t node_id = 1;  ///< 1..127
-  Identity identity;
+  Identity identity{};
   std::uint32_t sdo_timeout_us = 1'000'000;  ///< silence after which a segmented transfer is aborted
 };
 

@@ -30,6 +30,8 @@ struct ChamberImage {
   float feedforward_V = 0.0F;  ///< 2210h:1
   float feedback_V = 0.0F;     ///< 2210h:2
   float residual_Pa = 0.0F;    ///< 2210h:4, measured minus predicted pressure of this tick
+
+  friend bool operator==(const ChamberImage&, const ChamberImage&) noexcept = default;
 };
 
 /// Settings of the excitation (2310h), one for the board.
@@ -39,6 +41,8 @@ struct ExcitationImage {
   float command_high_V = 7.0F;
   float pressure_low_Pa = 130000.0F;
   float pressure_high_Pa = 600000.0F;
+
+  friend bool operator==(const ExcitationImage&, const ExcitationImage&) noexcept = default;
 };
 
 struct ProcessImage {
@@ -58,6 +62,8 @@ struct ProcessImage {
   std::uint32_t tick_count = 0;
   std::uint32_t overrun_count = 0;
   std::array<ChamberImage, config::kChambers> chamber{};
+
+  friend bool operator==(const ProcessImage&, const ProcessImage&) noexcept = default;
 };
 
 }  // namespace plenum::canopen

@@ -1,0 +1,114 @@
+// A node on the test bench: frames are written as a bus monitor prints them, "605 40 00 10 00 00 00 00 00".
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstdio>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "firmware/canopen/node.hpp"
+
+namespace plenum::canopen {
+
+/// Takes any image but one that starts with EEh; commits when the CRC is that of the staged ones.
+class FakeDesk final : public config::ModelDesk {
+ public:
+  config::ImageVerdict stage(std::uint8_t chamber, std::span<const std::uint8_t> image) noexcept override {
+    ++stagings;
+    if (!image.empty() && image[0] == 0xEE) return {refusal, 2, 7.0F, 1.0F, 5.0F};
+    staged[chamber].assign(image.begin(), image.end());
+    return {};
+  }
+  std::span<const std::uint8_t> active_image(std::uint8_t chamber) const noexcept override {
+    return active[chamber];
+  }
+  config::CommitResult commit(std::uint8_t mask, std::uint32_t crc, std::uint32_t key) noexcept override {
+    if (key != config::kCommitKey) return config::CommitResult::wrong_key;
+    if (mask == 0) return config::CommitResult::nothing_staged;
+    if (locked) return config::CommitResult::not_now;
+    std::vector<std::uint32_t> crcs;
+    for (std::size_t c = 0; c < config::kChambers; ++c) {
+      if ((mask >> c & 1U) != 0) crcs.push_back(config::trailing_crc(staged[c]));
+    }
+    if (crc != config::commit_crc(crcs)) return config::CommitResult::wrong_crc;
+    for (std::size_t c = 0; c < config::kChambers; ++c) {
+      if ((mask >> c & 1U) != 0) active[c] = staged[c];
+    }
+    ++commits;
+    return config::CommitResult::accepted;
+  }
+  config::SetState state(std::uint8_t chamber) const noexcept override {
+    return {config::SetPhase::refused,
+            {config::ImageError::out_of_range, 2, 7.0F, 1.0F, 5.0F},
+            0x11223344U + chamber,
+            9};
+  }
+
+  config::ImageError refusal = config::ImageError::bad_crc;
+  bool locked = false;
+  int stagings = 0;
+  int commits = 0;
+  std::array<std::vector<std::uint8_t>, config::kChambers> staged;
+  std::array<std::vector<std::uint8_t>, config::kChambers> active;
+};
+
+inline ports::CanFrame frame_from(const std::string& text) {
+  std::istringstream in(text);
+  ports::CanFrame frame;
+  in >> std::hex >> frame.id;
+  for (unsigned byte = 0; in >> byte;) frame.data.at(frame.length++) = static_cast<std::uint8_t>(byte);
+  return frame;
+}
+
+inline std::string text_of(const ports::CanFrame& frame) {
+  std::array<char, 8> buffer{};
+  std::snprintf(buffer.data(), buffer.size(), "%03X", frame.id);
+  std::string text = buffer.data();
+  for (std::size_t i = 0; i < frame.length; ++i) {
+    std::snprintf(buffer.data(), buffer.size(), " %02X", frame.data[i]);
+    text += buffer.data();
+  }
+  return text;
+}
+
+using Frames = std::vector<std::string>;
+
+/// Node 5. The boot-up message is already taken away.
+struct Bench {
+  ProcessImage image;
+  FakeDesk desk;
+  Node node;
+
+  explicit Bench(bool operational = false)
+      : node(Config{.node_id = 5,
+                    .identity = {.vendor_id = 0x11, .product_code = 0x22, .revision = 0x33, .serial = 0x44}},
+             image, desk) {
+    drain();
+    if (operational) {
+      send("000 01 05");
+      tick();
+      drain();
+    }
+  }
+
+  void send(const std::string& text) { node.receive(frame_from(text)); }
+  void tick(int times = 1) {
+    for (int i = 0; i < times; ++i) node.tick(10'000);
+  }
+  Frames drain() {
+    Frames frames;
+    for (ports::CanFrame frame; node.next_frame(frame);) frames.push_back(text_of(frame));
+    return frames;
+  }
+  /// What the node says at once to one frame; empty when it says nothing.
+  std::string answer(const std::string& text) {
+    send(text);
+    const Frames frames = drain();
+    return frames.empty() ? "" : frames.size() == 1 ? frames[0] : "more than one frame";
+  }
+};
+
+}  // namespace plenum::canopen

@@ -1,0 +1,143 @@
+#include "firmware/canopen/object_dictionary.hpp"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <set>
+
+#include "tests/firmware/canopen/bench.hpp"
+
+namespace plenum::canopen {
+namespace {
+
+std::string label(unsigned index, unsigned sub) {
+  std::array<char, 16> text{};
+  std::snprintf(text.data(), text.size(), "%04Xh:%u", index, sub);
+  return text.data();
+}
+
+/// Calls `visit(entry, index, sub)` for every object of the table.
+template <class Visit>
+void for_each_object(Visit visit) {
+  for (const Entry& entry : object_dictionary()) {
+    for (unsigned instance = 0; instance < entry.instances; ++instance) {
+      for (unsigned sub = entry.sub; sub <= entry.last_sub; ++sub) {
+        visit(entry, entry.index + instance * entry.stride, sub);
+      }
+    }
+  }
+}
+
+TEST(ObjectDictionary, NamesEveryObjectOnce) {
+  std::set<std::pair<unsigned, unsigned>> seen;
+  for_each_object([&](const Entry&, unsigned index, unsigned sub) {
+    EXPECT_LE(index, 0xFFFFU);
+    EXPECT_TRUE(seen.insert({index, sub}).second) << label(index, sub);
+  });
+  EXPECT_GT(seen.size(), 400U);
+}
+
+TEST(ObjectDictionary, FindsEveryObjectItNames) {
+  for_each_object([](const Entry& entry, unsigned index, unsigned sub) {
+    const Found found = find(static_cast<std::uint16_t>(index), static_cast<std::uint8_t>(sub));
+    ASSERT_EQ(found.entry, &entry) << label(index, sub);
+    EXPECT_EQ(found.entry->index + found.place.instance * found.entry->stride, static_cast<int>(index));
+    EXPECT_EQ(found.place.sub, sub);
+  });
+}
+
+TEST(ObjectDictionary, TellsTheHighestSubIndexOfEachRecord) {
+  std::map<unsigned, unsigned> highest;
+  for_each_object(
+      [&](const Entry&, unsigned index, unsigned sub) { highest[index] = std::max(highest[index], sub); });
+  Bench bench;
+  for (const auto& [index, sub] : highest) {
+    // the counts of 1003h, 1600h.. and 1A00h.. are values, not limits
+    if (sub == 0 || index == 0x1003 || (index & 0xFFF0U) == 0x1600 || (index & 0xFFF0U) == 0x1A00) continue;
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "605 40 %02X %02X 00 0 0 0 0", index & 0xFFU, index >> 8);
+    const std::string answer = bench.answer(text.data());
+    std::snprintf(text.data(), text.size(), "585 4F %02X %02X 00 %02X 00 00 00", index & 0xFFU, index >> 8,
+                  sub);
+    EXPECT_EQ(answer, text.data());
+  }
+}
+
+TEST(ObjectDictionary, GivesEachAccessWhatItNeeds) {
+  for_each_object([](const Entry& entry, unsigned index, unsigned sub) {
+    const bool readable = entry.access != Access::write_only;
+    const bool writable = entry.access == Access::read_write || entry.access == Access::write_only;
+    EXPECT_EQ(readable, entry.read_value != nullptr || entry.read_bytes != nullptr) << label(index, sub);
+    EXPECT_EQ(writable, entry.write_value != nullptr || entry.write_bytes != nullptr) << label(index, sub);
+    EXPECT_EQ(size_of(entry.type) == 0, entry.read_bytes != nullptr || entry.write_bytes != nullptr)
+        << label(index, sub);
+    if (entry.mappable != Mappable::no) {
+      EXPECT_NE(entry.read_value, nullptr) << label(index, sub);
+    }
+    if (entry.mappable == Mappable::receive_and_transmit) {
+      EXPECT_NE(entry.write_value, nullptr) << label(index, sub);
+    }
+  });
+}
+
+TEST(ObjectDictionary, ActivatesEveryDefaultMapping) {
+  const Communication communication = default_communication(Config{});
+  for (const Rpdo& rpdo : communication.rpdo) {
+    EXPECT_NE(rpdo.parameters.mapping.count, 0);
+    EXPECT_NE(rpdo.parameters.mapping.bytes, 0);
+  }
+  for (std::size_t n = 0; n < kTpdos; ++n) {
+    EXPECT_NE(communication.tpdo[n].parameters.mapping.count, 0) << "TPDO" << n + 1;
+    EXPECT_EQ((communication.tpdo[n].parameters.cob_id & cob::kInvalid) != 0, n >= 3) << "TPDO" << n + 1;
+  }
+  for (std::size_t n = 4; n < kTpdos; ++n) EXPECT_EQ(communication.tpdo[n].parameters.mapping.bytes, 8);
+}
+
+struct Pressure {
+  float value_Pa;
+  const char* answer;
+};
+
+TEST(ObjectDictionary, ShowsPressuresInMillibarSaturatingAndNaNSafe) {
+  const float inf = std::numeric_limits<float>::infinity();
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  for (const Pressure& pressure :
+       {Pressure{101325.0F, "585 4B 81 63 01 F5 03 00 00"},  // 1013.25 -> 1013
+        Pressure{500050.0F, "585 4B 81 63 01 89 13 00 00"},  // 5000.5 -> 5001
+        Pressure{0.0F, "585 4B 81 63 01 00 00 00 00"}, Pressure{1.0e9F, "585 4B 81 63 01 FF 7F 00 00"},
+        Pressure{inf, "585 4B 81 63 01 FF 7F 00 00"}, Pressure{-inf, "585 4B 81 63 01 01 80 00 00"},
+        Pressure{nan, "585 4B 81 63 01 00 80 00 00"}}) {
+    Bench bench;
+    bench.image.chamber[0].actual_Pa = pressure.value_Pa;
+    EXPECT_EQ(bench.answer("605 40 81 63 01 00 00 00 00"), pressure.answer) << pressure.value_Pa << " Pa";
+  }
+}
+
+TEST(ObjectDictionary, CodesCommandAndVolumeForTheStream) {
+  Bench bench;
+  bench.image.chamber[7].command_V = 10.0F;
+  bench.image.chamber[7].volume_m3 = 6.5e-3F;
+  EXPECT_EQ(bench.answer("605 40 27 22 01 00 00 00 00"), "585 4B 27 22 01 FF FF 00 00");
+  EXPECT_EQ(bench.answer("605 40 27 22 02 00 00 00 00"), "585 4B 27 22 02 E8 FD 00 00") << "65000 x 1e-7 m3";
+  bench.image.chamber[7].command_V = std::numeric_limits<float>::quiet_NaN();
+  bench.image.chamber[7].volume_m3 = 1.0F;
+  EXPECT_EQ(bench.answer("605 40 27 22 01 00 00 00 00"), "585 4B 27 22 01 00 00 00 00");
+  EXPECT_EQ(bench.answer("605 40 27 22 02 00 00 00 00"), "585 4B 27 22 02 FF FF 00 00") << "saturates";
+}
+
+TEST(ObjectDictionary, PutsTheChambersAtTheirStrides) {
+  Bench bench;
+  bench.answer("605 2B 80 9B 01 E8 03 00 00");  // 6380h + 7 x 800h
+  EXPECT_EQ(bench.image.chamber[7].setpoint_Pa, 100000.0F);
+  bench.answer("605 2B 94 73 01 D0 07 00 00");  // 6394h + 2 x 800h
+  EXPECT_EQ(bench.image.chamber[2].hold_setpoint_Pa, 200000.0F);
+  bench.image.chamber[1].reference_Pa = 300000.0F;
+  bench.image.chamber[1].actual_Pa = 250000.0F;
+  EXPECT_EQ(bench.answer("605 40 91 6B 01 00 00 00 00"), "585 4B 91 6B 01 B8 0B 00 00");
+  EXPECT_EQ(bench.answer("605 40 D0 6B 01 00 00 00 00"), "585 4B D0 6B 01 F4 01 00 00");
+  EXPECT_EQ(bench.answer("605 40 D0 6B 02 00 00 00 00"), "585 4F D0 6B 02 4E 00 00 00");
+  EXPECT_EQ(bench.answer("605 40 D0 6B 03 00 00 00 00"), "585 4F D0 6B 03 FD 00 00 00");
+}
+
+}  // namespace
+}  // namespace plenum::canopen

@@ -1,0 +1,294 @@
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "tests/firmware/canopen/bench.hpp"
+
+namespace plenum::canopen {
+namespace {
+
+// 1000, 2000, 3000, 4000 mbar
+constexpr const char* kSetpoints = "205 E8 03 D0 07 B8 0B A0 0F";
+
+TEST(Rpdo, LatchesSetPointsUntilTheSync) {
+  Bench bench(true);
+  bench.send(kSetpoints);
+  EXPECT_EQ(bench.image.chamber[0].setpoint_Pa, 0.0F);
+  EXPECT_EQ(bench.image.setpoint_count, 0U);
+  bench.send("080");
+  EXPECT_EQ(bench.image.chamber[0].setpoint_Pa, 100000.0F);
+  EXPECT_EQ(bench.image.chamber[1].setpoint_Pa, 200000.0F);
+  EXPECT_EQ(bench.image.chamber[2].setpoint_Pa, 300000.0F);
+  EXPECT_EQ(bench.image.chamber[3].setpoint_Pa, 400000.0F);
+  EXPECT_EQ(bench.image.setpoint_count, 1U);
+  bench.send("080");
+  EXPECT_EQ(bench.image.setpoint_count, 1U) << "one frame counts once";
+  bench.send("305 E8 03 D0 07 B8 0B A0 0F");
+  bench.send("080 01");  // a SYNC with counter
+  EXPECT_EQ(bench.image.chamber[7].setpoint_Pa, 400000.0F);
+  EXPECT_EQ(bench.image.setpoint_count, 2U);
+}
+
+TEST(Rpdo, TakesTheNewestOfTwoFramesBeforeASync) {
+  Bench bench(true);
+  bench.send(kSetpoints);
+  bench.send("205 0A 00 0A 00 0A 00 0A 00");
+  bench.send("080");
+  EXPECT_EQ(bench.image.chamber[3].setpoint_Pa, 1000.0F);
+}
+
+TEST(Rpdo, AppliesTheControlWordAtOnceAndDoesNotCountItAsASetPoint) {
+  Bench bench(true);
+  bench.send("405 07 00");
+  EXPECT_EQ(bench.image.control_word, 7);
+  EXPECT_EQ(bench.image.setpoint_count, 0U);
+}
+
+TEST(Rpdo, IgnoresWhatIsMalformedForeignOrOutOfRange) {
+  Bench bench(true);
+  bench.send(kSetpoints);
+  for (const char* bad : {"205 01 00 01 00 01 00 01", "205 01 00", "205", "206 01 00 01 00 01 00 01 00",
+                          "205 FF FF 01 00 01 00 01 00",  // -1 mbar
+                          "405 07", "405 07 00 00", "505 07 00", "080 00 00"}) {
+    bench.send(bad);
+    EXPECT_EQ(bench.image.control_word, 0) << bad;
+    EXPECT_EQ(bench.image.chamber[0].setpoint_Pa, 0.0F) << bad;
+  }
+  for (int kind = 0; kind < 2; ++kind) {
+    ports::CanFrame frame = frame_from("405 07 00");
+    (kind == 0 ? frame.extended : frame.remote) = true;
+    bench.node.receive(frame);
+    frame = frame_from("080");
+    (kind == 0 ? frame.extended : frame.remote) = true;
+    bench.node.receive(frame);
+  }
+  EXPECT_EQ(bench.image.control_word, 0);
+  EXPECT_EQ(bench.image.chamber[0].setpoint_Pa, 0.0F);
+  EXPECT_EQ(bench.node.counters().rejected, 7U);
+  bench.send("080");
+  EXPECT_EQ(bench.image.chamber[0].setpoint_Pa, 100000.0F) << "the good frame before them still stands";
+}
+
+TEST(Rpdo, IgnoresANonFiniteRealAndCountsIt) {
+  Bench bench;
+  bench.answer("605 23 00 14 01 05 02 00 80");
+  bench.answer("605 2F 00 16 00 00 00 00 00");
+  bench.answer("605 23 00 16 01 20 01 50 21");
+  bench.answer("605 23 00 16 02 20 01 51 21");
+  bench.answer("605 2F 00 16 00 02 00 00 00");
+  bench.answer("605 23 00 14 01 05 02 00 00");
+  bench.send("000 01 05");
+  bench.send("205 00 50 C3 47 00 00 C0 7F");  // 100000 Pa, NaN
+  bench.send("205 00 50 C3 47 00 00 80 FF");  // 100000 Pa, -inf
+  bench.send("080");
+  EXPECT_EQ(bench.image.chamber[0].setpoint_Pa, 0.0F) << "a PDO is taken whole or not at all";
+  EXPECT_EQ(bench.node.counters().rejected, 2U);
+  bench.send("205 00 50 C3 47 00 50 43 48");  // 100000 Pa, 200000 Pa
+  bench.send("080");
+  EXPECT_EQ(bench.image.chamber[0].setpoint_Pa, 100000.0F);
+  EXPECT_EQ(bench.image.chamber[1].setpoint_Pa, 200000.0F);
+}
+
+TEST(Rpdo, AreHeardOnlyWhileOperational) {
+  Bench bench;
+  bench.send("405 07 00");
+  bench.send(kSetpoints);
+  bench.send("080");
+  EXPECT_EQ(bench.image, ProcessImage{}) << "pre-operational";
+  bench.send("000 01 05");
+  bench.send(kSetpoints);
+  bench.send("000 80 05");
+  bench.send("000 01 05");
+  bench.send("080");
+  EXPECT_EQ(bench.image.setpoint_count, 0U) << "what was latched before is gone";
+}
+
+TEST(Tpdo, SendsActualValuesAfterEachSync) {
+  Bench bench(true);
+  for (std::size_t c = 0; c < 8; ++c)
+    bench.image.chamber[c].actual_Pa = 100000.0F * static_cast<float>(c + 1);
+  bench.tick();
+  EXPECT_EQ(bench.drain(), Frames{});
+  bench.send("080");
+  EXPECT_EQ(bench.drain(), Frames{}) << "what is sent is sampled at the tick";
+  bench.tick();
+  EXPECT_EQ(bench.drain(), (Frames{"185 E8 03 D0 07 B8 0B A0 0F", "285 88 13 70 17 58 1B 40 1F"}));
+  bench.tick();
+  EXPECT_EQ(bench.drain(), Frames{});
+}
+
+TEST(Tpdo, SkipsSyncsAsItsTransmissionTypeSays) {
+  Bench bench;
+  bench.answer("605 2F 00 18 02 03 00 00 00");
+  bench.answer("605 23 01 18 01 85 02 00 C0");  // TPDO2 off
+  bench.send("000 01 05");
+  bench.tick();
+  bench.drain();
+  int sent = 0;
+  for (int i = 1; i <= 9; ++i) {
+    bench.send("080");
+    bench.tick();
+    const bool now = !bench.drain().empty();
+    EXPECT_EQ(now, i % 3 == 0) << "SYNC " << i;
+    sent += now ? 1 : 0;
+  }
+  EXPECT_EQ(sent, 3);
+}
+
+TEST(Tpdo, OfTypeZeroIsSentWithASyncOnlyAfterAChange) {
+  Bench bench;
+  bench.answer("605 2F 00 18 02 00 00 00 00");
+  bench.answer("605 23 01 18 01 85 02 00 C0");
+  bench.send("000 01 05");
+  bench.send("080");
+  bench.tick();
+  bench.drain();
+  bench.send("080");
+  bench.tick();
+  EXPECT_EQ(bench.drain(), Frames{});
+  bench.image.chamber[2].actual_Pa = 100.0F;
+  bench.tick();
+  EXPECT_EQ(bench.drain(), Frames{}) << "not without a SYNC";
+  bench.send("080");
+  bench.tick();
+  EXPECT_EQ(bench.drain(), Frames{"185 00 00 00 00 01 00 00 00"});
+}
+
+TEST(Tpdo, SendsTheStatusWordOnChangeAndByItsEventTimer) {
+  Bench bench;
+  bench.answer("605 2B 17 10 00 00 00 00 00");
+  bench.send("000 01 05");
+  bench.tick();
+  EXPECT_EQ(bench.drain(), Frames{"385 00 00"}) << "once when the node becomes operational";
+  bench.image.status_word = 0x0009;
+  bench.tick();
+  EXPECT_EQ(bench.drain(), Frames{"385 09 00"});
+  bench.tick(49);
+  EXPECT_EQ(bench.drain(), Frames{});
+  bench.tick();
+  EXPECT_EQ(bench.drain(), Frames{"385 09 00"}) << "500 ms after the last";
+}
+
+TEST(Tpdo, WaitsForItsInhibitTime) {
+  Bench bench;
+  bench.answer("605 2B 17 10 00 00 00 00 00");
+  bench.answer("605 23 02 18 01 85 03 00 C0");
+  bench.answer("605 2B 02 18 03 2C 01 00 00");  // 300 x 100 us
+  bench.answer("605 23 02 18 01 85 03 00 40");
+  bench.send("000 01 05");
+  bench.tick();
+  bench.drain();
+  bench.image.status_word = 1;
+  bench.tick(2);
+  EXPECT_EQ(bench.drain(), Frames{});
+  bench.tick();
+  EXPECT_EQ(bench.drain(), Frames{"385 01 00"});
+}
+
+TEST(Tpdo, StreamsPressureCommandAndVolumeOfAChamberInOneFrame) {
+  Bench bench;
+  bench.answer("605 23 06 18 01 82 06 00 40");  // TPDO7 to 682h, as mapped by default
+  bench.send("000 01 05");
+  bench.tick();
+  bench.drain();
+  bench.image.chamber[2].actual_Pa = 100000.0F;
+  bench.image.chamber[2].command_V = 5.0F;
+  bench.image.chamber[2].volume_m3 = 1.0e-4F;
+  bench.send("080");
+  bench.tick();
+  const Frames frames = bench.drain();
+  ASSERT_EQ(frames.size(), 3U);
+  EXPECT_EQ(frames[2], "682 00 50 C3 47 00 80 E8 03");  // 32767.5 rounds up; 1000 x 1e-7 m3
+}
+
+TEST(Tpdo, GivesTheNewestValueWhenTheBusIsSlow) {
+  Bench bench(true);
+  bench.send("080");
+  bench.tick();
+  bench.image.chamber[0].actual_Pa = 500.0F;
+  bench.send("080");
+  bench.tick();
+  EXPECT_EQ(bench.drain(), (Frames{"185 05 00 00 00 00 00 00 00", "285 00 00 00 00 00 00 00 00"}));
+  EXPECT_EQ(bench.node.counters().pdo_overwritten, 2U);
+}
+
+// ---- the set-point watchdog ----
+
+struct Watched : Bench {
+  Watched() : Bench(true) {
+    send("405 07 00");
+    feed();
+    tick();
+    drain();
+  }
+  void feed() {
+    send(kSetpoints);
+    send("080");
+  }
+};
+
+TEST(SetpointWatchdog, IsFedByTheStream) {
+  Watched bench;
+  for (int i = 0; i < 100; ++i) {
+    bench.feed();
+    bench.tick(5);
+    EXPECT_FALSE(bench.image.setpoint_lost) << "after " << i;
+  }
+}
+
+TEST(SetpointWatchdog, ReportsALostStreamAfterItsEventTimer) {
+  Watched bench;
+  bench.tick(9);
+  EXPECT_FALSE(bench.image.setpoint_lost) << "100 ms";
+  bench.tick();
+  EXPECT_TRUE(bench.image.setpoint_lost);
+  EXPECT_EQ(bench.drain(), Frames{"085 50 82 11 00 00 00 00 00"});
+  bench.tick(20);
+  EXPECT_EQ(bench.drain(), Frames{}) << "once";
+  bench.feed();
+  bench.tick();
+  EXPECT_FALSE(bench.image.setpoint_lost);
+  EXPECT_EQ(bench.drain()[0], "085 00 00 00 00 00 00 00 00");
+}
+
+TEST(SetpointWatchdog, SeesAStreamEndThoughSetPointFramesComeWithoutSync) {
+  Watched bench;
+  for (int i = 0; i < 10; ++i) {
+    bench.send(kSetpoints);
+    bench.tick();
+  }
+  EXPECT_TRUE(bench.image.setpoint_lost);
+}
+
+TEST(SetpointWatchdog, IsNotFooledByStoppingTheNode) {
+  Watched bench;
+  bench.send("000 02 05");
+  bench.tick(10);
+  EXPECT_TRUE(bench.image.setpoint_lost);
+  EXPECT_EQ(bench.drain(), Frames{}) << "a stopped node may not send an emergency";
+  bench.send("000 80 05");
+  bench.tick();
+  EXPECT_EQ(bench.drain(), Frames{"085 50 82 11 00 00 00 00 00"}) << "but has not forgotten it";
+}
+
+TEST(SetpointWatchdog, RestsUnlessActiveIsAskedFor) {
+  Watched bench;
+  bench.send("405 03 00");
+  bench.tick(100);
+  EXPECT_FALSE(bench.image.setpoint_lost);
+  bench.send("405 07 00");
+  bench.tick(100);
+  EXPECT_FALSE(bench.image.setpoint_lost) << "the old stream ended long ago, a new one has not begun";
+}
+
+TEST(SetpointWatchdog, GivesWayToTheControllersOwnWordOnTheMatter) {
+  Watched bench;
+  bench.tick(9);
+  bench.image.error_code = 0x8250;  // the controller saw it first
+  bench.image.error_register = 0x10;
+  bench.tick(5);
+  EXPECT_EQ(bench.drain(), Frames{"085 50 82 11 00 00 00 00 00"}) << "one emergency, not two";
+}
+
+}  // namespace
+}  // namespace plenum::canopen
