@@ -145,10 +145,8 @@ Excitation::Config restrict_to(const Excitation::Config& asked,
   config.null_V = settings.null_V;
   config.command_low_V = clamp(asked.command_low_V, settings.command_low_V, settings.command_high_V);
   config.command_high_V = clamp(asked.command_high_V, settings.command_low_V, settings.command_high_V);
-  const bool commands_finite =
-      numeric::is_finite(asked.command_low_V) && numeric::is_finite(asked.command_high_V);
-  if (!commands_finite || !(config.command_low_V < config.null_V) ||
-      !(config.null_V < config.command_high_V)) {
+  // Comparisons are written so that what is not a number fails them.
+  if (!(config.command_low_V < config.null_V && config.null_V < config.command_high_V)) {
     config.command_low_V = settings.command_low_V;
     config.command_high_V = settings.command_high_V;
   }
@@ -156,9 +154,7 @@ Excitation::Config restrict_to(const Excitation::Config& asked,
       clamp(asked.pressure_low_kPa, settings.pressure_low_kPa, settings.pressure_high_kPa);
   config.pressure_high_kPa =
       clamp(asked.pressure_high_kPa, settings.pressure_low_kPa, settings.pressure_high_kPa);
-  const bool pressures_finite =
-      numeric::is_finite(asked.pressure_low_kPa) && numeric::is_finite(asked.pressure_high_kPa);
-  if (!pressures_finite || !(config.pressure_low_kPa < config.pressure_high_kPa)) {
+  if (!(config.pressure_low_kPa < config.pressure_high_kPa)) {
     config.pressure_low_kPa = settings.pressure_low_kPa;
     config.pressure_high_kPa = settings.pressure_high_kPa;
   }

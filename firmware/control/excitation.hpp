@@ -4,25 +4,24 @@
 // controller correlates command with pressure, and seldom dwells near the null.) The command is a sequence of
 // random segments:
 //
-//   1/2  a level, uniform over the command range, 20..400 ms        both rates, s(u), r(u): c2, c3, c7, c8
-//   1/4  a level within a tenth of the range about the null, 50..400 ms       the leaky regime: c1, c9
-//   1/8  a ramp to a uniform level, 0.2..1.5 s                      s(u) nearly at rest: c2, c3
-//   1/8  a full stroke to alternate ends, 20..120 ms                the largest rates: c7, c8
+//   1/2  a level, uniform over the command range, 20..400 ms           s(u), r(u): c2, c3, c7, c8
+//   1/4  a level within a tenth of the range about the null, 50..400 ms  the leaky regime: c1, c9
+//   1/8  a ramp to a uniform level, 0.2..1.5 s                         s(u) nearly at rest: c2, c3
+//   1/8  a full stroke to alternate ends, 20..120 ms                   the largest rates: c7, c8
 //
 // The guard shapes the command that a segment asks for:
-//  - within `approach` of a limit the valve may open towards that limit only in proportion to the distance
-//  left;
-//  - beyond a limit (projected to the end of the coming tick) the valve opens fully to the other side; from
-//  there at
-//    least a quarter, until the pressure has come back by the hysteresis. The upper limit prevails.
+//  - within `approach` of a limit the valve may open towards it only in proportion to the room left;
+//  - beyond a limit, projected to the end of the coming tick, the valve opens fully to the other side; from
+//    there at least a quarter, until the pressure has come back by the hysteresis. The upper limit prevails.
+//
+// `approach` is what the chamber can do in two ticks at full opening: the configured value, or twice the
+// fastest change seen so far where that is more, at most the whole range.
 //
 // A wall that moves faster than the open valve can answer still takes the pressure past a limit: the trip of
 // firmware/safety stands behind this guard.
 //
-// `approach` is what the chamber can do in two ticks at full opening: the configured value, or twice the
-// fastest change seen so far where that is more. The command never leaves [command_low_V, command_high_V],
-// and a pressure that is not finite gives null_V. The same seed and pressures give the same commands, bit for
-// bit.
+// The command never leaves [command_low_V, command_high_V], and a pressure that is not finite gives null_V.
+// The same seed and pressures give the same commands, bit for bit.
 #pragma once
 
 #include <cstdint>
@@ -86,7 +85,7 @@ class Excitation {
 
 /// `asked`, brought inside what the installer allows: commands and pressures within the limits of `settings`,
 /// null_V of `settings`. A command or pressure range that is empty, does not reach both sides of the null, or
-/// holds a value that is not finite is replaced by that of `settings`.
+/// holds what is not a number is replaced by that of `settings`.
 Excitation::Config restrict_to(const Excitation::Config& asked,
                                const config::ChamberSettings& settings) noexcept;
 
