@@ -1,4 +1,5 @@
-// CRC-32 of IEEE 802.3 (polynomial 04C11DB7h reflected, as zlib and Ethernet), check value CBF43926h for "123456789".
+// CRC-32 of IEEE 802.3 (polynomial 04C11DB7h reflected), as zlib and Ethernet have it.
+// Check value CBF43926h for "123456789".
 #pragma once
 
 #include <cstdint>

@@ -171,7 +171,9 @@ ImageVerdict validate(const ModelParameters& parameters) noexcept {
   for (std::size_t i = 0; i < schema.size(); ++i) {
     const float value = parameters.value[i];
     const auto index = static_cast<std::uint8_t>(i);
-    if (!numeric::is_finite(value)) return {ImageError::not_finite, index, value, schema[i].low, schema[i].high};
+    if (!numeric::is_finite(value)) {
+      return {ImageError::not_finite, index, value, schema[i].low, schema[i].high};
+    }
     if (value < schema[i].low || value > schema[i].high) {
       return {ImageError::out_of_range, index, value, schema[i].low, schema[i].high};
     }

@@ -77,8 +77,8 @@ struct ImageVerdict {
 /// One clause for a person: "is out of range". Never null.
 const char* describe(ImageError error) noexcept;
 
-/// Smallest excess of c9 over its bound [V]: k (9) of commands within 10 V of the null, computed in float, is off
-/// by less than this (six roundings of numbers below 20 V, 2^-20 V at most each).
+/// Smallest excess of c9 over its bound [V]: k (9) of commands within 10 V of the null, computed in float, is
+/// off by less than this (six roundings of numbers below 20 V, 2^-20 V at most each).
 inline constexpr float kRateMargin_V = 1e-5F;
 
 /// Full range of a valve command [V].

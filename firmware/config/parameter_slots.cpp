@@ -27,7 +27,8 @@ ImageVerdict ParameterSlots::check_and_stage(Slot& slot, bool pending,
   Set& staged = slot.staged_set();
   const ImageVerdict verdict = decode(image, staged.parameters);
   staged.size = verdict ? image.size() : 0;
-  std::copy_n(image.begin(), staged.size, staged.image.begin());  // decode() bounds the size by kMaxImageBytes
+  // decode() accepts no size beyond kMaxImageBytes.
+  std::copy_n(image.begin(), staged.size, staged.image.begin());
   return verdict;
 }
 

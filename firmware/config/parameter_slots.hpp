@@ -1,4 +1,4 @@
-// The parameter sets of a board: for each chamber one active set and one staged set, swapped at a tick's edge.
+// The parameter sets of a board: for each chamber an active set and a staged one, swapped at a tick's edge.
 //
 //   stage(image): checked, decoded, staged -> commit(mask, crc, key): pending -> apply_at_tick_edge(): active
 //

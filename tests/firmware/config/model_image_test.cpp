@@ -244,8 +244,9 @@ RC_GTEST_PROP(ModelValidation, AcceptedSetsHaveAPositiveRateAndARisingSteadyStat
     RC_ASSERT(p.value[verdict.parameter] < verdict.low);  // so each round makes progress
     p.value[verdict.parameter] = verdict.low;
   }
-  const double c1 = p.value[kC1], c2 = p.value[kC2], c3 = p.value[kC3];
-  const double c8 = p.value[kC8], c9 = p.value[kC9], c_gamma = p.value[kCGamma];
+  const auto value = [&](std::size_t i) { return static_cast<double>(p.value[i]); };
+  const double c1 = value(kC1), c2 = value(kC2), c3 = value(kC3);
+  const double c8 = value(kC8), c9 = value(kC9), c_gamma = value(kCGamma);
   double before = -std::numeric_limits<double>::infinity();
   for (int i = 0; i <= 2000; ++i) {
     const double x = i * 0.005 - c1;
