@@ -4,6 +4,15 @@ namespace plenum::control {
 
 using numeric::clamp;
 
+namespace {
+
+/// Slopes of the correction [V/V]. A steeper rise would multiply the gain of the loop by more than two; a
+/// steeper fall would take half of it away, and at -1 turn the command around.
+constexpr Scalar kSteepestRise = Scalar(1);
+constexpr Scalar kSteepestFall = Scalar(0.5);
+
+}  // namespace
+
 void CommandTrim::configure(const Config& config) noexcept {
   config_ = config;
   nodes_per_V_ = static_cast<Scalar>(kNodes - 1) / (config.high_V - config.low_V);
@@ -23,15 +32,39 @@ Scalar CommandTrim::at(Scalar model_V) const noexcept {
   return below_V + here.above_share * (correction_V_[here.below + 1] - below_V);
 }
 
-void CommandTrim::learn(Scalar model_V, Scalar residual_kPa, Scalar slope_kPa_V) noexcept {
-  const Scalar floor = config_.slope_floor_kPa_V;
-  const Scalar excess_V = residual_kPa * slope_kPa_V / (slope_kPa_V * slope_kPa_V + floor * floor);
+Scalar CommandTrim::reach(Scalar model_V) const noexcept {
+  const Scalar above = place(model_V).above_share;
+  return above * above + (Scalar(1) - above) * (Scalar(1) - above);
+}
+
+void CommandTrim::move(Scalar model_V, Scalar step_V) noexcept {
   const Place here = place(model_V);
-  const auto move = [&](Scalar& node_V, Scalar share) noexcept {
-    node_V = clamp(node_V - config_.gain * share * excess_V, -config_.limit_V, config_.limit_V);
+  const auto shift = [&](std::size_t node, Scalar share) noexcept {
+    correction_V_[node] = clamp(correction_V_[node] + share * step_V, -config_.limit_V, config_.limit_V);
   };
-  move(correction_V_[here.below], Scalar(1) - here.above_share);
-  move(correction_V_[here.below + 1], here.above_share);
+  shift(here.below, Scalar(1) - here.above_share);
+  shift(here.below + 1, here.above_share);
+  level(here.below);
+}
+
+void CommandTrim::level(std::size_t below) noexcept {
+  // Between two nodes the correction may rise by `most` and fall by `least`; the taught pair gives way
+  // together, the nodes on either side follow it.
+  const Scalar spacing_V = Scalar(1) / nodes_per_V_;
+  const Scalar most_V = kSteepestRise * spacing_V;
+  const Scalar least_V = -kSteepestFall * spacing_V;
+  Scalar& low_V = correction_V_[below];
+  Scalar& high_V = correction_V_[below + 1];
+  const Scalar rise_V = high_V - low_V;
+  const Scalar excess_V = Scalar(0.5) * (rise_V - clamp(rise_V, least_V, most_V));
+  low_V += excess_V;
+  high_V -= excess_V;
+  for (std::size_t i = below; i > 0; --i) {
+    correction_V_[i - 1] = clamp(correction_V_[i - 1], correction_V_[i] - most_V, correction_V_[i] - least_V);
+  }
+  for (std::size_t i = below + 2; i < kNodes; ++i) {
+    correction_V_[i] = clamp(correction_V_[i], correction_V_[i - 1] + least_V, correction_V_[i - 1] + most_V);
+  }
 }
 
 }  // namespace plenum::control

@@ -4,13 +4,9 @@
 //   valve command = model command + c(model command)
 //
 // c is piecewise linear over kNodes commands. The identified curve of a valve is a smooth formula; a real
-// valve has a dead band, a bent area curve and a null that drifts. When the pressure moved by `residual` more
-// than the model said under a command at which the model's pressure changes by `slope` a volt, the command
-// there was too large by about residual/slope; a share of that is taken off the two neighbouring nodes
-// (normalised least mean squares). Where the slope is small (sealed ports) nothing is learned: there the
-// command says nothing about the flow.
-//
-// c stays within its limit and vanishes with gain 0.
+// valve has a dead band, a bent area curve and a null that drifts. The slope of c is bounded: that carries
+// the curve over commands at which nothing can be learned (sealed ports), and keeps the gain of the loop
+// within a factor of two. c stays within its limit, and is zero until something is learned.
 #pragma once
 
 #include <array>
@@ -27,11 +23,9 @@ class CommandTrim {
   static constexpr std::size_t kNodes = 17;
 
   struct Config {
-    Scalar low_V = Scalar(3);              ///< first node
-    Scalar high_V = Scalar(7);             ///< last node, above low_V
-    Scalar gain = Scalar(0.2);             ///< share of an error that is learned in a tick
-    Scalar limit_V = Scalar(1);            ///< largest correction believed
-    Scalar slope_floor_kPa_V = Scalar(5);  ///< slopes well below it teach nothing
+    Scalar low_V = Scalar(3);    ///< first node
+    Scalar high_V = Scalar(7);   ///< last node, above low_V
+    Scalar limit_V = Scalar(1);  ///< largest correction believed
   };
 
   void configure(const Config& config) noexcept;
@@ -40,7 +34,12 @@ class CommandTrim {
   /// The correction at a model command [V].
   Scalar at(Scalar model_V) const noexcept;
 
-  void learn(Scalar model_V, Scalar residual_kPa, Scalar slope_kPa_V) noexcept;
+  /// The sum of the squares of the two nodes' shares in the correction at a command: how much of it one
+  /// learning step of unit size moves.
+  Scalar reach(Scalar model_V) const noexcept;
+
+  /// Moves the two nodes around a command by `step_V`, each by its share.
+  void move(Scalar model_V, Scalar step_V) noexcept;
 
  private:
   struct Place {
@@ -48,6 +47,7 @@ class CommandTrim {
     Scalar above_share;  ///< how far it is to the next one
   };
   Place place(Scalar model_V) const noexcept;
+  void level(std::size_t below) noexcept;
 
   Config config_;
   Scalar nodes_per_V_ = Scalar(4);

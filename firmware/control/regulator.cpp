@@ -21,10 +21,8 @@ Scalar compression_kPa(Scalar pressure_kPa, const ChamberMotion& motion) noexcep
 
 void Regulator::configure(const Config& config) noexcept {
   config_ = config;
-  trim_.configure({.low_V = config.command_low_V,
-                   .high_V = config.command_high_V,
-                   .gain = config.trim_gain,
-                   .limit_V = config.trim_limit_V});
+  trim_.configure(
+      {.low_V = config.command_low_V, .high_V = config.command_high_V, .limit_V = config.trim_limit_V});
 }
 
 void Regulator::reset(Scalar pressure_kPa, Scalar command_V) noexcept {
@@ -54,26 +52,39 @@ Scalar Regulator::observe(const PressureModel& model, Scalar measured_kPa,
   // Over the tick just past the older command acted until the valve's delay had passed, then the newer one.
   const Scalar delay = config_.valve_delay_ticks;
   const Scalar rest = Scalar(1) - delay;
-  const Scalar compressed_kPa = compression_kPa(pressure_kPa_, past);
   const Scalar disturbed_kPa = disturbance_kPa(past);
   const Prediction first = model.step(pressure_kPa_, before_V_, past, delay);
   const Prediction second = model.step(first.end_kPa, acting_V_, past, rest);
   const Scalar mean_kPa = delay * first.mean_kPa + rest * second.mean_kPa + Scalar(0.5) * disturbed_kPa;
   const Scalar residual_kPa = measured_kPa - mean_kPa;
 
-  if (learning_) {
-    // The mean over the tick moves by about half of what its end does.
-    const Scalar slope = Scalar(0.5) * model.derivatives(pressure_kPa_, acting_V_, past).by_command_kPa_V;
-    trim_.learn(acting_V_, residual_kPa, slope);
-  }
+  learn(model, residual_kPa, past);
   pressure_kPa_ = second.end_kPa + disturbed_kPa + config_.pressure_gain * residual_kPa;
-  const Scalar steady_limit = config_.disturbance_limit_kPa;
-  steady_kPa_ = clamp(steady_kPa_ + config_.disturbance_gain * residual_kPa, -steady_limit, steady_limit);
-  const Scalar floor = config_.compression_floor_kPa;
-  const Scalar taught = residual_kPa * compressed_kPa / (compressed_kPa * compressed_kPa + floor * floor);
-  compression_ = clamp(compression_ + config_.compression_gain * taught, -config_.compression_limit,
-                       config_.compression_limit);
   return residual_kPa;
+}
+
+void Regulator::learn(const PressureModel& model, Scalar residual_kPa, const ChamberMotion& past) noexcept {
+  const auto square = [](Scalar x) noexcept { return x * x; };
+  // The mean over a tick moves by about half of what its end does.
+  constexpr Scalar kMeanOfEnd = Scalar(0.5);
+  const Scalar by_compression = kMeanOfEnd * compression_kPa(pressure_kPa_, past);
+  const Scalar by_trim =
+      learning_ ? -kMeanOfEnd * model.derivatives(pressure_kPa_, acting_V_, past).by_command_kPa_V
+                : Scalar(0);
+  const Scalar steady_weight = square(config_.disturbance_deviation_kPa);
+  const Scalar compression_weight = square(config_.compression_deviation);
+  const Scalar trim_weight = square(config_.trim_deviation_V);
+  const Scalar spread = square(config_.residual_noise_kPa) + steady_weight * square(kMeanOfEnd) +
+                        compression_weight * square(by_compression) +
+                        trim_weight * square(by_trim) * trim_.reach(acting_V_);
+  const Scalar share = residual_kPa / spread;
+
+  const Scalar steady_limit = config_.disturbance_limit_kPa;
+  steady_kPa_ = clamp(steady_kPa_ + steady_weight * kMeanOfEnd * share, -steady_limit, steady_limit);
+  const Scalar compression_limit = config_.compression_limit;
+  compression_ = clamp(compression_ + compression_weight * by_compression * share, -compression_limit,
+                       compression_limit);
+  trim_.move(acting_V_, trim_weight * by_trim * share);
 }
 
 Regulator::Span Regulator::acting_span(const ReferenceShaper::Reference& reference) const noexcept {

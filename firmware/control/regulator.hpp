@@ -7,6 +7,10 @@
 //                 d      a steady disturbance [kPa a tick]: leaks, supply, sensor offset
 //                 theta  a share of the adiabatic compression -p v' h/v [1]: the published model puts v'
 //                 elsewhere c(u)   a correction of the valve curve (CommandTrim)
+//               Each is moved along its sensitivity, weighted by how far it is believed to be off:
+//                 step_i = m_i^2 phi_i e / (noise^2 + sum_j m_j^2 phi_j^2),   phi_i = d mean / d estimate_i
+//               the first step of a Kalman filter with the deviations m_i. (Normalising each estimate on its
+//               own was tried: the estimates then chase each other.)
 //   2. predict  the valve answers a command `valve_delay_ticks` late; the pressure is carried over that delay
 //   with the
 //               command that still acts (a Smith predictor).
@@ -36,20 +40,19 @@ class Regulator {
     /// Time from a command to the valve's answer, in ticks, 0 to 1: a spool of natural frequency f and
     /// damping z answers like a delay of z/(pi f).
     Scalar valve_delay_ticks = Scalar(0.3);
-    /// Gains of the observer on the residual: on the pressure [1], the disturbance [1/tick], the compression
-    /// [1].
-    Scalar pressure_gain = Scalar(0.9);
-    Scalar disturbance_gain = Scalar(0.05);
-    Scalar compression_gain = Scalar(0.3);
-    Scalar disturbance_limit_kPa = Scalar(40);   ///< largest disturbance believed, a tick
-    Scalar compression_limit = Scalar(2);        ///< largest share of the compression believed
-    Scalar compression_floor_kPa = Scalar(0.5);  ///< compressions well below it, in a tick, teach nothing
+    Scalar pressure_gain = Scalar(0.9);  ///< of the observer, on the residual [1]
+    /// How far the estimates are believed to be off; 0: that one is not learned.
+    Scalar disturbance_deviation_kPa = Scalar(0.3);
+    Scalar compression_deviation = Scalar(0.2);
+    Scalar trim_deviation_V = Scalar(0.1);
+    Scalar residual_noise_kPa = Scalar(1);      ///< the part of a residual that none of them explains
+    Scalar disturbance_limit_kPa = Scalar(40);  ///< largest disturbance believed, a tick
+    Scalar compression_limit = Scalar(2);       ///< largest share of the compression believed
+    Scalar trim_limit_V = Scalar(1);            ///< largest correction of the command believed
     /// The share of a small tracking error that is left after one tick: softens the answer to noise.
     Scalar error_left = Scalar(0);
     /// The most that is left of any error [kPa]: a large error is a step, and is answered at once.
     Scalar error_left_limit_kPa = Scalar(3);
-    Scalar trim_gain = Scalar(0.2);  ///< see CommandTrim; 0: the valve curve stays as identified
-    Scalar trim_limit_V = Scalar(1);
   };
 
   struct Command {
@@ -87,6 +90,7 @@ class Regulator {
   /// The reference over the tick in which a command given now acts.
   Span acting_span(const ReferenceShaper::Reference& reference) const noexcept;
   Scalar disturbance_kPa(const ChamberMotion& motion) const noexcept;
+  void learn(const PressureModel& model, Scalar residual_kPa, const ChamberMotion& past) noexcept;
 
   Config config_;
   CommandTrim trim_;

@@ -1,0 +1,223 @@
+// The regulator on chambers that differ from its model in known ways. The chambers are integrated here, in
+// double.
+#include "firmware/control/regulator.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+#include "firmware/control/tassa9.hpp"
+#include "tests/firmware/control/admissible.hpp"
+
+namespace plenum::control {
+namespace {
+
+constexpr std::array<float, 12> kParameters = {5.0F,  0.6F, 1.5F,  0.0F, 0.0F,   0.01F,
+                                               40.0F, 0.1F, 0.02F, 0.1F, 620.0F, 101.3F};
+
+/// p' = (s - p) r + leak, the valve's command off by `valve_offset_V` and late by `delay_ticks`; 50 substeps
+/// a tick.
+struct Chamber {
+  double pressure_kPa = 300;
+  double leak_kPa_s = 0;
+  double valve_offset_V = 0;
+  double delay_ticks = 0;
+  double last_V = 5;
+
+  /// Returns the mean over the tick, as the averaging sensor reads it.
+  double tick(double command_V, double volume_mL, double volume_rate_mL_s) {
+    testing::RandomChamber shape{.parameters = kParameters,
+                                 .volume_mL = static_cast<float>(volume_mL),
+                                 .volume_rate_mL_s = static_cast<float>(volume_rate_mL_s),
+                                 .pressure_kPa = 0};
+    constexpr int kSteps = 50;
+    double sum = 0;
+    for (int i = 0; i < kSteps; ++i) {
+      const double acting_V = (i < delay_ticks * kSteps ? last_V : command_V) - valve_offset_V;
+      const auto [s, r] = testing::reference(shape, acting_V);
+      // the compression that the model leaves out: -1.4 p v'/v
+      const double drift = leak_kPa_s - 1.4 * pressure_kPa * volume_rate_mL_s / volume_mL;
+      const double end = s + drift / r + (pressure_kPa - s - drift / r) * std::exp(-r * 0.01 / kSteps);
+      sum += 0.5 * (pressure_kPa + end);
+      pressure_kPa = end;
+    }
+    last_V = command_V;
+    return sum / kSteps;
+  }
+};
+
+/// The defaults, for a valve that answers at once.
+Regulator::Config prompt_valve() {
+  Regulator::Config config;
+  config.valve_delay_ticks = 0;
+  return config;
+}
+
+struct Loop {
+  Tassa9 model;
+  Regulator regulator;
+  Chamber chamber;
+  double measured_kPa = 300;
+  double command_V = 5;
+  ChamberMotion motion{.volume_mL = 150, .volume_rate_mL_s = 0};
+
+  explicit Loop(const Regulator::Config& config = prompt_valve()) {
+    model.configure(kParameters, 3, 7);
+    regulator.configure(config);
+    regulator.reset(300, 5);
+  }
+
+  /// One tick with reference r(t), t in ticks. Returns the pressure at its end.
+  double tick(const std::function<double(double)>& reference, double t, const ChamberMotion& past,
+              const ChamberMotion& next) {
+    regulator.observe(model, static_cast<float>(measured_kPa), past);
+    const Regulator::Command command = regulator.regulate(model,
+                                                          {.now_kPa = static_cast<float>(reference(t)),
+                                                           .next_kPa = static_cast<float>(reference(t + 1)),
+                                                           .after_kPa = static_cast<float>(reference(t + 2))},
+                                                          next);
+    command_V = static_cast<double>(command.command_V);
+    regulator.sent(command.command_V);
+    measured_kPa = chamber.tick(command_V, static_cast<double>(next.volume_mL),
+                                static_cast<double>(next.volume_rate_mL_s));
+    return chamber.pressure_kPa;
+  }
+  double tick(const std::function<double(double)>& reference, double t) {
+    return tick(reference, t, motion, motion);
+  }
+};
+
+Regulator::Config without_learning() {
+  Regulator::Config config = prompt_valve();
+  config.disturbance_deviation_kPa = 0;
+  config.compression_deviation = 0;
+  config.trim_deviation_V = 0;
+  return config;
+}
+
+TEST(Regulator, OnItsOwnModelItLandsOnTheReferenceInOneTick) {
+  Loop loop(without_learning());
+  const auto reference = [](double t) { return t < 10 ? 300.0 : 306.0; };
+  double end = 0;
+  for (int t = 0; t < 10; ++t) end = loop.tick(reference, t);
+  EXPECT_NEAR(end, 306.0, 0.02) << "kPa: the first tick that ends after the step";
+  EXPECT_NEAR(loop.tick(reference, 10), 306.0, 0.02) << "kPa: and it stays";
+}
+
+TEST(Regulator, OnItsOwnModelItFollowsASineWithPreviewToTheResolutionOfTheInverse) {
+  Loop loop(without_learning());
+  const auto reference = [](double t) { return 300 + 80 * std::sin(2 * std::numbers::pi * 0.02 * t); };
+  double worst = 0;
+  for (int t = 0; t < 300; ++t) {
+    const double end = loop.tick(reference, t);
+    if (t > 5) worst = std::max(worst, std::fabs(end - reference(t + 1)));
+  }
+  EXPECT_LT(worst, 0.05) << "kPa, 2 Hz";
+}
+
+TEST(Regulator, AnUnknownLeakLeavesNoSteadyError) {
+  Loop loop;
+  loop.chamber.leak_kPa_s = -200;
+  const auto reference = [](double) { return 400.0; };
+  double end = 0;
+  for (int t = 0; t < 400; ++t) end = loop.tick(reference, t);
+  EXPECT_NEAR(end, 400.0, 0.2) << "kPa";
+}
+
+TEST(Regulator, AShiftedValveIsLearned) {
+  Loop loop;
+  loop.chamber.valve_offset_V = 0.3;
+  const auto reference = [](double t) { return 300 + 80 * std::sin(2 * std::numbers::pi * 0.02 * t); };
+  double first = 0;
+  double last = 0;
+  for (int t = 0; t < 2'000; ++t) {
+    const double error = loop.tick(reference, t) - reference(t + 1);
+    if (t < 50) first += error * error / 50;
+    if (t >= 1'950) last += error * error / 50;
+  }
+  EXPECT_LT(std::sqrt(last), 0.2 * std::sqrt(first))
+      << "RMS [kPa] before " << std::sqrt(first) << ", after " << std::sqrt(last);
+}
+
+TEST(Regulator, TheCompressionThatTheModelLeavesOutIsLearned) {
+  Loop loop;
+  const auto reference = [](double) { return 350.0; };
+  const auto motion_at = [](double t) -> ChamberMotion {
+    const double angle = 2 * std::numbers::pi * 0.01 * t;
+    return {.volume_mL = static_cast<float>(150 + 30 * std::sin(angle)),
+            .volume_rate_mL_s = static_cast<float>(30 * 2 * std::numbers::pi * std::cos(angle))};
+  };
+  double first = 0;
+  double last = 0;
+  for (int t = 0; t < 2'000; ++t) {
+    const double error = loop.tick(reference, t, motion_at(t - 0.5), motion_at(t + 0.5)) - 350.0;
+    if (t >= 5 && t < 55) first += error * error / 50;
+    if (t >= 1'950) last += error * error / 50;
+  }
+  EXPECT_LT(std::sqrt(last), 0.35 * std::sqrt(first))
+      << "RMS [kPa] before " << std::sqrt(first) << ", after " << std::sqrt(last);
+}
+
+TEST(Regulator, NothingWindsUpWhileTheCommandIsAtItsLimit) {
+  Loop loop;
+  // Two seconds of a pressure that the supply does not have, then one that it has.
+  const auto reference = [](double t) { return t < 200 ? 650.0 : 450.0; };
+  double lowest = 1e9;
+  for (int t = 0; t < 300; ++t) {
+    const double end = loop.tick(reference, t);
+    if (t >= 205) lowest = std::min(lowest, end);
+    if (t >= 215) {
+      EXPECT_NEAR(end, 450.0, 5.0) << "kPa at tick " << t;
+    }
+  }
+  EXPECT_GT(lowest, 440.0) << "kPa: undershoot after the limit";
+}
+
+TEST(Regulator, ItsCommandsStayWithinTheirLimits) {
+  Loop loop;
+  loop.chamber.valve_offset_V = -0.5;
+  for (int t = 0; t < 600; ++t) {
+    loop.tick([](double x) { return 350 + 300 * std::sin(0.3 * x); }, t);
+    ASSERT_GE(loop.command_V, 3.0);
+    ASSERT_LE(loop.command_V, 7.0);
+  }
+}
+
+TEST(Regulator, AKnownDelayOfTheValveIsCountedIn) {
+  const auto rms_with = [](float believed_delay) {
+    Regulator::Config config;
+    config.valve_delay_ticks = believed_delay;
+    config.trim_deviation_V = 0;
+    Loop loop(config);
+    loop.chamber.delay_ticks = 0.4;
+    const auto reference = [](double t) { return 300 + 60 * std::sin(2 * std::numbers::pi * 0.04 * t); };
+    double square = 0;
+    for (int t = 0; t < 500; ++t) {
+      const double error = loop.tick(reference, t) - reference(t + 1);
+      if (t >= 50) square += error * error / 450;
+    }
+    return std::sqrt(square);
+  };
+  EXPECT_LT(rms_with(0.4F), 0.5 * rms_with(0.0F))
+      << "RMS [kPa] with " << rms_with(0.4F) << ", without " << rms_with(0);
+}
+
+TEST(Regulator, TakesOverFromAHeldCommandWithoutABump) {
+  Loop loop;
+  // Somebody else holds the valve at 5.2 V; the regulator only watches.
+  for (int t = 0; t < 200; ++t) {
+    loop.regulator.observe(loop.model, static_cast<float>(loop.measured_kPa), loop.motion);
+    loop.regulator.sent(5.2F);
+    loop.measured_kPa = loop.chamber.tick(5.2, 150, 0);
+  }
+  const double before = loop.chamber.pressure_kPa;
+  const auto here = [before](double) { return before; };
+  for (int t = 0; t < 20; ++t) EXPECT_NEAR(loop.tick(here, t), before, 0.5) << "kPa at tick " << t;
+}
+
+}  // namespace
+}  // namespace plenum::control
