@@ -55,7 +55,6 @@ double AveragingAdc::read_V(double mean_V) {
   const Moments sample = sigma >= 0.5 ? Moments{x, sigma * sigma + 1.0 / 12.0} : rounded_sample(x, sigma);
   double block = sample.mean;
   if (sample.variance > 0.0) block += std::sqrt(sample.variance / N) * random_.gaussian();
-  block = std::round(block * N) / N;
   return config_.low_V + step_V_ * std::clamp(block, 0.0, std::exp2(config_.bits) - 1.0);
 }
 

@@ -1,15 +1,15 @@
 // The converters of the front end.
 //
 // AveragingAdc: the mean over a tick of N samples Q(x + n), n white and Gaussian with deviation sigma, Q
-// rounding to the step q = range / 2^bits. For a signal that rests within the tick the sum over codes gives
-// the mean and the variance of one sample exactly; the mean of N of them is Gaussian (central limit, N = 200)
-// and lies on the grid q / N:
+// rounding to the step q = range / 2^bits. For a signal that rests within the tick, mean and variance of the
+// block are exact; its distribution is taken as Gaussian (central limit, N = 200), one deviate a tick:
 //   sigma >= q/2: mean x (bias below 0.0023 q), variance (sigma^2 + q^2/12) / N
 //   sigma <  q/2: E Q = sum_k k q P_k, Var Q = sum_k (k q)^2 P_k - (E Q)^2, P_k by the normal distribution;
 //                 at sigma = 0 plain rounding of the mean, an error that repeats
-// Assumptions: samples independent; a signal moving by more than a step within the tick is linearised by
-// that, which the second line does not grant it. The mean is clipped to the codes, exact farther than 4 sigma
-// from the rails. Vanishes: many bits and no noise give the mean itself.
+// Assumptions: samples independent; a signal that moves by more than a step within the tick is linearised by
+// that, which the second line does not grant it. The grid q / N of a block mean is not reproduced. The mean
+// is clipped to the codes, exact farther than 4 sigma from the rails. Vanishes: many bits and no noise give
+// the mean itself.
 //
 // Dac: rounds to the nearest code of 2^bits over 0..span, and holds it until the next write.
 // Source: sampling at 20 kHz averaged by 200: "Modeling and Identification of Pneumatic Actuators", V.

@@ -22,7 +22,7 @@
 // Vanishes: at p_1 = p_2, at zero area, and for the ellipse wherever r >= a.
 //
 // Numerical treatment: for kappa = 1.4 the powers are sevenths. With q = x^(1/7) by a cubic start and one
-// fourth-order Householder step (no pow, relative error below 1e-14), z = alpha p_u q^5 sqrt(1 - q^2), where
+// fourth-order Householder step (no pow, relative error below 2e-14), z = alpha p_u q^5 sqrt(1 - q^2), where
 // 1 - q^2 = (1 + q)(1 - x) / (1 + q + ... + q^6) loses no digits as x -> 1. Another kappa takes exp, expm1.
 // Within 1e-5 of equal pressures (1 to 7 Pa; for the ellipse, of the cracking ratio) the root is replaced by
 // its chord: flow proportional to the pressure difference. The slope, unbounded as printed, becomes finite,
@@ -52,7 +52,7 @@ struct Flux {
 /// Relative distance from equal pressures (or from the cracking ratio) below which the flow is laminar.
 inline constexpr double kLaminarBelow = 1e-5;
 
-/// x^(1/7) for 0.528 <= x <= 1; relative error below 1e-14.
+/// x^(1/7) for 0.528 <= x <= 1; relative error below 2e-14.
 inline double seventh_root(double x) {
   // s = x^(-1/7): cubic Chebyshev interpolant (7e-5), then s (1 - e)^(-1/7) with e = 1 - x s^7 expanded to
   // the third order.
