@@ -27,6 +27,8 @@ std::uint16_t index_of(const SdoServer::Bytes& request) {
 }  // namespace
 
 bool SdoServer::request(Device& device, const Bytes& request, Bytes& response) noexcept {
+  if (state_ == State::idle)
+    reset();  // a segment that belongs to no transfer is aborted in the name of no object
   silence_us_ = 0;
   response = {};
   Abort abort = Abort::unknown_command;
@@ -165,9 +167,9 @@ Abort SdoServer::upload_segment(const Bytes& request, Bytes& response) noexcept 
 }
 
 void SdoServer::abort_transfer(Device& device, Abort abort, Bytes& response) noexcept {
-  reset();
   multiplex(response, 0x80, index_, sub_);
   store_le(static_cast<std::uint32_t>(abort), std::span(response).subspan<4, 4>());
+  reset();
   ++device.counters.sdo_aborts;
 }
 

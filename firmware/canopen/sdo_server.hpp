@@ -20,7 +20,11 @@ class SdoServer {
   /// Time passes. Returns true when a transfer under way has timed out and `response` carries its abort.
   bool elapse(Device& device, std::uint32_t elapsed_us, Bytes& response) noexcept;
 
-  void reset() noexcept { state_ = State::idle; }
+  void reset() noexcept {
+    state_ = State::idle;
+    index_ = 0;
+    sub_ = 0;
+  }
 
  private:
   enum class State : std::uint8_t { idle, download, upload };

@@ -76,7 +76,7 @@ TEST(Network, ResetsItsCommunicationAndLeavesTheProcessAlone) {
   EXPECT_EQ(bench.node.state(), NmtState::pre_operational);
   EXPECT_EQ(bench.image.control_word, 7);
   EXPECT_EQ(bench.answer("605 40 17 10 00 00 00 00 00"), "585 4B 17 10 00 E8 03 00 00");
-  EXPECT_EQ(bench.answer("605 60 00 00 00 00 00 00 00"), "585 80 08 10 00 01 00 04 05")
+  EXPECT_EQ(bench.answer("605 60 00 00 00 00 00 00 00"), "585 80 00 00 00 01 00 04 05")
       << "no segment goes on";
 }
 

@@ -37,7 +37,7 @@ TEST(Sdo, ReadsTheDeviceNameInSegments) {  // "Plenum valve board", 18 bytes
   EXPECT_EQ(bench.answer("605 60 00 00 00 00 00 00 00"), "585 00 50 6C 65 6E 75 6D 20");
   EXPECT_EQ(bench.answer("605 70 00 00 00 00 00 00 00"), "585 10 76 61 6C 76 65 20 62");
   EXPECT_EQ(bench.answer("605 60 00 00 00 00 00 00 00"), "585 07 6F 61 72 64 00 00 00");  // 3 unused, last
-  EXPECT_EQ(bench.answer("605 70 00 00 00 00 00 00 00"), "585 80 08 10 00 01 00 04 05")
+  EXPECT_EQ(bench.answer("605 70 00 00 00 00 00 00 00"), "585 80 00 00 00 01 00 04 05")
       << "nothing is under way";
 }
 
@@ -136,7 +136,7 @@ TEST(Sdo, AbortsADownloadWhoseToggleBitStandsStill) {
   bench.answer("605 21 10 21 00 10 00 00 00");
   EXPECT_EQ(bench.answer("605 00 01 02 03 04 05 06 07"), "585 20 00 00 00 00 00 00 00");
   EXPECT_EQ(bench.answer("605 00 01 02 03 04 05 06 07"), "585 80 10 21 00 00 00 03 05") << "a duplicate";
-  EXPECT_EQ(bench.answer("605 10 01 02 03 04 05 06 07"), "585 80 10 21 00 01 00 04 05")
+  EXPECT_EQ(bench.answer("605 10 01 02 03 04 05 06 07"), "585 80 00 00 00 01 00 04 05")
       << "the transfer is over";
   EXPECT_EQ(bench.desk.stagings, 0);
 }
@@ -173,7 +173,7 @@ TEST(Sdo, LetsTheClientAbortWithoutAWord) {
   Bench bench;
   bench.answer("605 21 10 21 00 08 00 00 00");
   EXPECT_EQ(bench.answer("605 80 10 21 00 00 00 04 05"), "");
-  EXPECT_EQ(bench.answer("605 00 01 02 03 04 05 06 07"), "585 80 10 21 00 01 00 04 05");
+  EXPECT_EQ(bench.answer("605 00 01 02 03 04 05 06 07"), "585 80 00 00 00 01 00 04 05");
 }
 
 TEST(Sdo, StartsAnewWhenTheClientDoes) {
