@@ -1,0 +1,25 @@
+// The way from a PC program to a CAN bus: simulated, socketcand or SocketCAN.
+#pragma once
+
+#include <optional>
+
+#include "firmware/ports/can_bus.hpp"
+
+namespace plenum::host::client {
+
+using plenum::ports::CanFrame;
+
+class Link {
+ public:
+  virtual ~Link() = default;
+
+  /// Queues a frame. Throws std::runtime_error when it cannot be queued.
+  virtual void send(const CanFrame& frame) = 0;
+  /// The next frame that anybody else sent. Waits for it up to `timeout_s`; a simulated link runs its world
+  /// meanwhile. Empty when none came; with a time-out of 0 only what is already there is taken.
+  virtual std::optional<CanFrame> receive(double timeout_s) = 0;
+  /// Time of this link's world [s]: monotonic, any origin.
+  virtual double now_s() const = 0;
+};
+
+}  // namespace plenum::host::client

@@ -1,0 +1,469 @@
+#include "host-sim/client/session.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "host-sim/client/abort_text.hpp"
+
+namespace plenum::host::client {
+namespace {
+
+using canopen::Abort;
+using canopen::NmtCommand;
+using canopen::NmtState;
+namespace cob = canopen::cob;
+namespace object = canopen::object;
+namespace word = canopen::word;
+
+constexpr std::size_t kSegmentBytes = 7;
+constexpr std::uint8_t kToggleBit = 0x10;
+constexpr double kPoll_s = 0.01;  ///< between two looks at a state that changes at a tick's edge
+
+std::array<std::uint8_t, 8> request_of(std::uint8_t command, std::uint16_t index, std::uint8_t sub) {
+  return {command, static_cast<std::uint8_t>(index), static_cast<std::uint8_t>(index >> 8), sub, 0, 0, 0, 0};
+}
+
+std::uint16_t chamber_index(std::uint16_t base, std::size_t chamber) {
+  return static_cast<std::uint16_t>(base + chamber);
+}
+
+/// Name of a parameter of the image's own kind.
+std::string parameter_name(std::span<const std::uint8_t> image, std::size_t number) {
+  constexpr std::size_t kKindAt = 8;
+  if (image.size() >= kKindAt + 2) {
+    const auto kind = static_cast<plenum::config::ModelKind>(canopen::load_le(image.subspan(kKindAt, 2)));
+    const auto schema = plenum::config::parameter_schema(kind);
+    if (number < schema.size()) return schema[number].name;
+  }
+  return fmt::format("parameter {}", number);
+}
+
+std::uint8_t low_byte(unsigned value) {
+  return static_cast<std::uint8_t>(value);
+}
+
+}  // namespace
+
+std::optional<Emergency> decode_emergency(const CanFrame& frame) {
+  if (frame.extended || frame.remote || frame.length != 8) return std::nullopt;
+  if (frame.id <= cob::kEmergency || frame.id > cob::kEmergency + 127) return std::nullopt;
+  return Emergency{low_byte(frame.id - cob::kEmergency),
+                   static_cast<std::uint16_t>(canopen::load_le(std::span(frame.data).first<2>())),
+                   frame.data[2], frame.data[3]};
+}
+
+Session::Session(Link& link, std::uint8_t node_id, const SessionConfig& config)
+    : link_(link), node_id_(node_id), config_(config) {
+  if (node_id < 1 || node_id > 127) {
+    throw std::invalid_argument(fmt::format("session: node id {}, expected 1..127", node_id));
+  }
+}
+
+void Session::dispatch(const CanFrame& frame) {
+  if (subscriber_) subscriber_({link_.now_s(), frame});
+}
+
+void Session::listen(double duration_s) {
+  const double end_s = link_.now_s() + duration_s;
+  for (double left_s = duration_s; left_s > 0.0; left_s = end_s - link_.now_s()) {
+    const std::optional<CanFrame> frame = link_.receive(left_s);
+    if (!frame) return;
+    dispatch(*frame);
+  }
+}
+
+void Session::transmit(std::uint32_t id, std::span<const std::uint8_t> data) {
+  CanFrame frame;
+  frame.id = id;
+  frame.length = static_cast<std::uint8_t>(data.size());
+  std::copy(data.begin(), data.end(), frame.data.begin());
+  link_.send(frame);
+}
+
+// ---- network ----
+
+void Session::nmt(NmtCommand command) {
+  transmit(cob::kNmt, std::array<std::uint8_t, 2>{static_cast<std::uint8_t>(command), node_id_});
+}
+
+NmtState Session::wait_heartbeat(double timeout_s) {
+  const double end_s = link_.now_s() + timeout_s;
+  for (double left_s = timeout_s; left_s > 0.0; left_s = end_s - link_.now_s()) {
+    const std::optional<CanFrame> frame = link_.receive(left_s);
+    if (!frame) break;
+    dispatch(*frame);
+    if (!frame->extended && !frame->remote && frame->id == cob::kHeartbeat + node_id_ && frame->length == 1) {
+      return static_cast<NmtState>(frame->data[0] & 0x7FU);
+    }
+  }
+  throw Timeout(fmt::format("node {}: no heartbeat within {} s, expected one on {:03X}h", node_id_, timeout_s,
+                            cob::kHeartbeat + node_id_));
+}
+
+void Session::send_sync() {
+  transmit(cob::kSync, {});
+}
+
+// ---- objects ----
+
+/// Sends a request and returns its answer. Answers to older, given-up requests name another object and are
+/// passed over.
+CanFrame Session::exchange(const std::array<std::uint8_t, 8>& request, std::uint16_t index, std::uint8_t sub,
+                           bool initiate, const char* doing) {
+  transmit(cob::kSdoRequest + node_id_, request);
+  const double end_s = link_.now_s() + config_.sdo_timeout_s;
+  for (double left_s = config_.sdo_timeout_s; left_s > 0.0; left_s = end_s - link_.now_s()) {
+    const std::optional<CanFrame> frame = link_.receive(left_s);
+    if (!frame) break;
+    if (frame->extended || frame->remote || frame->id != cob::kSdoResponse + node_id_ || frame->length != 8) {
+      dispatch(*frame);
+      continue;
+    }
+    const std::array<std::uint8_t, 8> named = request_of(0, index, sub);
+    const bool names_object = std::equal(named.begin() + 1, named.begin() + 4, frame->data.begin() + 1);
+    if (initiate && !names_object) continue;
+    if (frame->data[0] == 0x80) {
+      const std::uint32_t code = canopen::load_le(std::span(frame->data).subspan<4, 4>());
+      throw SdoAbort(fmt::format("node {}: {} {:04X}h:{} was aborted with {:08X}h, {}", node_id_, doing,
+                                 index, sub, code, abort_text(code)),
+                     index, sub, code);
+    }
+    return *frame;
+  }
+  auto abort = request_of(0x80, index, sub);
+  canopen::store_le(static_cast<std::uint32_t>(Abort::timed_out), std::span(abort).subspan<4, 4>());
+  transmit(cob::kSdoRequest + node_id_, abort);
+  throw Timeout(fmt::format("node {}: {} {:04X}h:{} had no answer within {} s, expected one on {:03X}h",
+                            node_id_, doing, index, sub, config_.sdo_timeout_s,
+                            cob::kSdoResponse + node_id_));
+}
+
+void Session::fail_transfer(std::uint16_t index, std::uint8_t sub, Abort abort, const char* doing,
+                            const std::string& found) {
+  auto request = request_of(0x80, index, sub);
+  canopen::store_le(static_cast<std::uint32_t>(abort), std::span(request).subspan<4, 4>());
+  transmit(cob::kSdoRequest + node_id_, request);
+  throw ProtocolError(
+      fmt::format("node {}: {} {:04X}h:{} was answered with {}", node_id_, doing, index, sub, found));
+}
+
+std::vector<std::uint8_t> Session::sdo_read(std::uint16_t index, std::uint8_t sub) {
+  constexpr const char* kDoing = "reading";
+  const CanFrame first = exchange(request_of(0x40, index, sub), index, sub, true, kDoing);
+  const std::uint8_t command = first.data[0];
+  if ((command & 0xE0U) != 0x40U) {
+    fail_transfer(index, sub, Abort::unknown_command, kDoing,
+                  fmt::format("command {:02X}h, expected an initiate upload response", command));
+  }
+  const bool expedited = (command & 0x02U) != 0;
+  const bool sized = (command & 0x01U) != 0;
+  if (expedited) {
+    const std::size_t size = sized ? 4U - ((command >> 2) & 3U) : 4U;
+    return {first.data.begin() + 4, first.data.begin() + 4 + static_cast<std::ptrdiff_t>(size)};
+  }
+  const std::uint32_t announced = canopen::load_le(std::span(first.data).subspan<4, 4>());
+  std::vector<std::uint8_t> bytes;
+  for (std::uint8_t toggle = 0;; toggle ^= kToggleBit) {
+    const CanFrame segment = exchange(request_of(low_byte(0x60U | toggle), 0, 0), index, sub, false, kDoing);
+    const std::uint8_t header = segment.data[0];
+    if ((header & 0xE0U) != 0) {
+      fail_transfer(index, sub, Abort::unknown_command, kDoing,
+                    fmt::format("command {:02X}h, expected an upload segment", header));
+    }
+    if ((header & kToggleBit) != toggle) {
+      fail_transfer(index, sub, Abort::toggle_not_alternated, kDoing, "a toggle bit that did not alternate");
+    }
+    const std::size_t count = kSegmentBytes - ((header >> 1) & 7U);
+    bytes.insert(bytes.end(), segment.data.begin() + 1,
+                 segment.data.begin() + 1 + static_cast<std::ptrdiff_t>(count));
+    const bool last = (header & 1U) != 0;
+    if (sized && (bytes.size() > announced || (last && bytes.size() != announced))) {
+      fail_transfer(index, sub, Abort::length_mismatch, kDoing,
+                    fmt::format("{} bytes, expected the {} announced", bytes.size(), announced));
+    }
+    if (last) return bytes;
+  }
+}
+
+void Session::sdo_write(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> bytes) {
+  constexpr const char* kDoing = "writing";
+  const bool expedited = !bytes.empty() && bytes.size() <= 4;
+  auto request = request_of(0x21, index, sub);
+  if (expedited) {
+    request[0] = low_byte(0x23U | static_cast<unsigned>(4 - bytes.size()) << 2);
+    std::copy(bytes.begin(), bytes.end(), request.begin() + 4);
+  } else {
+    canopen::store_le(static_cast<std::uint32_t>(bytes.size()), std::span(request).subspan<4, 4>());
+  }
+  const CanFrame first = exchange(request, index, sub, true, kDoing);
+  if (first.data[0] != 0x60) {
+    fail_transfer(index, sub, Abort::unknown_command, kDoing,
+                  fmt::format("command {:02X}h, expected an initiate download response", first.data[0]));
+  }
+  if (expedited) return;
+  std::uint8_t toggle = 0;
+  for (std::size_t done = 0; done < bytes.size(); toggle ^= kToggleBit) {
+    const std::size_t count = std::min(kSegmentBytes, bytes.size() - done);
+    const bool last = done + count == bytes.size();
+    std::array<std::uint8_t, 8> segment{};
+    segment[0] = low_byte(toggle | static_cast<unsigned>(kSegmentBytes - count) << 1 | (last ? 1U : 0U));
+    std::copy_n(bytes.begin() + static_cast<std::ptrdiff_t>(done), count, segment.begin() + 1);
+    done += count;
+    const CanFrame answer = exchange(segment, index, sub, false, kDoing);
+    if ((answer.data[0] & 0xE0U) != 0x20U) {
+      fail_transfer(index, sub, Abort::unknown_command, kDoing,
+                    fmt::format("command {:02X}h, expected a download segment response", answer.data[0]));
+    }
+    if ((answer.data[0] & kToggleBit) != toggle) {
+      fail_transfer(index, sub, Abort::toggle_not_alternated, kDoing, "a toggle bit that did not alternate");
+    }
+  }
+}
+
+std::uint32_t Session::read_bits(std::uint16_t index, std::uint8_t sub, std::size_t size) {
+  const std::vector<std::uint8_t> bytes = sdo_read(index, sub);
+  if (bytes.size() != size) {
+    throw ProtocolError(fmt::format("node {}: reading {:04X}h:{} gave {} bytes, expected {}", node_id_, index,
+                                    sub, bytes.size(), size));
+  }
+  return canopen::load_le(bytes);
+}
+
+void Session::write_bits(std::uint16_t index, std::uint8_t sub, std::uint32_t bits, std::size_t size) {
+  std::array<std::uint8_t, 4> bytes{};
+  canopen::store_le(bits, bytes);
+  sdo_write(index, sub, std::span<const std::uint8_t>(bytes).first(size));
+}
+
+std::string Session::read_text(std::uint16_t index) {
+  const std::vector<std::uint8_t> bytes = sdo_read(index, 0);
+  return {bytes.begin(), bytes.end()};
+}
+
+// ---- device control ----
+
+void Session::request_state(std::uint16_t control_word) {
+  write<std::uint16_t>(object::kControlWord, 0, control_word);
+  const auto wanted = static_cast<std::uint16_t>((control_word & word::kStateMask) | word::kReady);
+  constexpr std::uint16_t kShown = word::kStateMask | word::kReady;
+  const double end_s = link_.now_s() + config_.state_timeout_s;
+  std::uint16_t status = status_word();
+  while ((status & kShown) != wanted && link_.now_s() < end_s) {
+    listen(kPoll_s);
+    status = status_word();
+  }
+  if ((status & kShown) == wanted) return;
+  const std::string found = fmt::format(
+      "node {}: status word {:04X}h, error {:04X}h, within {} s after control word {:04X}h, expected {:X}h "
+      "in "
+      "the low four bits",
+      node_id_, status, read<std::uint16_t>(object::kErrorCode, 0), config_.state_timeout_s, control_word,
+      wanted);
+  if ((status & word::kReady) == 0) throw Refused(found);
+  throw Timeout(found);
+}
+
+void Session::enable() {
+  request_state(word::kDisabled);
+  request_state(word::kHold);
+  request_state(word::kActive);
+}
+
+void Session::reset_fault() {
+  write<std::uint16_t>(object::kControlWord, 0, word::kDisabled);
+  listen(2.0 * kPoll_s);  // the edge needs a tick that saw the bit low
+  request_state(word::kDisabled | word::kResetFault);
+  write<std::uint16_t>(object::kControlWord, 0, word::kDisabled);
+}
+
+// ---- models ----
+
+void Session::stage_model(const ModelUpload& upload) {
+  if (upload.chamber >= kChambers) {
+    throw std::invalid_argument(fmt::format("node {}: model for chamber {}, expected 0..{}", node_id_,
+                                            upload.chamber, kChambers - 1));
+  }
+  try {
+    sdo_write(chamber_index(object::kStagedModel, upload.chamber), 0, upload.image);
+  } catch (const SdoAbort& abort) {
+    // other aborts come from the transfer itself, and the reason in 2128h+c is then that of an earlier image
+    const bool by_the_desk = abort.code == static_cast<std::uint32_t>(Abort::cannot_store) ||
+                             abort.code == static_cast<std::uint32_t>(Abort::value_range) ||
+                             abort.code == static_cast<std::uint32_t>(Abort::device_state);
+    if (!by_the_desk) throw;
+    const std::uint16_t state = chamber_index(object::kSetState, upload.chamber);
+    const auto error = static_cast<plenum::config::ImageError>(read<std::uint8_t>(state, 2));
+    if (error == plenum::config::ImageError::none) throw;
+    std::string found = fmt::format("the image {}", plenum::config::describe(error));
+    if (error == plenum::config::ImageError::out_of_range ||
+        error == plenum::config::ImageError::not_finite) {
+      const std::uint8_t number = read<std::uint8_t>(state, 5);
+      found = fmt::format("{} is {:g}, expected {:g}..{:g}", parameter_name(upload.image, number),
+                          read<float>(state, 6), read<float>(state, 7), read<float>(state, 8));
+    }
+    throw Refused(fmt::format("node {} chamber {}: model refused: {} (abort {:08X}h)", node_id_,
+                              upload.chamber, found, abort.code));
+  }
+}
+
+void Session::await_take_over(const ModelUpload& upload) {
+  const std::uint16_t state = chamber_index(object::kSetState, upload.chamber);
+  const double end_s = link_.now_s() + config_.state_timeout_s;
+  auto phase = static_cast<plenum::config::SetPhase>(read<std::uint8_t>(state, 1));
+  while (phase == plenum::config::SetPhase::committed && link_.now_s() < end_s) {
+    listen(kPoll_s);
+    phase = static_cast<plenum::config::SetPhase>(read<std::uint8_t>(state, 1));
+  }
+  if (phase != plenum::config::SetPhase::active) {
+    throw Timeout(
+        fmt::format("node {} chamber {}: set in phase {} within {} s after the commit, expected {} (active)",
+                    node_id_, upload.chamber, static_cast<int>(phase), config_.state_timeout_s,
+                    static_cast<int>(plenum::config::SetPhase::active)));
+  }
+  const std::vector<std::uint8_t> back = download_model(upload.chamber);
+  if (back == upload.image) return;
+  const auto differ = std::mismatch(back.begin(), back.end(), upload.image.begin(), upload.image.end());
+  throw ProtocolError(
+      fmt::format("node {} chamber {}: model read back differs at byte {} ({} bytes), expected the {} sent",
+                  node_id_, upload.chamber, differ.first - back.begin(), back.size(), upload.image.size()));
+}
+
+void Session::upload_models(std::span<const ModelUpload> uploads) {
+  std::array<const ModelUpload*, kChambers> of_chamber{};
+  for (const ModelUpload& upload : uploads) {
+    if (upload.chamber < kChambers && of_chamber[upload.chamber] != nullptr) {
+      throw std::invalid_argument(
+          fmt::format("node {}: two models for chamber {}, expected one", node_id_, upload.chamber));
+    }
+    stage_model(upload);
+    of_chamber[upload.chamber] = &upload;
+  }
+  unsigned mask = 0;
+  std::vector<std::uint32_t> crcs;
+  for (std::size_t chamber = 0; chamber < kChambers; ++chamber) {
+    if (of_chamber[chamber] == nullptr) continue;
+    mask |= 1U << chamber;
+    crcs.push_back(plenum::config::trailing_crc(of_chamber[chamber]->image));
+  }
+  if (mask == 0) return;
+  write(object::kCommit, 1, low_byte(mask));
+  write(object::kCommit, 2, plenum::config::commit_crc(crcs));
+  try {
+    write(object::kCommit, 3, plenum::config::kCommitKey);
+  } catch (const SdoAbort& abort) {
+    throw Refused(fmt::format("node {}: commit of chambers {:02X}h refused (abort {:08X}h, {})", node_id_,
+                              mask, abort.code, abort_text(abort.code)));
+  }
+  for (const ModelUpload& upload : uploads) await_take_over(upload);
+}
+
+void Session::upload_model(std::uint8_t chamber, std::span<const std::uint8_t> image) {
+  upload_models(std::array{ModelUpload{chamber, {image.begin(), image.end()}}});
+}
+
+std::vector<std::uint8_t> Session::download_model(std::uint8_t chamber) {
+  try {
+    return sdo_read(chamber_index(object::kActiveModel, chamber), 0);
+  } catch (const SdoAbort& abort) {
+    if (abort.code == static_cast<std::uint32_t>(Abort::no_data)) return {};
+    throw;
+  }
+}
+
+// ---- set points and capture ----
+
+/// The order CiA 301 asks for: switch off, empty the mapping, fill it, activate it, switch on.
+void Session::map_pdo(std::uint16_t communication, std::uint16_t mapping, std::uint32_t cob_id,
+                      std::uint8_t transmission_type, std::span<const std::uint32_t> objects) {
+  write(communication, 1, cob_id | cob::kInvalid);
+  write<std::uint8_t>(mapping, 0, 0);
+  for (std::size_t i = 0; i < objects.size(); ++i)
+    write(mapping, low_byte(static_cast<unsigned>(i) + 1), objects[i]);
+  write(mapping, 0, low_byte(static_cast<unsigned>(objects.size())));
+  write(communication, 2, transmission_type);
+  write(communication, 1, cob_id);
+}
+
+void Session::configure_setpoints(SetpointFormat format) {
+  constexpr std::uint8_t kEachSync = 1;
+  constexpr std::uint8_t kOnEvent = 255;
+  const auto map = [this](std::uint32_t n, std::uint8_t type, std::span<const std::uint32_t> objects,
+                          bool on) {
+    const std::uint32_t cob_id = cob::kRpdo1 + 0x100 * n + node_id_;
+    map_pdo(chamber_index(object::kRpdoCommunication, n), chamber_index(object::kRpdoMapping, n),
+            on ? cob_id : cob_id | cob::kInvalid, type, objects);
+  };
+  if (format == SetpointFormat::pascal) {
+    // the deadline of RPDO1 and 2 watches the stream; RPDO3 and 4 come with them
+    for (std::uint32_t n = 0; n < 4; ++n) {
+      const std::array<std::uint32_t, 2> objects{canopen::mapping_entry(object::kPascals + 2 * n, 1, 32),
+                                                 canopen::mapping_entry(object::kPascals + 2 * n + 1, 1, 32)};
+      map(n, kEachSync, objects, true);
+    }
+  } else {
+    for (std::uint32_t n = 0; n < 2; ++n) {
+      std::array<std::uint32_t, 4> objects{};
+      for (std::uint32_t i = 0; i < 4; ++i) {
+        objects[i] = canopen::mapping_entry(object::kSetpoint + object::kChamberStride * (4 * n + i), 1, 16);
+      }
+      map(n, kEachSync, objects, true);
+    }
+    const std::array<std::uint32_t, 1> control{canopen::mapping_entry(object::kControlWord, 0, 16)};
+    map(2, kOnEvent, control, true);
+    map(3, kOnEvent, control, false);
+  }
+  setpoint_format_ = format;
+}
+
+void Session::send_setpoints(std::span<const double, kChambers> setpoints_Pa) {
+  const double high_Pa = static_cast<double>(canopen::kSetpointHigh_Pa);
+  for (std::size_t chamber = 0; chamber < setpoints_Pa.size(); ++chamber) {
+    if (setpoints_Pa[chamber] >= 0.0 && setpoints_Pa[chamber] <= high_Pa) continue;
+    throw std::invalid_argument(fmt::format("node {} chamber {}: set point {} Pa, expected 0..{} Pa",
+                                            node_id_, chamber, setpoints_Pa[chamber], high_Pa));
+  }
+  const bool pascal = setpoint_format_ == SetpointFormat::pascal;
+  const std::size_t per_pdo = pascal ? 2 : 4;
+  const std::size_t value_bytes = pascal ? 4 : 2;
+  for (std::size_t first = 0; first < setpoints_Pa.size(); first += per_pdo) {
+    std::array<std::uint8_t, 8> data{};
+    for (std::size_t i = 0; i < per_pdo; ++i) {
+      const double setpoint_Pa = setpoints_Pa[first + i];
+      const std::uint32_t bits = pascal ? std::bit_cast<std::uint32_t>(static_cast<float>(setpoint_Pa))
+                                        : static_cast<std::uint32_t>(std::lround(setpoint_Pa / 100.0));
+      canopen::store_le(bits, std::span(data).subspan(i * value_bytes, value_bytes));
+    }
+    transmit(cob::kRpdo1 + 0x100 * static_cast<std::uint32_t>(first / per_pdo) + node_id_, data);
+  }
+}
+
+Stream Session::configure_stream(const StreamConfig& config) {
+  if (config.every_syncs < 1 || config.every_syncs > 240) {
+    throw std::invalid_argument(
+        fmt::format("node {}: stream at every {} SYNCs, expected 1..240", node_id_, config.every_syncs));
+  }
+  stop_stream();
+  const auto lsb_m3 = static_cast<float>(config.largest_volume_m3 / 65535.0);
+  write(object::kCodeScale, 2, lsb_m3);
+  for (std::uint32_t chamber = 0; chamber < kChambers; ++chamber) {
+    if ((config.chambers >> chamber & 1U) == 0) continue;
+    const std::array<std::uint32_t, 3> objects{canopen::mapping_entry(object::kPascals + chamber, 2, 32),
+                                               canopen::mapping_entry(object::kCodes + chamber, 1, 16),
+                                               canopen::mapping_entry(object::kCodes + chamber, 2, 16)};
+    map_pdo(chamber_index(object::kTpdoCommunication, 4 + chamber),
+            chamber_index(object::kTpdoMapping, 4 + chamber), cob::kNoRtr | (config.first_cob_id + chamber),
+            config.every_syncs, objects);
+  }
+  return {config, static_cast<double>(lsb_m3)};
+}
+
+void Session::stop_stream() {
+  for (std::size_t chamber = 0; chamber < kChambers; ++chamber) {
+    write(chamber_index(object::kTpdoCommunication, 4 + chamber), 1, cob::kInvalid | cob::kNoRtr);
+  }
+}
+
+}  // namespace plenum::host::client

@@ -1,0 +1,184 @@
+// A conversation with one board over CANopen: settings, models, set points, capture.
+//
+// Every call that waits hands the frames which are not its own to the subscriber: emergencies, heartbeats and
+// TPDOs are never lost to an SDO transfer that happens to be under way. One session at a time uses a link.
+#pragma once
+
+#include <bit>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "firmware/canopen/cia301.hpp"
+#include "firmware/canopen/objects.hpp"
+#include "host-sim/client/link.hpp"
+#include "host-sim/client/stream.hpp"
+
+namespace plenum::host::client {
+
+/// The board answered with an abort.
+class SdoAbort : public std::runtime_error {
+ public:
+  SdoAbort(const std::string& what, std::uint16_t index_, std::uint8_t sub_, std::uint32_t code_)
+      : std::runtime_error(what), index(index_), sub(sub_), code(code_) {}
+  std::uint16_t index;
+  std::uint8_t sub;
+  std::uint32_t code;
+};
+
+/// The board did not answer, or did not come to a state, in time.
+class Timeout : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// What came back is no CANopen, or not what was asked for.
+class ProtocolError : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// The board understood and said no: a model that fails its checks, a fault that stands.
+class Refused : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// A frame that was not an answer to this session's own request.
+struct Arrival {
+  double time_s = 0.0;  ///< of the link's world, when it was taken
+  CanFrame frame;
+};
+
+struct Emergency {
+  std::uint8_t node_id = 0;
+  std::uint16_t code = 0;  ///< 0: the error is gone
+  std::uint8_t error_register = 0;
+  std::uint8_t chamber = 0;  ///< chamber of the error + 1; 0: the whole board
+};
+
+/// The emergency message in a frame with a predefined COB-ID; empty for any other frame.
+std::optional<Emergency> decode_emergency(const CanFrame& frame);
+
+struct ModelUpload {
+  std::uint8_t chamber = 0;  ///< 0..7
+  std::vector<std::uint8_t> image;
+};
+
+enum class SetpointFormat {
+  millibar,  ///< RPDO1 and 2 as the board has them by default: 1 mbar a step, control word by RPDO3
+  pascal     ///< RPDO1..4, two REAL32 each; the control word then goes by SDO only
+};
+
+struct SessionConfig {
+  double sdo_timeout_s = 0.5;    ///< for each answer
+  double state_timeout_s = 2.0;  ///< for a state asked of the board
+};
+
+class Session {
+ public:
+  /// `node_id` 1..127, otherwise std::invalid_argument. The link must outlive the session.
+  Session(Link& link, std::uint8_t node_id, const SessionConfig& config = {});
+
+  std::uint8_t node_id() const { return node_id_; }
+  Link& link() { return link_; }
+
+  /// Who gets every frame that is no answer to this session. Replaces the one before.
+  void subscribe(std::function<void(const Arrival&)> subscriber) { subscriber_ = std::move(subscriber); }
+
+  /// Hands on what arrives for `duration_s`.
+  void listen(double duration_s);
+
+  // ---- network ----
+
+  void nmt(canopen::NmtCommand command);
+  /// The state in the next heartbeat or boot-up message of this board. Throws Timeout.
+  canopen::NmtState wait_heartbeat(double timeout_s);
+  void send_sync();
+
+  // ---- objects: SdoAbort, Timeout, ProtocolError ----
+
+  std::vector<std::uint8_t> sdo_read(std::uint16_t index, std::uint8_t sub);
+  /// Expedited up to four bytes, segmented above.
+  void sdo_write(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> bytes);
+
+  /// T is the object's type: std::uint8_t .. std::int32_t, float.
+  template <class T>
+  T read(std::uint16_t index, std::uint8_t sub) {
+    static_assert(std::is_arithmetic_v<T> && sizeof(T) <= 4);
+    const std::uint32_t bits = read_bits(index, sub, sizeof(T));
+    if constexpr (std::is_floating_point_v<T>) {
+      return std::bit_cast<T>(bits);
+    } else {
+      return static_cast<T>(bits);
+    }
+  }
+  template <class T>
+  void write(std::uint16_t index, std::uint8_t sub, T value) {
+    static_assert(std::is_arithmetic_v<T> && sizeof(T) <= 4);
+    if constexpr (std::is_floating_point_v<T>) {
+      write_bits(index, sub, std::bit_cast<std::uint32_t>(value), sizeof(T));
+    } else {
+      write_bits(index, sub, static_cast<std::uint32_t>(value), sizeof(T));
+    }
+  }
+  std::string read_text(std::uint16_t index);
+
+  // ---- device control (CiA 408) ----
+
+  std::uint16_t status_word() { return read<std::uint16_t>(canopen::object::kStatusWord, 0); }
+  /// Writes 6040h and waits until 6041h shows the same state and "ready". Throws Refused when a fault stands,
+  /// Timeout.
+  void request_state(std::uint16_t control_word);
+  /// DISABLED, HOLD, ACTIVE, one after the other. The set points should be good before.
+  void enable();
+  void disable() { request_state(canopen::word::kDisabled); }
+  /// A rising edge of R, then waits until the board is ready and DISABLED. Throws Refused when the fault
+  /// stays.
+  void reset_fault();
+
+  // ---- models ----
+
+  /// Stages all, commits all at once, waits for the take-over and reads each back. Throws Refused (which
+  /// chamber, which parameter, its value and range) when the board says no; then nothing in force has
+  /// changed.
+  void upload_models(std::span<const ModelUpload> uploads);
+  void upload_model(std::uint8_t chamber, std::span<const std::uint8_t> image);
+  /// The image in force; empty when there is none.
+  std::vector<std::uint8_t> download_model(std::uint8_t chamber);
+
+  // ---- set points and capture ----
+
+  /// Maps RPDO1..4. The node must not be fed set points meanwhile.
+  void configure_setpoints(SetpointFormat format);
+  /// One set point a chamber [Pa, absolute]; they take effect with the next SYNC. Throws
+  /// std::invalid_argument for one that the board would refuse.
+  void send_setpoints(std::span<const double, kChambers> setpoints_Pa);
+
+  /// Maps TPDO5+c to `first_cob_id` + c for the chambers asked for, and switches those of the others off.
+  Stream configure_stream(const StreamConfig& config);
+  void stop_stream();
+
+ private:
+  CanFrame exchange(const std::array<std::uint8_t, 8>& request, std::uint16_t index, std::uint8_t sub,
+                    bool initiate, const char* doing);
+  void transmit(std::uint32_t id, std::span<const std::uint8_t> data);
+  [[noreturn]] void fail_transfer(std::uint16_t index, std::uint8_t sub, canopen::Abort abort,
+                                  const char* doing, const std::string& found);
+  std::uint32_t read_bits(std::uint16_t index, std::uint8_t sub, std::size_t size);
+  void write_bits(std::uint16_t index, std::uint8_t sub, std::uint32_t bits, std::size_t size);
+  void map_pdo(std::uint16_t communication, std::uint16_t mapping, std::uint32_t cob_id,
+               std::uint8_t transmission_type, std::span<const std::uint32_t> objects);
+  void stage_model(const ModelUpload& upload);
+  void await_take_over(const ModelUpload& upload);
+  void dispatch(const CanFrame& frame);
+
+  Link& link_;
+  std::uint8_t node_id_;
+  SessionConfig config_;
+  std::function<void(const Arrival&)> subscriber_;
+  SetpointFormat setpoint_format_ = SetpointFormat::millibar;
+};
+
+}  // namespace plenum::host::client

@@ -1,0 +1,46 @@
+#include "host-sim/client/stream.hpp"
+
+#include <bit>
+#include <span>
+
+#include "firmware/canopen/cia301.hpp"
+
+namespace plenum::host::client {
+
+Stream::Stream(const StreamConfig& config, double volume_lsb_m3)
+    : config_(config), volume_lsb_m3_(volume_lsb_m3) {}
+
+std::optional<StreamSample> Stream::decode(const CanFrame& frame) const {
+  if (frame.extended || frame.remote || frame.length != 8 || frame.id < config_.first_cob_id)
+    return std::nullopt;
+  const std::size_t chamber = frame.id - config_.first_cob_id;
+  if (chamber >= kChambers || (config_.chambers >> chamber & 1U) == 0) return std::nullopt;
+  const std::span data(frame.data);
+  StreamSample sample;
+  sample.chamber = chamber;
+  sample.actual_Pa = static_cast<double>(std::bit_cast<float>(canopen::load_le(data.subspan<0, 4>())));
+  sample.command_V = canopen::load_le(data.subspan<4, 2>()) * (10.0 / 65535.0);
+  sample.volume_m3 = canopen::load_le(data.subspan<6, 2>()) * volume_lsb_m3_;
+  return sample;
+}
+
+bool Stream::accept(double time_s, const CanFrame& frame,
+                    const std::function<void(const StreamRow&)>& on_row) {
+  const std::optional<StreamSample> sample = decode(frame);
+  if (!sample) return false;
+  const auto bit = static_cast<std::uint8_t>(1U << sample->chamber);
+  if ((row_.chambers & bit) != 0) {  // the chamber's next sample: the row it would belong to has lost others
+    on_row(row_);
+    row_ = {};
+  }
+  if (row_.chambers == 0) row_.time_s = time_s;
+  row_.sample[sample->chamber] = *sample;
+  row_.chambers = static_cast<std::uint8_t>(row_.chambers | bit);
+  if (row_.chambers == config_.chambers) {
+    on_row(row_);
+    row_ = {};
+  }
+  return true;
+}
+
+}  // namespace plenum::host::client

@@ -1,0 +1,62 @@
+// The capture stream: one TPDO a chamber and SYNC, packed so that pressure, command and volume of one tick
+// share a frame.
+//
+//   bytes 0..3 actual pressure REAL32 [Pa] | 4..5 command U16, LSB 10 V / 65535 | 6..7 volume U16, LSB of
+//   object 2228h:2
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <optional>
+
+#include "firmware/canopen/objects.hpp"
+#include "host-sim/client/link.hpp"
+
+namespace plenum::host::client {
+
+inline constexpr std::size_t kChambers = plenum::config::kChambers;
+
+struct StreamConfig {
+  std::uint8_t chambers = 0xFF;  ///< bit c: chamber c
+  std::uint8_t every_syncs = 1;  ///< 1..240
+  double largest_volume_m3 =
+      6.5535e-3;                       ///< what code FFFFh stands for: the smaller, the finer (1/65535 of it)
+  std::uint32_t first_cob_id = 0x680;  ///< that of chamber 0; a second board on the bus needs another
+};
+
+struct StreamSample {
+  std::size_t chamber = 0;
+  double actual_Pa = 0.0;  ///< mean over the tick just past
+  double command_V = 0.0;  ///< held from this tick to the next
+  double volume_m3 = 0.0;
+};
+
+/// All chambers of one tick.
+struct StreamRow {
+  double time_s = 0.0;                           ///< arrival of its first frame
+  std::uint8_t chambers = 0;                     ///< which of them arrived
+  std::array<StreamSample, kChambers> sample{};  ///< valid where `chambers` says so
+};
+
+/// Decodes the frames of one board's stream, and gathers them to rows.
+class Stream {
+ public:
+  /// `volume_lsb_m3` as the board has it.
+  Stream(const StreamConfig& config, double volume_lsb_m3);
+
+  /// The sample that a frame carries; empty when the frame is none of this stream.
+  std::optional<StreamSample> decode(const CanFrame& frame) const;
+
+  /// Adds a frame. Calls `on_row` when it completes a row, or when it shows that the row before it will stay
+  /// incomplete (that one is handed over with `chambers` short of the configured ones). Returns whether the
+  /// frame was of this stream.
+  bool accept(double time_s, const CanFrame& frame, const std::function<void(const StreamRow&)>& on_row);
+
+ private:
+  StreamConfig config_;
+  double volume_lsb_m3_;
+  StreamRow row_;
+};
+
+}  // namespace plenum::host::client

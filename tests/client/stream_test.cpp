@@ -1,0 +1,132 @@
+#include "host-sim/client/stream.hpp"
+
+#include <gtest/gtest.h>
+
+#include "host-sim/client/session.hpp"
+#include "tests/client/board_on_bus.hpp"
+
+namespace plenum::host::client {
+namespace {
+
+double pressure_Pa(std::uint32_t tick, std::size_t chamber) {
+  return 100000.0 + 1000.0 * static_cast<double>(tick) + 10.0 * static_cast<double>(chamber);
+}
+double command_V(std::uint32_t tick, std::size_t chamber) {
+  return 3.0 + 0.01 * tick + 0.1 * static_cast<double>(chamber);
+}
+double volume_m3(std::uint32_t tick, std::size_t chamber) {
+  return 1.0e-4 + 1.0e-6 * tick + 1.0e-7 * static_cast<double>(chamber);
+}
+
+/// A board whose values tell tick and chamber.
+struct Streaming : BoardOnBus {
+  Streaming() {
+    each_tick = [this] {
+      for (std::size_t c = 0; c < kChambers; ++c) {
+        image.chamber[c].actual_Pa = static_cast<float>(pressure_Pa(image.tick_count, c));
+        image.chamber[c].command_V = static_cast<float>(command_V(image.tick_count, c));
+        image.chamber[c].volume_m3 = static_cast<float>(volume_m3(image.tick_count, c));
+      }
+    };
+  }
+};
+
+TEST(Stream, GivesOneRowATickWithAllChambersOfThatTick) {
+  Streaming world;
+  Session session(world, 5);
+  Stream stream = session.configure_stream({.largest_volume_m3 = 6.5535e-4});
+  session.nmt(canopen::NmtCommand::start);
+  std::vector<StreamRow> rows;
+  session.subscribe([&](const Arrival& arrival) {
+    stream.accept(arrival.time_s, arrival.frame, [&](const StreamRow& row) { rows.push_back(row); });
+  });
+  const std::uint32_t first_tick = world.image.tick_count + 1;
+  for (int i = 0; i < 100; ++i) {
+    session.send_sync();
+    session.listen(0.01);
+  }
+  session.listen(0.009);
+  ASSERT_EQ(rows.size(), 100U);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    EXPECT_EQ(rows[i].chambers, 0xFF);
+    const auto tick = first_tick + static_cast<std::uint32_t>(i);
+    for (std::size_t c = 0; c < kChambers; ++c) {
+      const StreamSample& sample = rows[i].sample[c];
+      EXPECT_EQ(sample.chamber, c);
+      EXPECT_EQ(sample.actual_Pa, pressure_Pa(tick, c)) << "row " << i << " chamber " << c << " [Pa]";
+      EXPECT_NEAR(sample.command_V, command_V(tick, c), 0.51 * 10.0 / 65535.0) << "half an LSB [V]";
+      EXPECT_NEAR(sample.volume_m3, volume_m3(tick, c), 0.51e-8) << "half an LSB [m3]";
+    }
+    EXPECT_EQ(static_cast<std::uint32_t>(rows[i].time_s / 0.01), tick) << "a row arrives within its tick";
+  }
+  EXPECT_EQ(world.node.counters().pdo_overwritten, 0U);
+}
+
+TEST(Stream, CarriesOnlyTheChambersAskedFor) {
+  Streaming world;
+  Session session(world, 5);
+  session.configure_stream({});
+  Stream stream = session.configure_stream({.chambers = 0x84, .every_syncs = 2});
+  session.nmt(canopen::NmtCommand::start);
+  std::vector<StreamRow> rows;
+  int others = 0;
+  session.subscribe([&](const Arrival& arrival) {
+    const bool mine =
+        stream.accept(arrival.time_s, arrival.frame, [&](const StreamRow& row) { rows.push_back(row); });
+    if (!mine && arrival.frame.id >= 0x680 && arrival.frame.id < 0x688) ++others;
+  });
+  for (int i = 0; i < 10; ++i) {
+    session.send_sync();
+    session.listen(0.01);
+  }
+  session.listen(0.009);
+  EXPECT_EQ(rows.size(), 5U);
+  EXPECT_EQ(rows.at(0).chambers, 0x84);
+  EXPECT_EQ(others, 0);
+  session.stop_stream();
+  rows.clear();
+  session.send_sync();
+  session.listen(0.02);
+  EXPECT_TRUE(rows.empty());
+}
+
+TEST(Stream, SaysWhichChambersALostFrameLeftOut) {
+  Streaming world;
+  Session session(world, 5);
+  Stream stream = session.configure_stream({.chambers = 0x07});
+  session.nmt(canopen::NmtCommand::start);
+  int count = 0;
+  world.bus.drop_when([&](const CanFrame& frame, std::size_t) { return frame.id == 0x681 && ++count == 2; });
+  std::vector<std::uint8_t> chambers;
+  session.subscribe([&](const Arrival& arrival) {
+    stream.accept(arrival.time_s, arrival.frame,
+                  [&](const StreamRow& row) { chambers.push_back(row.chambers); });
+  });
+  for (int i = 0; i < 4; ++i) {
+    session.send_sync();
+    session.listen(0.01);
+  }
+  session.listen(0.009);
+  EXPECT_EQ(chambers, (std::vector<std::uint8_t>{0x07, 0x05, 0x07, 0x07}));
+}
+
+TEST(Stream, DecodesOnlyItsOwnFrames) {
+  const Stream stream({.chambers = 0x01}, 1.0e-7);
+  CanFrame frame{.id = 0x680, .length = 8, .data = {0x00, 0x50, 0xC3, 0x47, 0xFF, 0xFF, 0xE8, 0x03}};
+  const auto sample = stream.decode(frame);
+  ASSERT_TRUE(sample);
+  EXPECT_DOUBLE_EQ(sample->actual_Pa, 100000.0);
+  EXPECT_DOUBLE_EQ(sample->command_V, 10.0);
+  EXPECT_DOUBLE_EQ(sample->volume_m3, 1000 * 1.0e-7);
+  frame.id = 0x681;
+  EXPECT_FALSE(stream.decode(frame)) << "a chamber not asked for";
+  frame.id = 0x680;
+  frame.length = 7;
+  EXPECT_FALSE(stream.decode(frame));
+  frame.length = 8;
+  frame.extended = true;
+  EXPECT_FALSE(stream.decode(frame));
+}
+
+}  // namespace
+}  // namespace plenum::host::client
