@@ -42,8 +42,7 @@ struct Rate {
 };
 
 constexpr double kShortestStep = 1e-6;  // of the interval: taken whatever its error estimate
-constexpr double kSpoolStep_rad =
-    1.0;  // of the spool's own motion in one step: it crosses corners of the area tables
+constexpr double kSpoolStep_rad = 0.6;  // of its own motion in one step: it crosses corners of the areas
 constexpr double kCautious = 0.85;
 constexpr double kGrowAtMost = 5.0;
 constexpr double kShrinkAtMost = 0.1;

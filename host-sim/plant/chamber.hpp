@@ -43,7 +43,7 @@ struct ChamberConfig {
   double initial_pressure_Pa = 101325.0;
   double initial_command_V = 5.0;    ///< where the spool rests at the start
   std::optional<SpoolConfig> spool;  ///< none: the command acts at once
-  double tolerance_Pa = 1.0;         ///< error estimate allowed in one step
+  double tolerance_Pa = 2.0;         ///< error estimate allowed in one step
 };
 
 /// The pressure over one interval of a held command.

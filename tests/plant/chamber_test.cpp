@@ -89,32 +89,41 @@ TEST(Chamber, EndAndMeanOfATickAgreeWithFineRungeKuttaWhenViolent) {
       {"measured, channel A", MpyeValve(MpyeChannel::a), reference_atmosphere(), 40e-6},
       {"measured, channel B", MpyeValve(MpyeChannel::b_mirrored), reference_atmosphere(), 40e-6}};
   for (const Violent& c : cases) {
-    ChamberConfig config;
-    config.gas = c.gas;
-    const VolumeMotion motion = swinging(c.volume_m3);
-    ChamberPlant plant(c.valve, config, motion);
-    for (int k = 0; k < 60; ++k) {
-      const double u = (k / 12) % 2 == 0 ? 10.0 : 0.0;
-      const double t0 = plant.time_s();
-      const double p0 = plant.pressure_Pa();
-      const auto [end, integral] = std::visit(
-          [&](const auto& valve) {
-            const auto opening = valve.opening(u);
-            const FlowExponents n = valve.exponents();
-            const double RT = c.gas.specific_gas_constant_J_kg_K() * c.gas.temperature_K;
-            return oracle::rk4(p0, kTick_s, 1500, [&](double t, double p) {
-              const VolumeState v = motion.at(t0 + t);
-              const PortFlows m = valve.flows(opening, p, 700e3, 101325.0);
-              const double in = (m.inlet_kg_s > 0 ? n.entering : n.leaving) * m.inlet_kg_s;
-              const double out = (m.exhaust_kg_s > 0 ? n.leaving : n.entering) * m.exhaust_kg_s;
-              return RT / v.volume_m3 * (in - out) - 1.4 * v.rate_m3_s / v.volume_m3 * p;
-            });
-          },
-          c.valve);
-      const Interval got = plant.advance(u, kTick_s);
-      EXPECT_NEAR(got.end_Pa, end, 1e-5 * kSpan_Pa) << c.name << ", end [Pa] at " << t0 << " s";
-      EXPECT_NEAR(got.mean_Pa, integral / kTick_s, 1e-5 * kSpan_Pa)
-          << c.name << ", mean [Pa] at " << t0 << " s";
+    for (const bool lagging : {false, true}) {
+      ChamberConfig config;
+      if (lagging) config.spool = SpoolConfig{};
+      Spool spool(SpoolConfig{}, config.initial_command_V);
+      config.gas = c.gas;
+      const VolumeMotion motion = swinging(c.volume_m3);
+      ChamberPlant plant(c.valve, config, motion);
+      for (int k = 0; k < 60; ++k) {
+        const double u = (k / 12) % 2 == 0 ? 10.0 : 0.0;
+        const double t0 = plant.time_s();
+        const double p0 = plant.pressure_Pa();
+        const auto [end, integral] = std::visit(
+            [&](const auto& valve) {
+              const auto held = valve.opening(u);
+              const FlowExponents n = valve.exponents();
+              const double RT = c.gas.specific_gas_constant_J_kg_K() * c.gas.temperature_K;
+              return oracle::rk4(p0, kTick_s, 1500, [&](double t, double p) {
+                Spool at_t = spool;
+                if (lagging) at_t.advance(u, t);
+                const auto opening = lagging ? valve.opening(at_t.effective_V()) : held;
+                const VolumeState v = motion.at(t0 + t);
+                const PortFlows m = valve.flows(opening, p, 700e3, 101325.0);
+                const double in = (m.inlet_kg_s > 0 ? n.entering : n.leaving) * m.inlet_kg_s;
+                const double out = (m.exhaust_kg_s > 0 ? n.leaving : n.entering) * m.exhaust_kg_s;
+                return RT / v.volume_m3 * (in - out) - 1.4 * v.rate_m3_s / v.volume_m3 * p;
+              });
+            },
+            c.valve);
+        spool.advance(u, kTick_s);
+        const Interval got = plant.advance(u, kTick_s);
+        EXPECT_NEAR(got.end_Pa, end, 1e-5 * kSpan_Pa)
+            << c.name << (lagging ? ", spool" : "") << ", end [Pa] at " << t0 << " s";
+        EXPECT_NEAR(got.mean_Pa, integral / kTick_s, 1e-5 * kSpan_Pa)
+            << c.name << (lagging ? ", spool" : "") << ", mean [Pa] at " << t0 << " s";
+      }
     }
   }
 }
