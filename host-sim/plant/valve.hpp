@@ -10,15 +10,12 @@
 // Measured valve (FESTO MPYE-5-3/8-010-B): A, b, a, beta of (B4), (B6) tabulated at 0, 0.2 .. 10 V for the
 // inlet and the exhaust of channels A and B, interpolated linearly in the command; C_d = 0.575. The command
 // is clamped to the tables.
-//   * Rows with A = 0 were not measured: their b = 0.528, a = 1, beta = 0.5 are placeholders. They are
-//   replaced by
-//     those of the nearest row with A > 0, so that next to such a row the area closes at constant flow shape.
-//     Interpolating the placeholders would open the port, while its area shrinks, to pressure ratios at
-//     which neither neighbour conducts (a from 0.187 to 1), and the flow would not fall monotonically to
-//     zero.
+//   * Rows with A = 0 were not measured: their b = 0.528, a = 1, beta = 0.5 are placeholders. They take those
+//     of the nearest row with A > 0, so that next to such a row the area closes at constant flow shape.
+//     Interpolating the placeholders would open the port, while its area shrinks, to pressure ratios at which
+//     neither neighbour conducts (a from 0.187 to 1), and the flow would not fall monotonically to zero.
 //   * Channel B conducts supply below 5 V. Mirrored, it is read at 10 V - u: the second channel of a 5/3
-//   valve driven by
-//     an inverted signal, so that its pressure too rises with the command.
+//     valve driven by an inverted signal, so that its pressure too rises with the command.
 //
 // Gas entering the chamber heats it by compression, gas leaving cools it: the flow term of the chamber
 // carries an exponent for each direction, kappa for both in (4a), alpha_in = 1.4 and alpha_ex = 1 in (B7). It

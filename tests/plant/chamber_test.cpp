@@ -128,6 +128,28 @@ TEST(Chamber, EndAndMeanOfATickAgreeWithFineRungeKuttaWhenViolent) {
   }
 }
 
+TEST(Chamber, EndAndMeanConvergeWithTheThirdOrder) {
+  // a tolerance that lets every step through: the steps are the calls
+  const auto run = [](int steps, double tolerance_Pa) {
+    ChamberConfig config;
+    config.tolerance_Pa = tolerance_Pa;
+    config.initial_pressure_Pa = 450e3;
+    ChamberPlant plant(ThinPlateValve({}), config, swinging(100e-6));
+    Interval whole;
+    for (int i = 0; i < steps; ++i) {
+      const Interval part = plant.advance(5.3, 0.08 / steps);
+      whole = {part.end_Pa, whole.mean_Pa + part.mean_Pa / steps};
+    }
+    return whole;
+  };
+  const Interval exact = run(1, 1e-7);
+  const Interval coarse = run(4, 1e9);
+  const Interval fine = run(8, 1e9);
+  ASSERT_GT(std::abs(coarse.end_Pa - exact.end_Pa), 1e-4) << "too easy to show an order";
+  EXPECT_LT(std::abs(fine.end_Pa - exact.end_Pa), std::abs(coarse.end_Pa - exact.end_Pa) / 7.0);
+  EXPECT_LT(std::abs(fine.mean_Pa - exact.mean_Pa), std::abs(coarse.mean_Pa - exact.mean_Pa) / 7.0);
+}
+
 TEST(Chamber, ErrorFallsWithTheTolerance) {
   const auto run = [](double tolerance_Pa) {
     ChamberConfig config;
@@ -142,6 +164,23 @@ TEST(Chamber, ErrorFallsWithTheTolerance) {
   EXPECT_LT(std::abs(run(1.0) - exact), 4.0);
   EXPECT_LT(std::abs(run(1e-2) - exact), 4e-2);
   EXPECT_LT(std::abs(run(1e-4) - exact), 4e-4);
+}
+
+TEST(Chamber, MeanOfOneStepIsOfFourthOrder) {
+  const auto mean_error_Pa = [](double duration_s) {
+    ChamberConfig config;
+    config.initial_pressure_Pa = 450e3;
+    config.tolerance_Pa = 1e9;
+    ChamberConfig tight = config;
+    tight.tolerance_Pa = 1e-9;
+    const double exact =
+        ChamberPlant(ThinPlateValve({}), tight, swinging(100e-6)).advance(5.3, duration_s).mean_Pa;
+    return ChamberPlant(ThinPlateValve({}), config, swinging(100e-6)).advance(5.3, duration_s).mean_Pa -
+           exact;
+  };
+  const double coarse = mean_error_Pa(0.004);
+  const double fine = mean_error_Pa(0.002);
+  EXPECT_LT(std::abs(fine), std::abs(coarse) / 12.0) << coarse << " Pa, then " << fine << " Pa";
 }
 
 TEST(Chamber, ResultDoesNotDependOnHowTimeIsCut) {
@@ -225,6 +264,20 @@ TEST(Spool, StepResponseIsTheTextbookForm) {
     const double s2 = w * (2.0 + std::sqrt(3.0));
     EXPECT_NEAR(over.effective_V(), 1.0 + (s1 * std::exp(-s2 * t) - s2 * std::exp(-s1 * t)) / (s2 - s1),
                 1e-12);
+  }
+}
+
+TEST(Spool, ClosedFormHoldsThroughCriticalDamping) {
+  const double w = 2.0 * std::numbers::pi * 65.0;
+  for (const double short_of_critical : {1e-7, 1e-6, 1e-5}) {
+    const double zeta = 1.0 - short_of_critical;
+    const double d = std::sqrt(1.0 - zeta * zeta);
+    for (const double t : {0.0005, 0.0025, 0.01}) {
+      Spool spool({65.0, zeta}, 0.0);
+      spool.advance(1.0, t);
+      const double x = 1.0 - std::exp(-zeta * w * t) * (std::cos(d * w * t) + zeta / d * std::sin(d * w * t));
+      EXPECT_NEAR(spool.effective_V(), x, 1e-12) << "zeta = 1 - " << short_of_critical << ", " << t << " s";
+    }
   }
 }
 
