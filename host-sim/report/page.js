@@ -9,7 +9,7 @@
   const touch = matchMedia('(pointer: coarse)').matches;
   const darkSystem = matchMedia('(prefers-color-scheme: dark)');
   const palette_size = 8;
-  const printed_width = 640; // px: what A4 leaves between its margins and a figure's own
+  const printed_width = 660; // px: what A4 leaves between its margins and a figure's own
 
   // ---- numbers
 
@@ -28,6 +28,16 @@
       flat[2 * i + 1] = y[i];
     }
     return flat;
+  };
+
+  // Index of the value next to `at` in rising values.
+  const nearest = (values, at) => {
+    let low = 0, high = values.length - 1;
+    while (high - low > 1) {
+      const middle = (low + high) >> 1;
+      if (values[middle] <= at) low = middle; else high = middle;
+    }
+    return at - values[low] <= values[high] - at ? low : high;
   };
 
   const number = (value) => {
@@ -115,6 +125,9 @@
     },
   });
 
+  const marker = (colour) =>
+    `<span style="display:inline-block;width:9px;height:9px;border-radius:50%;margin-right:5px;background:${colour}"></span>`;
+
   const tooltip_lines = (head, rows) => {
     const shown = rows.slice(0, 14);
     return `<b>${text(head)}</b>` +
@@ -131,7 +144,7 @@
     return {
       type: points ? 'scatter' : 'line', name: curve.name, data: interleaved(x, arrays[curve.y]), dimensions: ['x', 'y'],
       itemStyle: {color: ink_of_curve}, emphasis: {disabled: true}, z: {faint: 2, neutral: 3, palette: 4}[curve.ink],
-      ...(points ? {symbolSize: x.length > 500 ? 3 : 6, large: x.length > 5000} : {
+      ...(points ? {symbolSize: x.length > 500 ? 3 : 6, large: x.length > 5000, progressive: 0} : {
         showSymbol: false, step: curve.stroke === 'steps' ? 'end' : false,
         lineStyle: {
           width: curve.ink === 'faint' ? 1 : 1.7, color: ink_of_curve,
@@ -141,14 +154,15 @@
     };
   };
 
-  // A band is one custom series whose first visible point draws the whole area, a polygon a run without gaps.
+  // A band is one custom series whose first visible point draws the whole area, a polygon a run without gaps. That needs all
+  // its points in one go, so it is not drawn progressively.
   const band_series = (band, colour) => {
     const x = arrays[band.x], low = arrays[band.low], high = arrays[band.high];
     const data = new Float64Array(3 * x.length);
     for (let i = 0; i < x.length; ++i) data.set([x[i], low[i], high[i]], 3 * i);
     return {
       type: 'custom', name: band.name, data, dimensions: ['x', 'low', 'high'], encode: {x: 0, y: [1, 2]},
-      clip: true, silent: true, z: 1, itemStyle: {color: colour},
+      progressive: 0, clip: true, silent: true, z: 1, itemStyle: {color: colour},
       renderItem: (params, api) => {
         if (params.dataIndexInside !== 0) return undefined;
         const polygons = [];
@@ -176,7 +190,7 @@
     };
   };
 
-  const curves_option = (spec, ink, last_of_group) => {
+  const curves_option = (spec, ink, last_of_group, is_shown) => {
     const over_time = spec.kind === 'line';
     const named = [...spec.curves.filter((curve) => curve.ink === 'palette'), ...spec.bands].map((item) => item.name);
     const colours = colours_of(named);
@@ -195,13 +209,21 @@
     const base = frame(ink);
     const top = names.length > 1 ? 60 : 40;
 
+    // Over time each curve is asked for its own sample at the cursor, because the thinned curves have no points in common.
+    const items = [...spec.bands, ...spec.curves].map((item, i) => ({
+      name: item.name, marker: marker(series[i].itemStyle.color), x: arrays[item.x],
+      values: 'y' in item ? [arrays[item.y]] : [arrays[item.low], arrays[item.high]],
+    }));
+    const at_cursor = ([{axisValue}]) => items
+      .filter(({name, x}) => is_shown(name) && axisValue >= x[0] && axisValue <= x[x.length - 1])
+      .map(({name, marker, x, values}) => ({name, marker, values: values.map((y) => y[nearest(x, axisValue)])}));
+    const at_points = (params) => params.filter((at) => at.seriesName)
+      .map((at) => ({name: at.seriesName, marker: at.marker, values: Array.from(at.value).slice(1)}));
     const tip = (params) => {
-      const rows = params
-        .filter((at) => at.seriesName && at.value.slice(1).every(Number.isFinite))
-        .map((at) => ({
-          marker: at.marker, name: at.seriesName,
-          value: [...at.value.slice(1, -1).map(number), with_unit(at.value.at(-1), spec.y)].join(' to '),
-        }));
+      const rows = (over_time ? at_cursor : at_points)(params)
+        .filter(({values}) => values.every(Number.isFinite))
+        .map(({name, marker, values}) => (
+          {name, marker, value: [...values.slice(0, -1).map(number), with_unit(values.at(-1), spec.y)].join(' to ')}));
       return rows.length ? tooltip_lines(`${spec.x.quantity} ${with_unit(params[0].axisValue, spec.x)}`, rows) : '';
     };
 
@@ -209,7 +231,7 @@
     return {
       ...base,
       legend: {...base.legend, show: names.length > 1, data: names.map((name) => ({name, icon: 'roundRect'}))},
-      grid: {left: 56, right: 18, top, bottom: slider ? 78 : 46},
+      grid: {left: 56, right: 24, top, bottom: slider ? 78 : 46},
       tooltip: {...base.tooltip, trigger: 'axis', formatter: tip},
       xAxis: below({min: 'dataMin', max: 'dataMax', ...drop_empty(value_axis(spec.x, ink)), splitLine: {show: false}}),
       yAxis: beside(value_axis(spec.y, ink)),
@@ -253,7 +275,7 @@
     return {
       ...base,
       legend: {...base.legend, show: spec.series.length > 1},
-      grid: lying ? {left: label_width + 16, right: 52, top: top - 20, bottom: 46} : {left: 56, right: 18, top, bottom: 28},
+      grid: lying ? {left: label_width + 16, right: 52, top: top - 20, bottom: 46} : {left: 56, right: 24, top, bottom: 28},
       tooltip: {
         ...base.tooltip, trigger: 'axis', axisPointer: {type: 'shadow'},
         formatter: (params) => tooltip_lines(params[0].name, params.map(
@@ -286,7 +308,7 @@
     if (spec.marks.length) series.push(marks_series(spec.marks, ink));
     return {
       ...base,
-      grid: {left: 56, right: 18, top: 40, bottom: 46},
+      grid: {left: 56, right: 24, top: 40, bottom: 46},
       tooltip: {
         ...base.tooltip, trigger: 'item',
         formatter: ({value: [low, high, count]}) =>
@@ -312,7 +334,7 @@
     const base = frame(ink);
     return {
       ...base,
-      grid: {left: 14, right: 84, top: 40, bottom: 30, containLabel: true},
+      grid: {left: 14, right: 96, top: 40, bottom: 30, containLabel: true},
       tooltip: {
         ...base.tooltip, trigger: 'item',
         formatter: ({value: [column, row, value]}) =>
@@ -325,8 +347,8 @@
         nameTextStyle: {color: ink.soft, fontSize: 12, align: 'right'},
       },
       visualMap: {
-        type: 'continuous', min: least, max: greatest, calculable: true, right: 4, top: 'middle', itemHeight: 150,
-        text: [axis_name(spec.value), ''], textStyle: {color: ink.soft, fontSize: 11}, formatter: number,
+        type: 'continuous', min: least, max: greatest, right: 4, top: 'middle', itemHeight: 120,
+        text: [`${axis_name(spec.value)}\n${number(greatest)}`, number(least)], textStyle: {color: ink.soft, fontSize: 11}, formatter: number,
         inRange: {color: ['#00224e', '#2a3f6d', '#575d6d', '#7c7b78', '#a59c74', '#d2c060', '#fee838']}, // cividis
       },
       series: [{
@@ -340,9 +362,10 @@
 
   const last_with_group = new Map(page.charts.map((spec, index) => [spec.group, index]));
   const option_of = (spec, index, ink) => {
+    const is_shown = (name) => charts[index]?.selected[name] !== false;
     switch (spec.kind) {
-      case 'line': return curves_option(spec, ink, !spec.group || last_with_group.get(spec.group) === index);
-      case 'xy': return curves_option(spec, ink, false);
+      case 'line': return curves_option(spec, ink, !spec.group || last_with_group.get(spec.group) === index, is_shown);
+      case 'xy': return curves_option(spec, ink, false, is_shown);
       case 'bar': return bar_option(spec, ink);
       case 'histogram': return histogram_option(spec, ink);
       case 'heat': return heat_option(spec, ink);
@@ -368,18 +391,21 @@
     }
     if (spec.kind === 'heat') plot.style.height = Math.max(260, 120 + 30 * spec.rows.length) + 'px';
     const chart = echarts.init(plot, null, {renderer: vector ? 'svg' : 'canvas'});
-    const entry = {chart, spec, index, plot};
+    const entry = {chart, spec, index, selected: {}};
+    chart.on('legendselectchanged', ({selected}) => { entry.selected = selected; });
     paint(entry, ink);
     chart.getZr().on('dblclick', () => chart.dispatchAction({type: 'dataZoom', start: 0, end: 100}));
     if (spec.group) chart.group = spec.group;
     new ResizeObserver(() => chart.resize()).observe(plot);
-    plot.dataset.series = String(chart.getOption().series.length);
     return entry;
   };
 
   const paint_all = () => {
     const ink = inks();
-    for (const entry of charts) paint(entry, ink);
+    charts.forEach((entry) => {
+      entry.selected = {};
+      paint(entry, ink);
+    });
   };
 
   // ---- light and dark
@@ -405,17 +431,17 @@
   addEventListener('beforeprint', () => {
     set_theme('light');
     paint_all();
-    for (const {chart} of charts) chart.resize({width: printed_width});
+    charts.forEach(({chart}) => chart.resize({width: printed_width}));
   });
   addEventListener('afterprint', () => {
     apply_choice();
-    for (const {chart} of charts) chart.resize({width: 'auto'});
+    charts.forEach(({chart}) => chart.resize({width: 'auto'}));
   });
 
   const ink = inks();
   document.querySelectorAll('.plot').forEach((plot, index) => {
     try {
-      charts.push(create(plot, index, ink));
+      charts[index] = create(plot, index, ink);
     } catch (error) {
       plot.textContent = `This chart could not be drawn: ${error.message}`;
       report_problem(error.message);
@@ -423,5 +449,5 @@
     }
   });
   for (const group of new Set(page.charts.map((spec) => spec.group).filter(Boolean))) echarts.connect(group);
-  root.dataset.charts = String(charts.length);
+  root.dataset.charts = String(Object.keys(charts).length);
 })();

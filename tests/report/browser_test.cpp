@@ -18,6 +18,7 @@
 namespace plenum::host::report {
 namespace {
 
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -69,7 +70,8 @@ class Browser : public ::testing::Test {
     const auto complaints = folder_ / "complaints.txt";
     Seen seen;
     seen.document = output_of(
-        "chromium --headless --no-sandbox --disable-gpu --no-first-run --disable-background-networking "
+        "timeout 60 chromium --headless --no-sandbox --disable-gpu --no-first-run "
+        "--disable-background-networking "
         "--disable-component-update --disable-sync --enable-logging=stderr --virtual-time-budget=5000 "
         "--window-size=1200,900 --dump-dom --user-data-dir='" +
         (folder_ / "profile").string() + "' 'file://" + path.string() + fragment + "' 2>'" +
@@ -197,6 +199,28 @@ TEST_F(Browser, KeepsAllOfAHundredThousandPointsAndDrawsAFew) {
   EXPECT_EQ(seen.found[0], 100000);
   EXPECT_LT(seen.found[1].get<int>(), 5000);
   EXPECT_GT(seen.found[1].get<int>(), 500);
+}
+
+TEST_F(Browser, TellsTheValueOfEveryCurveAtTheCursor) {
+  Page page{"Cursor"};
+  const auto t_s = ramp(20001, 0.01);
+  page.section("s").chart(LineChart{
+      .title = "c",
+      .y = {"p", "kPa"},
+      .curves = {{"rising", t_s, ramp(20001, 0.02)},
+                 {"flat", t_s, std::vector<double>(20001, 7.0)},
+                 {"wavy", t_s, sine(20001, 50)}},
+      .bands = {{"tolerance", t_s, std::vector<double>(20001, 1.0), std::vector<double>(20001, 3.0)}}});
+  const Seen seen = open(page,
+                         "charts[0].getOption().tooltip[0].formatter([{axisValue: 100}]).replace(/<[^>]*>/g, "
+                         "' ').replaceAll('&', '+')");
+  ASSERT_TRUE(seen.found.is_string()) << seen.complaints;
+  const std::string tip = seen.found;
+  EXPECT_THAT(tip, HasSubstr("Time 100 s"));
+  EXPECT_THAT(tip, ContainsRegex("rising[^k]*200 kPa"));
+  EXPECT_THAT(tip, HasSubstr("wavy"));
+  EXPECT_THAT(tip, ContainsRegex("flat[^k]* 7 kPa"));
+  EXPECT_THAT(tip, ContainsRegex("tolerance[^k]* 1 to 3 kPa"));
 }
 
 TEST_F(Browser, ShowsHostileNamesAsText) {

@@ -38,6 +38,17 @@ TEST(Page, NamesNoAddressThatABrowserWouldFetch) {
     EXPECT_THAT(html.substr(0, html.find("<script type=")), Not(HasSubstr(fetching)));
 }
 
+TEST(Page, HoldsNoScriptThatEndsEarly) {
+  const std::string html = Page{"t"}.html();
+  const auto count = [&html](std::string_view text) {
+    int n = 0;
+    for (std::size_t at = 0; (at = html.find(text, at)) != std::string::npos; ++at) ++n;
+    return n;
+  };
+  EXPECT_EQ(count("</script"), count("<script"))
+      << "the embedded library must not hold the tag that would close it";
+}
+
 TEST(Page, TellsWhetherATargetIsMetOnEitherSideAndNeverMeetsOneWithoutAValue) {
   const auto verdict = [](double value, Target target) {
     const std::string html = Page{"t"}.tiles({{"x", value, "", target}}).html();
