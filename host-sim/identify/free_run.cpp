@@ -1,0 +1,106 @@
+#include "host-sim/identify/free_run.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "host-sim/identify/cannot_identify.hpp"
+
+namespace plenum::host::identify {
+namespace {
+
+SteadyAndRate at(const Tassa9& model, const Ticks& ticks, std::size_t row) {
+  return steady_and_rate(model, ticks.command_V[row], ticks.volume_mL[row], ticks.volume_rate_mL_s[row]);
+}
+
+std::vector<FreeRun> runs(const Tassa9& model, const Ticks& ticks, double every_s) {
+  const auto length = static_cast<std::size_t>(std::max(1.0, std::round(every_s / ticks.period_s)));
+  std::vector<FreeRun> all;
+  for (std::size_t start = 0; start + 1 < ticks.size(); start += length) {
+    FreeRun run{start, predict_free_run_kPa(model, ticks, start, std::min(length, ticks.size() - 1 - start))};
+    for (double& pressure : run.pressure_Pa) pressure *= 1e3;
+    all.push_back(std::move(run));
+  }
+  return all;
+}
+
+}  // namespace
+
+std::vector<double> predict_free_run_kPa(const Tassa9& model, const Ticks& ticks, std::size_t start_row,
+                                         std::size_t rows) {
+  // The first row of a log has no tick before it: its sample is taken as it stands.
+  double pressure_kPa = ticks.pressure_kPa[start_row];
+  if (start_row > 0) {
+    pressure_kPa =
+        end_from_mean(at(model, ticks, start_row - 1), pressure_kPa, ticks.period_s, ticks.average_s);
+  }
+  std::vector<double> predicted;
+  predicted.reserve(rows);
+  for (std::size_t row = start_row; row < start_row + rows; ++row) {
+    const Step next = step(at(model, ticks, row), pressure_kPa, ticks.period_s, ticks.average_s);
+    predicted.push_back(next.mean_kPa);
+    pressure_kPa = next.end_kPa;
+  }
+  return predicted;
+}
+
+std::vector<double> predict_free_run(const Tassa9& model, const trace::Log& log, std::size_t start_row,
+                                     std::size_t rows) {
+  if (start_row + rows >= log.size()) {
+    throw CannotIdentify(fmt::format("free run of rows {} to {}, expected a log of more than {} rows",
+                                     start_row, start_row + rows, log.size()));
+  }
+  std::vector<double> predicted = predict_free_run_kPa(model, lay_out({log}), start_row, rows);
+  for (double& pressure : predicted) pressure *= 1e3;
+  return predicted;
+}
+
+std::vector<FreeRun> reinitialised_runs(const Tassa9& model, const trace::Log& log, double every_s) {
+  return runs(model, lay_out({log}), every_s);
+}
+
+double free_run_rms_kPa(const Tassa9& model, const trace::Log& log, double every_s) {
+  double square = 0.0;
+  for (const FreeRun& run : reinitialised_runs(model, log, every_s)) {
+    for (std::size_t i = 0; i < run.pressure_Pa.size(); ++i) {
+      const double error_kPa = 1e-3 * (run.pressure_Pa[i] - log.pressure_Pa[run.start_row + 1 + i]);
+      square += error_kPa * error_kPa;
+    }
+  }
+  return std::sqrt(square / static_cast<double>(log.size() - 1));
+}
+
+Drift drift(const trace::Log& log, const Tassa9& model, std::size_t starts, double horizon_s) {
+  const Ticks ticks = lay_out({log});
+  const auto horizon = static_cast<std::size_t>(std::max(1.0, std::round(horizon_s / ticks.period_s)));
+  if (starts < 2 || ticks.size() < horizon + starts) {
+    throw CannotIdentify(
+        fmt::format("drift of {} starts over {} s: {} rows, expected at least 2 starts and {} rows", starts,
+                    horizon_s, ticks.size(), horizon + starts));
+  }
+  const double to_percent = 100.0 / (model.supply_kPa - model.ambient_kPa);
+  const auto n = static_cast<double>(starts);
+  std::vector<double> sum(horizon, 0.0);
+  std::vector<double> square(horizon, 0.0);
+  for (std::size_t i = 0; i < starts; ++i) {
+    const std::size_t start = i * (ticks.size() - 1 - horizon) / (starts - 1);
+    const std::vector<double> predicted = predict_free_run_kPa(model, ticks, start, horizon);
+    for (std::size_t k = 0; k < horizon; ++k) {
+      const double error = to_percent * (predicted[k] - ticks.pressure_kPa[start + 1 + k]);
+      sum[k] += error;
+      square[k] += error * error;
+    }
+  }
+  Drift drift;
+  for (std::size_t k = 0; k < horizon; ++k) {
+    const double mean = sum[k] / n;
+    drift.time_s.push_back(static_cast<double>(k + 1) * ticks.period_s);
+    drift.mean_percent.push_back(mean);
+    drift.std_percent.push_back(std::sqrt(std::max(0.0, square[k] - n * mean * mean) / (n - 1.0)));
+  }
+  drift.worst_std_percent = *std::max_element(drift.std_percent.begin(), drift.std_percent.end());
+  return drift;
+}
+
+}  // namespace plenum::host::identify

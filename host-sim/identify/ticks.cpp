@@ -1,0 +1,87 @@
+#include "host-sim/identify/ticks.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "host-sim/identify/cannot_identify.hpp"
+
+namespace plenum::host::identify {
+namespace {
+
+constexpr double kmL_per_m3 = 1e6;
+constexpr int kDegree = 3;
+constexpr int kWindow = 2 * static_cast<int>(kHalfWindow);
+
+using Window = Eigen::Matrix<double, 1, kWindow>;
+
+/// Weights on the 2n rows of a window for value and slope [1/tick] of the fitted cubic at `at` ticks from its
+/// middle.
+struct Weights {
+  Window value;
+  Window slope;
+};
+
+Weights weights_at(double at) {
+  Eigen::Matrix<double, kWindow, kDegree + 1> design;
+  for (int i = 0; i < kWindow; ++i) {
+    const double x = i - 0.5 * (kWindow - 1);
+    design.row(i) << 1.0, x, x * x, x * x * x;
+  }
+  const Eigen::Matrix<double, kDegree + 1, kWindow> solve =
+      (design.transpose() * design).ldlt().solve(design.transpose());
+  return {Eigen::RowVector4d(1.0, at, at * at, at * at * at) * solve,
+          Eigen::RowVector4d(0.0, 1.0, 2.0 * at, 3.0 * at * at) * solve};
+}
+
+void append(const trace::Log& log, Ticks& ticks) {
+  const std::size_t rows = log.size();
+  const Eigen::Map<const Eigen::VectorXd> volume_m3(log.volume_m3.data(), static_cast<Eigen::Index>(rows));
+  const Weights centred = weights_at(0.0);
+  for (std::size_t k = 0; k < rows; ++k) {
+    // The window whose middle is nearest to k + 1/2, and how far from its middle that is.
+    const std::size_t first = std::min(k + 1 < kHalfWindow ? 0 : k + 1 - kHalfWindow, rows - kFewestRows);
+    const double off = static_cast<double>(k + 1) - static_cast<double>(first + kHalfWindow);
+    const Weights weights = off == 0.0 ? centred : weights_at(off);
+    const auto window = volume_m3.segment<kWindow>(static_cast<Eigen::Index>(first));
+    ticks.volume_mL.push_back(kmL_per_m3 * weights.value.dot(window));
+    ticks.volume_rate_mL_s.push_back(kmL_per_m3 * weights.slope.dot(window) / log.period_s);
+    ticks.command_V.push_back(log.command_V[k]);
+    ticks.pressure_kPa.push_back(1e-3 * log.pressure_Pa[k]);
+  }
+}
+
+}  // namespace
+
+Ticks lay_out(const std::vector<trace::Log>& logs) {
+  if (logs.empty()) throw CannotIdentify("no log to fit");
+  Ticks ticks;
+  ticks.period_s = logs.front().period_s;
+  ticks.average_s = logs.front().pressure_average_s;
+  if (!(ticks.average_s >= 0.0 && ticks.average_s <= ticks.period_s * (1.0 + 1e-9))) {
+    throw CannotIdentify(fmt::format("pressure averaged over {} s, expected 0 to one tick of {} s",
+                                     ticks.average_s, ticks.period_s));
+  }
+  ticks.average_s = std::min(ticks.average_s, ticks.period_s);
+  for (std::size_t i = 0; i < logs.size(); ++i) {
+    const trace::Log& log = logs[i];
+    if (log.size() < kFewestRows) {
+      throw CannotIdentify(
+          fmt::format("log {}: {} rows, expected at least {}", i + 1, log.size(), kFewestRows));
+    }
+    if (std::abs(log.period_s - ticks.period_s) > 1e-6 * ticks.period_s ||
+        std::abs(std::min(log.pressure_average_s, log.period_s) - ticks.average_s) > 1e-6 * ticks.period_s) {
+      throw CannotIdentify(
+          fmt::format("log {}: period {} s, averaging {} s, expected {} s and {} s as in log 1", i + 1,
+                      log.period_s, log.pressure_average_s, ticks.period_s, ticks.average_s));
+    }
+    ticks.begin.push_back(ticks.size());
+    append(log, ticks);
+  }
+  ticks.begin.push_back(ticks.size());
+  return ticks;
+}
+
+}  // namespace plenum::host::identify
