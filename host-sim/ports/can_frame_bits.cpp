@@ -38,21 +38,28 @@ constexpr Step step(unsigned state, unsigned bit) {
   return {static_cast<std::uint8_t>(4 * (1 - bit)), 1};
 }
 
-constexpr std::array<std::array<Step, 256>, 8> make_stuff_table() {
-  std::array<std::array<Step, 256>, 8> table{};
+/// The steps of `count` bits at once, most significant first. Which way a bit goes is as good as random: a
+/// table costs a look-up where a branch a bit costs a misprediction for every second one.
+template <unsigned count>
+constexpr std::array<std::array<Step, 1U << count>, 8> make_stuff_table() {
+  std::array<std::array<Step, 1U << count>, 8> table{};
   for (unsigned state = 0; state < 8; ++state) {
-    for (unsigned byte = 0; byte < 256; ++byte) {
+    for (unsigned bits = 0; bits < 1U << count; ++bits) {
       Step total{static_cast<std::uint8_t>(state), 0};
-      for (int bit = 7; bit >= 0; --bit) {
-        const Step one = step(total.state, (byte >> bit) & 1U);
+      for (unsigned i = count; i-- > 0;) {
+        const Step one = step(total.state, (bits >> i) & 1U);
         total = {one.state, static_cast<std::uint8_t>(total.stuffed + one.stuffed)};
       }
-      table[state][byte] = total;
+      table[state][bits] = total;
     }
   }
   return table;
 }
-constexpr auto kStuffTable = make_stuff_table();
+constexpr auto kStuffByte = make_stuff_table<8>();
+constexpr auto kStuffTail = make_stuff_table<7>();  ///< what of the CRC does not fill a byte
+// what of the header does not fill a byte, but for the start of frame
+constexpr auto kStuffStandardHead = make_stuff_table<2>();
+constexpr auto kStuffExtendedHead = make_stuff_table<6>();
 
 }  // namespace
 
@@ -87,22 +94,15 @@ unsigned frame_bits(const CanFrame& frame) {
   bytes[size++] = static_cast<std::uint8_t>(crc >> 7);
   const unsigned tail = crc & 0x7FU;  // the last seven bits of the CRC
 
-  unsigned stuffed = 0;
-  unsigned state = 0;  // after the start of frame: a run of one dominant bit
-  const auto send = [&](unsigned bit) {
-    const Step one = step(state, bit);
-    state = one.state;
-    stuffed += one.stuffed;
-  };
-  const unsigned head_bits =
-      header_bits - 8 * (header_bytes - 1);  // in the first byte, start of frame included
-  for (unsigned i = head_bits - 1; i-- > 0;) send((bytes[0] >> i) & 1U);
+  constexpr unsigned kAfterStart = 0;  // a run of one dominant bit
+  Step sent =
+      frame.extended ? kStuffExtendedHead[kAfterStart][bytes[0]] : kStuffStandardHead[kAfterStart][bytes[0]];
+  unsigned stuffed = sent.stuffed;
   for (std::size_t i = 1; i < size; ++i) {
-    const Step eight = kStuffTable[state][bytes[i]];
-    state = eight.state;
-    stuffed += eight.stuffed;
+    sent = kStuffByte[sent.state][bytes[i]];
+    stuffed += sent.stuffed;
   }
-  for (unsigned i = 7; i-- > 0;) send((tail >> i) & 1U);
+  stuffed += kStuffTail[sent.state][tail].stuffed;
 
   return header_bits + 8 * data_bytes + 15 + stuffed + kTrailerBits;
 }
