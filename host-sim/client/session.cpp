@@ -449,7 +449,7 @@ Stream Session::configure_stream(const StreamConfig& config) {
   const auto lsb_m3 = static_cast<float>(config.largest_volume_m3 / 65535.0);
   write(object::kCodeScale, 2, lsb_m3);
   for (std::uint32_t chamber = 0; chamber < kChambers; ++chamber) {
-    if ((config.chambers >> chamber & 1U) == 0) continue;
+    if ((std::uint32_t{config.chambers} >> chamber & 1U) == 0) continue;
     const std::array<std::uint32_t, 3> objects{canopen::mapping_entry(object::kPascals + chamber, 2, 32),
                                                canopen::mapping_entry(object::kCodes + chamber, 1, 16),
                                                canopen::mapping_entry(object::kCodes + chamber, 2, 16)};

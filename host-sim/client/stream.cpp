@@ -14,7 +14,7 @@ std::optional<StreamSample> Stream::decode(const CanFrame& frame) const {
   if (frame.extended || frame.remote || frame.length != 8 || frame.id < config_.first_cob_id)
     return std::nullopt;
   const std::size_t chamber = frame.id - config_.first_cob_id;
-  if (chamber >= kChambers || (config_.chambers >> chamber & 1U) == 0) return std::nullopt;
+  if (chamber >= kChambers || (std::uint32_t{config_.chambers} >> chamber & 1U) == 0) return std::nullopt;
   const std::span data(frame.data);
   StreamSample sample;
   sample.chamber = chamber;

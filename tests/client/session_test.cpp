@@ -133,6 +133,24 @@ TEST(Session, SaysWhichParameterTheBoardRefusedAndLeavesTheOldModelInForce) {
   EXPECT_EQ(world.slots.state(2).generation, 1U);
 }
 
+/// A board whose memory flips a bit on the way out.
+struct Forgetful : BoardOnBus {
+  std::optional<CanFrame> receive(double timeout_s) override {
+    std::optional<CanFrame> frame = BoardOnBus::receive(timeout_s);
+    const bool upload_segment = frame && frame->id == 0x585 && (frame->data[0] & 0xE0U) == 0;
+    if (upload_segment && ++segments == 3) frame->data[4] = static_cast<std::uint8_t>(frame->data[4] ^ 1U);
+    return frame;
+  }
+  int segments = 0;
+};
+
+TEST(Session, ComparesWhatItReadsBackWithWhatItSent) {
+  Forgetful world;
+  Session session(world, 5);
+  EXPECT_THAT(message_of<ProtocolError>([&] { session.upload_model(1, image_for(1)); }),
+              AllOf(HasSubstr("node 5 chamber 1"), HasSubstr("differs at byte 17")));
+}
+
 TEST(Session, RefusesToUploadForAChamberThatCannotBe) {
   BoardOnBus world;
   Session session(world, 5);
