@@ -31,11 +31,11 @@ class FakeDesk final : public config::ModelDesk {
     if (locked) return config::CommitResult::not_now;
     std::vector<std::uint32_t> crcs;
     for (std::size_t c = 0; c < config::kChambers; ++c) {
-      if ((mask >> c & 1U) != 0) crcs.push_back(config::trailing_crc(staged[c]));
+      if ((std::uint32_t{mask} >> c & 1U) != 0) crcs.push_back(config::trailing_crc(staged[c]));
     }
     if (crc != config::commit_crc(crcs)) return config::CommitResult::wrong_crc;
     for (std::size_t c = 0; c < config::kChambers; ++c) {
-      if ((mask >> c & 1U) != 0) active[c] = staged[c];
+      if ((std::uint32_t{mask} >> c & 1U) != 0) active[c] = staged[c];
     }
     ++commits;
     return config::CommitResult::accepted;

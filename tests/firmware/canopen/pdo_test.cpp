@@ -201,6 +201,14 @@ TEST(Tpdo, StreamsPressureCommandAndVolumeOfAChamberInOneFrame) {
   EXPECT_EQ(frames[2], "682 00 50 C3 47 00 80 E8 03");  // 32767.5 rounds up; 1000 x 1e-7 m3
 }
 
+TEST(Tpdo, DoesNotLeaveOnceTheNodeIsStopped) {
+  Bench bench(true);
+  bench.send("080");
+  bench.tick();
+  bench.send("000 02 05");
+  EXPECT_EQ(bench.drain(), Frames{});
+}
+
 TEST(Tpdo, GivesTheNewestValueWhenTheBusIsSlow) {
   Bench bench(true);
   bench.send("080");

@@ -198,6 +198,17 @@ TEST(Sdo, TimesOutASilentTransferAfterOneSecond) {
   EXPECT_EQ(bench.drain(), Frames{}) << "once";
 }
 
+TEST(Sdo, CountsTheSilenceFromTheLastSegment) {
+  Bench bench;
+  bench.answer("605 2B 17 10 00 00 00 00 00");
+  bench.answer("605 21 10 21 00 0E 00 00 00");
+  bench.tick(90);
+  EXPECT_EQ(bench.answer("605 00 01 02 03 04 05 06 07"), "585 20 00 00 00 00 00 00 00");
+  bench.tick(90);
+  EXPECT_EQ(bench.answer("605 11 01 02 03 04 05 06 07"), "585 30 00 00 00 00 00 00 00");
+  EXPECT_EQ(bench.desk.stagings, 1);
+}
+
 TEST(Sdo, PassesTheDesksRefusalOn) {
   Bench bench;
   const auto upload = [&] {

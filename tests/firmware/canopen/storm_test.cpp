@@ -78,11 +78,14 @@ RC_GTEST_PROP(FrameStorm, OfAnyFramesLeavesEveryValueAdmissibleAndTheQueueAlive,
     if (i % 5 == 0) bench.tick();
   }
   for (const ChamberImage& chamber : bench.image.chamber) {
-    RC_ASSERT(chamber.setpoint_Pa >= kSetpointLow_Pa && chamber.setpoint_Pa <= kSetpointHigh_Pa);
-    RC_ASSERT(chamber.hold_setpoint_Pa >= kSetpointLow_Pa && chamber.hold_setpoint_Pa <= kSetpointHigh_Pa);
+    RC_ASSERT(chamber.setpoint_Pa >= kSetpointLow_Pa);
+    RC_ASSERT(chamber.setpoint_Pa <= kSetpointHigh_Pa);
+    RC_ASSERT(chamber.hold_setpoint_Pa >= kSetpointLow_Pa);
+    RC_ASSERT(chamber.hold_setpoint_Pa <= kSetpointHigh_Pa);
     RC_ASSERT(chamber.actual_Pa == 0.0F);
   }
-  RC_ASSERT(bench.image.excitation.command_low_V >= 0.0F && bench.image.excitation.command_high_V <= 10.0F);
+  RC_ASSERT(bench.image.excitation.command_low_V >= 0.0F);
+  RC_ASSERT(bench.image.excitation.command_high_V <= 10.0F);
   RC_ASSERT(std::isfinite(bench.image.excitation.pressure_low_Pa));
 
   // it still takes a command, reports an error and answers
