@@ -40,7 +40,7 @@ std::uint8_t Controller::take_changed() noexcept {
 
 void Controller::take_over(std::uint8_t changed) noexcept {
   for (std::size_t c = 0; c < config::kChambers; ++c) {
-    if ((changed >> c & 1U) != 0) chamber_[c].take_over(slots_.active(c));
+    if ((std::uint32_t{changed} >> c & 1U) != 0) chamber_[c].take_over(slots_.active(c));
   }
 }
 

@@ -8,7 +8,7 @@ namespace {
 static_assert(kChambers == 8, "a commit names its chambers in a mask of eight bits");
 
 bool names(std::uint8_t mask, std::size_t chamber) noexcept {
-  return ((mask >> chamber) & 1U) != 0;
+  return ((std::uint32_t{mask} >> chamber) & 1U) != 0;
 }
 
 }  // namespace

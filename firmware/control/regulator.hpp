@@ -40,12 +40,12 @@ class Regulator {
     /// Time from a command to the valve's answer, in ticks, 0 to 1: a spool of natural frequency f and
     /// damping z answers like a delay of z/(pi f).
     Scalar valve_delay_ticks = Scalar(0.3);
-    Scalar pressure_gain = Scalar(0.9);  ///< of the observer, on the residual [1]
+    Scalar pressure_gain = Scalar(1.1);  ///< of the observer, on the residual [1]
     /// How far the estimates are believed to be off; 0: that one is not learned.
-    Scalar disturbance_deviation_kPa = Scalar(0.3);
-    Scalar compression_deviation = Scalar(0.2);
-    Scalar trim_deviation_V = Scalar(0.1);
-    Scalar residual_noise_kPa = Scalar(1);      ///< the part of a residual that none of them explains
+    Scalar disturbance_deviation_kPa = Scalar(0.6);
+    Scalar compression_deviation = Scalar(0.3);
+    Scalar trim_deviation_V = Scalar(0.07);
+    Scalar residual_noise_kPa = Scalar(2);      ///< the part of a residual that none of them explains
     Scalar disturbance_limit_kPa = Scalar(40);  ///< largest disturbance believed, a tick
     Scalar compression_limit = Scalar(2);       ///< largest share of the compression believed
     Scalar trim_limit_V = Scalar(1);            ///< largest correction of the command believed

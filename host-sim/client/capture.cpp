@@ -1,0 +1,183 @@
+#include "host-sim/client/capture.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "firmware/canopen/objects.hpp"
+#include "firmware/canopen/process_image.hpp"
+
+namespace plenum::host::client {
+namespace {
+
+using canopen::ControlMode;
+namespace object = canopen::object;
+
+constexpr double kCycle_s = 0.01;
+constexpr int kSettleCycles = 100;  ///< time that HOLD gets to reach the first reference
+
+/// Sends a SYNC every 10 ms and gathers the rows that the board's stream answers with.
+class Recorder {
+ public:
+  Recorder(Session& session, unsigned chambers, double largest_volume_m3)
+      : session_(session),
+        mask_(static_cast<std::uint8_t>((1U << chambers) - 1U)),
+        stream_(session.configure_stream({.chambers = mask_, .largest_volume_m3 = largest_volume_m3})) {
+    session_.subscribe([this](const Arrival& arrival) {
+      stream_.accept(arrival.time_s, arrival.frame, [this](const StreamRow& row) { take(row); });
+    });
+  }
+  ~Recorder() { session_.subscribe({}); }
+  Recorder(const Recorder&) = delete;
+  Recorder& operator=(const Recorder&) = delete;
+
+  /// One cycle: what has been queued goes out with the SYNC, and what arrives until the next one is taken.
+  void cycle() {
+    session_.send_sync();
+    next_s_ += kCycle_s;
+    session_.listen(next_s_ - session_.link().now_s());
+  }
+
+  /// Forgets what has been recorded so far; the next cycle begins now.
+  void restart() {
+    rows_.clear();
+    next_s_ = session_.link().now_s();
+  }
+  const std::vector<StreamRow>& rows() const { return rows_; }
+
+ private:
+  void take(const StreamRow& row) {
+    if (row.chambers != mask_) {
+      throw ProtocolError(
+          fmt::format("node {}: row {} of the capture holds chambers {:02X}h, expected {:02X}h: frames were "
+                      "lost on the bus",
+                      session_.node_id(), rows_.size(), row.chambers, mask_));
+    }
+    rows_.push_back(row);
+  }
+
+  Session& session_;
+  std::uint8_t mask_;
+  Stream stream_;
+  double next_s_ = 0.0;
+  std::vector<StreamRow> rows_;
+};
+
+void require_chambers(unsigned chambers) {
+  if (chambers < 1 || chambers > kChambers) {
+    throw std::invalid_argument(fmt::format("{} chambers, expected 1 to {}", chambers, kChambers));
+  }
+}
+
+void require_no_fault(Session& session) {
+  const std::uint16_t code = session.read<std::uint16_t>(object::kErrorCode, 0);
+  if (code != 0) {
+    throw Refused(
+        fmt::format("node {}: fault {:04X}h stands after the run, expected none", session.node_id(), code));
+  }
+}
+
+void set_mode(Session& session, ControlMode mode) {
+  session.write(object::kControlMode, 0, static_cast<std::int8_t>(mode));
+}
+
+std::vector<CapturedRow> rows_of(const Recorder& recorder, std::size_t count) {
+  if (recorder.rows().size() < count) {
+    throw ProtocolError(fmt::format("the board sent {} rows, expected {}", recorder.rows().size(), count));
+  }
+  std::vector<CapturedRow> rows(count);
+  for (std::size_t k = 0; k < count; ++k) {
+    rows[k].time_s = kCycle_s * static_cast<double>(k);
+    rows[k].sample = recorder.rows()[k].sample;
+  }
+  return rows;
+}
+
+}  // namespace
+
+std::vector<CapturedRow> capture(Session& session, const CaptureOptions& options, const Progress& progress) {
+  require_chambers(options.chambers);
+  session.nmt(canopen::NmtCommand::enter_pre_operational);
+  Recorder recorder(session, options.chambers, options.largest_volume_m3);
+  session.write(object::kExcitation, 1, options.seed);
+  session.write(object::kExcitation, 2, options.command_low_V);
+  session.write(object::kExcitation, 3, options.command_high_V);
+  session.write(object::kExcitation, 4, static_cast<float>(options.pressure_low_Pa));
+  session.write(object::kExcitation, 5, static_cast<float>(options.pressure_high_Pa));
+  set_mode(session, ControlMode::excitation);
+  session.nmt(canopen::NmtCommand::start);
+  session.enable();
+  recorder.restart();
+  const auto count = static_cast<std::size_t>(options.seconds / kCycle_s + 0.5);
+  // One cycle more than rows: the answer to the last SYNC may come after it.
+  for (std::size_t k = 0; k <= count; ++k) {
+    recorder.cycle();
+    if (progress && k % 100 == 0) progress(static_cast<double>(k) / static_cast<double>(count));
+  }
+  require_no_fault(session);
+  session.disable();
+  session.stop_stream();
+  set_mode(session, ControlMode::pressure_closed_loop);
+  return rows_of(recorder, count);
+}
+
+std::vector<CapturedRow> follow(Session& session, std::span<const std::vector<double>> reference_Pa,
+                                const FollowOptions& options, const Progress& progress) {
+  require_chambers(options.chambers);
+  if (reference_Pa.size() != options.chambers) {
+    throw std::invalid_argument(fmt::format("{} references for {} chambers, expected one each",
+                                            reference_Pa.size(), options.chambers));
+  }
+  const std::size_t count = reference_Pa.front().size();
+  for (const std::vector<double>& reference : reference_Pa) {
+    if (reference.size() != count || count == 0) {
+      throw std::invalid_argument(fmt::format(
+          "a reference of {} rows beside one of {}, expected one length above 0", reference.size(), count));
+    }
+  }
+  session.nmt(canopen::NmtCommand::enter_pre_operational);
+  Recorder recorder(session, options.chambers, options.largest_volume_m3);
+  session.configure_setpoints(SetpointFormat::millibar);
+  session.write(object::kPreviewTicks, 0, options.preview_ticks);
+  set_mode(session, options.open_loop ? ControlMode::pressure_open_loop : ControlMode::pressure_closed_loop);
+  std::array<double, kChambers> setpoint_Pa{};  // of chambers not in use: 0, which the board ignores
+  const auto send_row = [&](std::size_t row) {
+    for (std::size_t c = 0; c < options.chambers; ++c)
+      setpoint_Pa[c] = reference_Pa[c][std::min(row, count - 1)];
+    session.send_setpoints(setpoint_Pa);
+  };
+  constexpr double kPaPerMbar = 100.0;
+  for (std::size_t c = 0; c < options.chambers; ++c) {
+    const auto hold = static_cast<std::uint16_t>(object::kHoldSetpoint + object::kChamberStride * c);
+    session.write(hold, 1, static_cast<std::int16_t>(reference_Pa[c].front() / kPaPerMbar + 0.5));
+  }
+  session.nmt(canopen::NmtCommand::start);
+  session.request_state(canopen::word::kDisabled);
+  session.request_state(canopen::word::kHold);
+  recorder.restart();
+  for (int k = 0; k < kSettleCycles; ++k) {
+    send_row(0);
+    recorder.cycle();
+  }
+  session.request_state(canopen::word::kActive);
+  recorder.restart();
+  // A set point of preview N is the reference N ticks after its own; without preview it is met at its tick's
+  // end.
+  const std::size_t ahead = std::max<std::size_t>(options.preview_ticks, 1);
+  for (std::size_t k = 0; k <= count; ++k) {
+    send_row(k + ahead);
+    recorder.cycle();
+    if (progress && k % 100 == 0) progress(static_cast<double>(k) / static_cast<double>(count));
+  }
+  require_no_fault(session);
+  session.disable();
+  session.stop_stream();
+  std::vector<CapturedRow> rows = rows_of(recorder, count);
+  for (std::size_t k = 0; k < count; ++k) {
+    for (std::size_t c = 0; c < options.chambers; ++c) rows[k].reference_Pa[c] = reference_Pa[c][k];
+  }
+  return rows;
+}
+
+}  // namespace plenum::host::client

@@ -1,0 +1,58 @@
+// Recording a board's chambers over the bus, tick by tick, while the board excites them or follows set
+// points.
+//
+// Both need the stream (one TPDO a chamber, each tick) and a SYNC every 10 ms, which they send. Row k holds
+// what the board knew and did at one tick: the pressure averaged over the tick before, the command held from
+// then on, the volume. A row whose frames did not all arrive is an error, not a gap.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "host-sim/client/session.hpp"
+
+namespace plenum::host::client {
+
+/// What is done and how far it is, for a progress line; `done` from 0 to 1.
+using Progress = std::function<void(double done)>;
+
+struct CaptureOptions {
+  double seconds = 60.0;
+  std::uint32_t seed = 1;
+  float command_low_V = 3.0F;
+  float command_high_V = 7.0F;
+  double pressure_low_Pa = 130'000.0;  ///< the guard turns the valve before the pressure leaves these
+  double pressure_high_Pa = 600'000.0;
+  double largest_volume_m3 = 3e-3;  ///< what the volume column can show
+  unsigned chambers = 8;
+};
+
+struct CapturedRow {
+  double time_s = 0.0;  ///< from the first row on
+  std::array<StreamSample, kChambers> sample{};
+  std::array<double, kChambers> reference_Pa{};  ///< follow() only: the reference at this row's time
+};
+
+/// Excites the chambers on the board (control mode -1, no model needed) and records them. Leaves the board
+/// DISABLED. Throws as Session does, Refused when a fault stands at the end, ProtocolError when a row is
+/// incomplete.
+std::vector<CapturedRow> capture(Session& session, const CaptureOptions& options,
+                                 const Progress& progress = {});
+
+struct FollowOptions {
+  std::uint8_t preview_ticks = 2;  ///< how far ahead of its time a set point is sent; 0..8
+  bool open_loop = false;          ///< pure feedforward (control mode 3)
+  double largest_volume_m3 = 3e-3;
+  unsigned chambers = 8;
+};
+
+/// One reference [Pa, absolute] a chamber, sampled at 100 Hz, all of one length. The board regulates to them;
+/// recorded. Leaves the board DISABLED. Throws as capture(), std::invalid_argument for references that differ
+/// in length.
+std::vector<CapturedRow> follow(Session& session, std::span<const std::vector<double>> reference_Pa,
+                                const FollowOptions& options, const Progress& progress = {});
+
+}  // namespace plenum::host::client

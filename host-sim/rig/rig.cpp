@@ -1,0 +1,113 @@
+#include "host-sim/rig/rig.hpp"
+
+#include <algorithm>
+#include <set>
+#include <stdexcept>
+#include <string>
+
+namespace plenum::host::rig {
+namespace {
+
+using plenum::config::kChambers;
+
+/// Settings as the installer gave them, with the channels that have no chamber taken out of use.
+plenum::Settings checked_settings(const BoardConfig& config) {
+  if (config.chamber.empty() || config.chamber.size() > kChambers) {
+    throw std::invalid_argument("a board has 1 to " + std::to_string(kChambers) + " chambers, not " +
+                                std::to_string(config.chamber.size()));
+  }
+  const auto require = [](const plenum::config::SettingVerdict& verdict, const std::string& where) {
+    if (verdict) return;
+    throw std::invalid_argument(where + ": " + verdict.field + " = " + std::to_string(verdict.value) +
+                                ", expected " + std::to_string(verdict.low) + " to " +
+                                std::to_string(verdict.high));
+  };
+  plenum::Settings settings = config.settings;
+  require(plenum::config::validate(settings.board), "board settings");
+  for (std::size_t c = 0; c < kChambers; ++c) {
+    settings.chamber[c].in_use = c < config.chamber.size();
+    require(plenum::config::validate(settings.chamber[c]), "settings of chamber " + std::to_string(c + 1));
+  }
+  return settings;
+}
+
+double volts(const SensorConfig& sensor, double quantity) {
+  return (quantity - sensor.at_zero_V) / sensor.per_V;
+}
+
+}  // namespace
+
+SimulatedBoard::SimulatedBoard(const BoardConfig& config, ports::SimulatedCanPort& can,
+                               const plant::Random& random)
+    : config_(config),
+      can_(can),
+      analog_in_(config.adc, plenum::kAnalogInputs, random),
+      analog_out_(kChambers, config.dac_bits),
+      store_(config.store),
+      board_(checked_settings(config), {analog_in_, analog_out_, digital_, can, store_}) {
+  for (const ChamberConfig& chamber : config.chamber) {
+    plant_.emplace_back(chamber.valve, chamber.chamber, chamber.volume);
+  }
+  board_.start();
+}
+
+void SimulatedBoard::move_plants() {
+  const bool powered = digital_.outputs().valve_power;
+  for (std::size_t c = 0; c < plant_.size(); ++c) {
+    plant::ChamberPlant& plant = plant_[c];
+    const ChamberConfig& chamber = config_.chamber[c];
+    double mean_Pa = plant.pressure_Pa();
+    double mean_m3 = plant.volume_m3();
+    if (started_) {
+      const double start_m3 = mean_m3;
+      const double start_m3_s = plant.volume_rate_m3_s();
+      mean_Pa = plant.advance(powered ? analog_out_.output_V(c) : chamber.unpowered_V, kTick_s).mean_Pa;
+      // The mean over the tick of the cubic through both ends and slopes: at 4 Hz exact to 1e-5 of the
+      // amplitude.
+      mean_m3 =
+          0.5 * (start_m3 + plant.volume_m3()) + kTick_s / 12.0 * (start_m3_s - plant.volume_rate_m3_s());
+    }
+    analog_in_.set_mean_V(c, volts(chamber.pressure_Pa, mean_Pa));
+    analog_in_.set_mean_V(kChambers + c, volts(chamber.volume_m3, mean_m3));
+  }
+  analog_in_.set_mean_V(2 * kChambers, volts(config_.supply_Pa, plant_.front().supply_Pa()));
+  started_ = true;
+}
+
+void SimulatedBoard::tick() {
+  move_plants();
+  board_.handle_frames();
+  board_.tick(late_);
+  late_ = false;
+  board_.store_changed();
+}
+
+Rig::Rig(const RigConfig& config) : bus_(config.bus) {
+  const plant::Random random(config.seed);
+  std::set<int> node_ids;
+  for (const BoardConfig& board : config.board) {
+    const int id = board.settings.node.node_id;
+    if (!node_ids.insert(id).second) {
+      throw std::invalid_argument("two boards with node id " + std::to_string(id) + " on one bus");
+    }
+    const std::size_t number = board_.size();
+    board_.push_back(std::make_unique<SimulatedBoard>(
+        board, bus_.attach("board " + std::to_string(number + 1)), random.split(number)));
+  }
+}
+
+void Rig::advance(std::uint64_t until_ns) {
+  const std::uint64_t tick_ns = ticks_ * kTick_ns;
+  if (bus_.run_to_next_delivery(std::min(until_ns, tick_ns))) {
+    for (const auto& board : board_) board->handle_frames();
+  } else if (tick_ns <= until_ns) {
+    for (const auto& board : board_) board->tick();
+    ++ticks_;
+  }
+}
+
+void Rig::run_until(std::uint64_t until_ns) {
+  while (bus_.now_ns() < until_ns || ticks_ * kTick_ns <= until_ns) advance(until_ns);
+}
+
+}  // namespace plenum::host::rig

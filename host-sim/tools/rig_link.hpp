@@ -1,0 +1,40 @@
+// The way from a client to a simulated rig: waiting for a frame runs the rig.
+#pragma once
+
+#include <cmath>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include "host-sim/client/link.hpp"
+#include "host-sim/rig/rig.hpp"
+
+namespace plenum::host::tools {
+
+class RigLink final : public client::Link {
+ public:
+  /// The rig must outlive the link.
+  explicit RigLink(rig::Rig& rig, const std::string& name = "master") : rig_(rig), port_(rig.attach(name)) {}
+
+  void send(const client::CanFrame& frame) override {
+    if (!port_.send(frame)) throw std::runtime_error("the simulated bus took no frame: its transmit queue is full");
+  }
+
+  std::optional<client::CanFrame> receive(double timeout_s) override {
+    const std::uint64_t until_ns = rig_.now_ns() + static_cast<std::uint64_t>(std::llround(timeout_s * 1e9));
+    client::CanFrame frame;
+    while (true) {
+      if (port_.receive(frame)) return frame;
+      if (rig_.now_ns() >= until_ns) return std::nullopt;
+      rig_.advance(until_ns);
+    }
+  }
+
+  double now_s() const override { return rig_.now_s(); }
+
+ private:
+  rig::Rig& rig_;
+  ports::SimulatedCanPort& port_;
+};
+
+}  // namespace plenum::host::tools
