@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <random>
 #include <stdexcept>
 
 #include "firmware/canopen/objects.hpp"
@@ -89,6 +91,7 @@ std::vector<CapturedRow> rows_of(const Recorder& recorder, std::size_t count) {
   std::vector<CapturedRow> rows(count);
   for (std::size_t k = 0; k < count; ++k) {
     rows[k].time_s = kCycle_s * static_cast<double>(k);
+    rows[k].bus_time_s = recorder.rows()[k].time_s;
     rows[k].sample = recorder.rows()[k].sample;
   }
   return rows;
@@ -178,6 +181,30 @@ std::vector<CapturedRow> follow(Session& session, std::span<const std::vector<do
     for (std::size_t c = 0; c < options.chambers; ++c) rows[k].reference_Pa[c] = reference_Pa[c][k];
   }
   return rows;
+}
+
+std::vector<std::vector<double>> random_references(unsigned chambers, double seconds, double low_Pa,
+                                                   double high_Pa, std::uint32_t seed) {
+  require_chambers(chambers);
+  const auto count = static_cast<std::size_t>(seconds / kCycle_s + 0.5);
+  std::mt19937 bits(seed);  // its sequence is the standard's; a distribution's is not
+  const auto unit = [&bits] { return static_cast<double>(bits()) / 4294967296.0; };
+  std::vector<std::vector<double>> references(chambers);
+  for (std::vector<double>& reference : references) {
+    double now_Pa = 0.5 * (low_Pa + high_Pa);
+    double goal_Pa = now_Pa;
+    double step_Pa = 0.0;
+    for (std::size_t left = 0; reference.size() < count; --left) {
+      if (left == 0) {
+        goal_Pa = low_Pa + (high_Pa - low_Pa) * unit();
+        step_Pa = 0.1e6 * std::pow(100.0, unit()) * kCycle_s;
+        left = 10 + static_cast<std::size_t>(60.0 * unit());
+      }
+      now_Pa = std::clamp(goal_Pa, now_Pa - step_Pa, now_Pa + step_Pa);
+      reference.push_back(now_Pa);
+    }
+  }
+  return references;
 }
 
 }  // namespace plenum::host::client

@@ -31,7 +31,8 @@ struct CaptureOptions {
 };
 
 struct CapturedRow {
-  double time_s = 0.0;  ///< from the first row on
+  double time_s = 0.0;      ///< from the first row on
+  double bus_time_s = 0.0;  ///< when its first frame came, in the time of the link
   std::array<StreamSample, kChambers> sample{};
   std::array<double, kChambers> reference_Pa{};  ///< follow() only: the reference at this row's time
 };
@@ -54,5 +55,11 @@ struct FollowOptions {
 /// in length.
 std::vector<CapturedRow> follow(Session& session, std::span<const std::vector<double>> reference_Pa,
                                 const FollowOptions& options, const Progress& progress = {});
+
+/// References for identification in closed loop, as the paper recorded its robot: each chamber ramps to
+/// random pressures in [low, high] at random rates of 0.1 to 10 MPa/s and dwells there for 0.1 to 0.7 s. The
+/// same seed gives the same.
+std::vector<std::vector<double>> random_references(unsigned chambers, double seconds, double low_Pa,
+                                                   double high_Pa, std::uint32_t seed);
 
 }  // namespace plenum::host::client
