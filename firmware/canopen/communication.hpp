@@ -122,7 +122,8 @@ struct ErrorState {
   std::uint8_t chamber = 0;
 };
 
-/// The controller's error when there is one; otherwise the lost set-point stream, which the node sees first.
+/// The controller's error. The node has none of its own: what it sees first (setpoint_lost) it tells the
+/// controller, so that status word, outputs and emergency speak of it in one and the same tick.
 ErrorState error_state(const ProcessImage& image) noexcept;
 
 }  // namespace plenum::canopen

@@ -121,8 +121,6 @@ ErrorState error_state(const ProcessImage& image) noexcept {
   if (image.error_code != 0) {
     return {image.error_code, static_cast<std::uint8_t>(image.error_register | 0x01U), image.fault_chamber};
   }
-  constexpr std::uint8_t kGenericAndCommunication = 0x11;
-  if (image.setpoint_lost) return {kErrorSetpointLost, kGenericAndCommunication, 0};
   return {0, image.error_register, 0};
 }
 

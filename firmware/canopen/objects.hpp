@@ -86,7 +86,4 @@ inline constexpr float kVolumeLsb_m3 = 1.0e-7F;
 inline constexpr float kSetpointLow_Pa = 0.0F;
 inline constexpr float kSetpointHigh_Pa = 3'276'700.0F;
 
-/// EMCY code of a lost set-point stream.
-inline constexpr std::uint16_t kErrorSetpointLost = 0x8250;
-
 }  // namespace plenum::canopen
