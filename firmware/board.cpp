@@ -34,6 +34,9 @@ void Board::tick(bool late) noexcept {
   inputs.supply = readings[2 * config::kChambers];
   inputs.digital = drivers_.digital.read();
   inputs.can = drivers_.can.state();
+  const std::uint32_t lost = drivers_.can.lost();
+  inputs.frames_lost = lost != lost_before_;
+  lost_before_ = lost;
   inputs.outputs_ok = outputs_ok_;
   inputs.tick_late = late;
 

@@ -58,6 +58,7 @@ class Board {
   Controller controller_;
   Drivers drivers_;
   bool outputs_ok_ = true;
+  std::uint32_t lost_before_ = 0;  ///< frames the driver had lost at the last tick
   std::uint8_t to_store_ = 0;
   ports::CanFrame unsent_{};
   bool has_unsent_ = false;  ///< the driver's queue was full: this frame goes first next time

@@ -83,8 +83,8 @@ safety::FaultReport Controller::judge(const Inputs& inputs) noexcept {
                                       .supply_V = inputs.supply.mean_V,
                                       .bus_off = inputs.can == ports::CanState::bus_off,
                                       .error_passive = inputs.can == ports::CanState::error_passive,
-
-                                      .setpoint_lost = image_.setpoint_lost,
+                                      .frames_lost = inputs.frames_lost,
+                                      .setpoint_lost = image_.setpoint_lost && model_needed(),
                                       .setpoint_count = image_.setpoint_count,
                                       .setpoints_needed = following});
   constexpr std::uint16_t kRegulates = safety::control_bit::kD | safety::control_bit::kH;

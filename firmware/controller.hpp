@@ -45,9 +45,9 @@ struct Inputs {
   ports::AnalogReading supply;
   ports::DigitalInputs digital;
   ports::CanState can = ports::CanState::error_active;
-  bool outputs_ok = true;  ///< the last write reached every output
-
-  bool tick_late = false;  ///< this tick began after its deadline
+  bool frames_lost = false;  ///< frames found the receive queue full since the last tick
+  bool outputs_ok = true;    ///< the last write reached every output
+  bool tick_late = false;    ///< this tick began after its deadline
 };
 
 /// What the drivers do until the next tick.

@@ -28,6 +28,8 @@ class CanBus {
   /// Takes the oldest received frame. Returns false when none is waiting.
   virtual bool receive(CanFrame& frame) noexcept = 0;
   virtual CanState state() const noexcept = 0;
+  /// Frames lost because the receive queue was full, since the start; wraps.
+  virtual std::uint32_t lost() const noexcept = 0;
 
  protected:
   ~CanBus() = default;

@@ -41,6 +41,7 @@ class SimulatedCanPort final : public plenum::ports::CanBus {
   bool send(const CanFrame& frame) noexcept override;
   bool receive(CanFrame& frame) noexcept override;
   CanState state() const noexcept override { return state_; }
+  std::uint32_t lost() const noexcept override { return static_cast<std::uint32_t>(receive_overflows_); }
 
   /// Fault injection. Bus-off empties the transmit queue; the node neither sends nor hears until it is active
   /// again.

@@ -1,0 +1,326 @@
+// Every fault of the board, from its cause to its cure, through the drivers and the bus.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <limits>
+#include <ostream>
+
+#include "bench.hpp"
+#include "firmware/safety/faults.hpp"
+
+namespace plenum {
+namespace {
+
+using safety::Fault;
+using safety::Reaction;
+using safety::State;
+using ::testing::Each;
+using ::testing::IsEmpty;
+namespace object = canopen::object;
+
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInf = std::numeric_limits<float>::infinity();
+
+void force(Bench& bench, std::size_t input, float mean_V, bool fresh = true) {
+  bench.forced[input] = ports::AnalogReading{mean_V, fresh};
+}
+void free_inputs(Bench& bench) {
+  bench.forced.fill(std::nullopt);
+  bench.analog_in.reading[2 * kChambers] = {6.2F, true};
+}
+
+struct Injection {
+  const char* name;
+  Fault fault;
+  int chamber;  ///< + 1; 0: the board
+  int ticks;    ///< the fault stands in this tick after its cause, not before
+  std::function<void(Bench&)> cause;
+  std::function<void(Bench&)> cure;
+  bool only_while_active = false;  ///< DISABLED ends the cause
+};
+std::ostream& operator<<(std::ostream& out, const Injection& injection) {
+  return out << injection.name;
+}
+
+// Limits as in ChamberSettings and BoardSettings.
+const std::vector<Injection> kInjections = {
+    {"PressureStale", Fault::pressure_stale, 3, 3, [](Bench& b) { force(b, 2, 0.0F, false); }, free_inputs},
+    {"PositionStale", Fault::position_stale, 3, 3, [](Bench& b) { force(b, 10, 0.0F, false); }, free_inputs},
+    {"PressureNan", Fault::pressure_not_finite, 1, 1, [](Bench& b) { force(b, 0, kNaN); }, free_inputs},
+    {"PressureInfinite", Fault::pressure_not_finite, 8, 1, [](Bench& b) { force(b, 7, -kInf); }, free_inputs},
+    {"PositionNan", Fault::position_not_finite, 8, 1, [](Bench& b) { force(b, 15, kNaN); }, free_inputs},
+    {"PressureWireBreak", Fault::pressure_out_of_range, 5, 1, [](Bench& b) { force(b, 4, 0.0F); },
+     free_inputs},
+    {"PositionWireBreak", Fault::position_out_of_range, 5, 1, [](Bench& b) { force(b, 12, -0.5F); },
+     free_inputs},
+    {"OverPressure", Fault::over_pressure, 2, 2, [](Bench& b) { force(b, 1, 7.5F); }, free_inputs},
+    {"SetpointsLost", Fault::setpoint_timeout, 0, 10, [](Bench& b) { b.streaming = false; },
+     [](Bench& b) { b.streaming = true; }, true},
+    {"TickOverrun", Fault::tick_overrun, 0, 3, [](Bench& b) { b.late = true; },
+     [](Bench& b) { b.late = false; }},
+    {"EmergencyStop", Fault::emergency_stop, 0, 1, [](Bench& b) { b.digital.inputs.emergency_stop = true; },
+     [](Bench& b) { b.digital.inputs.emergency_stop = false; }},
+    {"SupplyLow", Fault::supply_low, 0, 20, [](Bench& b) { force(b, 16, 4.9F); }, free_inputs},
+    {"SupplySensorNan", Fault::supply_low, 0, 20, [](Bench& b) { force(b, 16, kNaN); }, free_inputs},
+    // the answer to a tick's write is known in the next one
+    {"OutputRefused", Fault::hardware, 0, 2, [](Bench& b) { b.analog_out.refuses = true; },
+     [](Bench& b) { b.analog_out.refuses = false; }},
+    {"BusOff", Fault::bus_off, 0, 1, [](Bench& b) { b.can.state_now = ports::CanState::bus_off; },
+     [](Bench& b) { b.can.state_now = ports::CanState::error_active; }},
+};
+
+class EachFault : public ::testing::TestWithParam<std::tuple<Injection, config::SafeOutput>> {
+ protected:
+  static Settings settings() {
+    Settings settings = bench_settings();
+    for (auto& chamber : settings.chamber) chamber.safe_output = std::get<1>(GetParam());
+    return settings;
+  }
+  EachFault() : bench(settings()) {
+    bench.go_active(300.0);
+    for (std::size_t c = 0; c < kChambers; ++c) {
+      const auto hold = static_cast<std::uint16_t>(object::kHoldSetpoint + object::kChamberStride * c);
+      bench.session.write(hold, 1, std::int16_t{2500});
+    }
+    bench.run(3);
+    bench.take();
+  }
+
+  /// What the fault's reaction makes of the outputs in the tick at hand.
+  void expect_reaction() {
+    const float safe_V = std::get<1>(GetParam()) == config::SafeOutput::vent ? 2.5F : 5.0F;
+    for (std::size_t c = 0; c < kChambers; ++c) {
+      const float command_V = bench.analog_out.asked_V[c];
+      const bool vents = spec.reaction == Reaction::vent && injection.chamber == static_cast<int>(c) + 1;
+      if (spec.reaction == Reaction::hold) {
+        EXPECT_GE(command_V, 3.0F) << "chamber " << c;
+        EXPECT_LE(command_V, 7.0F) << "chamber " << c;
+      } else {
+        EXPECT_EQ(command_V, vents ? 2.5F : safe_V) << "chamber " << c;
+      }
+    }
+  }
+
+  const Injection& injection = std::get<0>(GetParam());
+  const safety::FaultSpec& spec = safety::spec(injection.fault);
+  Bench bench;
+};
+
+TEST_P(EachFault, StandsEverywhereInTheSameTickAndOnlyAResetLeadsBackToDisabled) {
+  injection.cause(bench);
+  for (int i = 1; i < injection.ticks; ++i) {
+    bench.tick();
+    ASSERT_EQ(bench.image().error_code, 0) << "tick " << i << " after the cause";
+    ASSERT_EQ(bench.state(), State::active) << "tick " << i << " after the cause";
+    ASSERT_THAT(bench.take_emergencies(), IsEmpty()) << "tick " << i << " after the cause";
+  }
+  bench.tick();
+
+  // one tick, one story
+  EXPECT_EQ(bench.state(), State::fault_reaction);
+  EXPECT_EQ(bench.image().status_word, 0x7);
+  EXPECT_EQ(bench.image().error_code, spec.code);
+  EXPECT_EQ(bench.image().error_register, spec.error_register);
+  EXPECT_EQ(int{bench.image().fault_chamber}, injection.chamber);
+  EXPECT_TRUE(bench.digital.outputs.fault_lamp);
+  EXPECT_EQ(bench.digital.outputs.valve_power, injection.fault != Fault::emergency_stop);
+  expect_reaction();
+  const std::uint32_t history = spec.code | static_cast<std::uint32_t>(injection.chamber) << 16;
+  const bool on_the_bus = injection.fault != Fault::bus_off;
+  if (on_the_bus) {
+    const auto emergencies = bench.take_emergencies();
+    ASSERT_EQ(emergencies.size(), 1U);
+    EXPECT_EQ(emergencies[0].code, spec.code);
+    EXPECT_EQ(emergencies[0].error_register, spec.error_register);
+    EXPECT_EQ(int{emergencies[0].chamber}, injection.chamber);
+    const int tick = bench.ticks;
+    EXPECT_EQ(bench.session.read<std::uint16_t>(object::kStatusWord, 0), 0x7);
+    EXPECT_EQ(bench.session.read<std::uint16_t>(object::kErrorCode, 0), spec.code);
+    EXPECT_EQ(bench.session.read<std::uint8_t>(object::kErrorRegister, 0), spec.error_register);
+    EXPECT_EQ(bench.session.read<std::uint32_t>(object::kErrorHistoryIndex, 1), history);
+    ASSERT_EQ(bench.ticks, tick) << "the answers took a tick";
+  }
+
+  bench.tick();
+  EXPECT_EQ(bench.state(), spec.reaction == Reaction::hold ? State::fault_hold : State::fault_disabled);
+  for (int i = 0; i < 30; ++i) {
+    expect_reaction();
+    bench.tick();
+  }
+  if (spec.reaction == Reaction::hold) {
+    bench.run(100);
+    for (const Chamber& chamber : bench.chamber) EXPECT_NEAR(chamber.pressure_kPa, 250.0, 0.1);
+  }
+
+  // a reset while the cause stands changes nothing
+  for (const std::uint16_t word : Words{0x1, 0x9, 0x1}) {
+    bench.control(word);
+    bench.run(2);
+  }
+  if (injection.only_while_active) {
+    EXPECT_EQ(bench.state(), State::disabled);
+    return;
+  }
+  EXPECT_EQ(bench.image().error_code, spec.code);
+  EXPECT_EQ(bench.image().status_word & 0x8, 0);
+
+  // its end alone neither; nor does a reset that would start the machine
+  injection.cure(bench);
+  bench.streaming = true;
+  for (const std::uint16_t word : Words{0x7, 0xF, 0x7}) {
+    bench.control(word);
+    for (int i = 0; i < 15; ++i) {
+      bench.tick();
+      ASSERT_EQ(bench.image().error_code, spec.code) << "control word " << word;
+      ASSERT_EQ(bench.image().status_word & 0x8, 0);
+    }
+  }
+
+  for (const std::uint16_t word : Words{0x1, 0x9}) {
+    bench.control(word);
+    for (int i = 0; i < 3; ++i) {
+      bench.tick();
+      ASSERT_NE(bench.state(), State::active);
+      ASSERT_NE(bench.state(), State::hold);
+    }
+  }
+  EXPECT_EQ(bench.state(), State::disabled);
+  EXPECT_EQ(bench.image().error_code, 0);
+  EXPECT_EQ(bench.image().error_register, 0);
+  EXPECT_FALSE(bench.digital.outputs.fault_lamp);
+  EXPECT_TRUE(bench.digital.outputs.valve_power);
+  EXPECT_EQ(bench.session.read<std::uint32_t>(object::kErrorHistoryIndex, 1), history);
+
+  bench.climb();
+  EXPECT_EQ(bench.state(), State::active);
+  bench.run(150);
+  EXPECT_NEAR(bench.chamber[4].pressure_kPa, 300.0, 0.1);
+  EXPECT_EQ(bench.image().error_code, 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Board, EachFault,
+                         ::testing::Combine(::testing::ValuesIn(kInjections),
+                                            ::testing::Values(config::SafeOutput::null,
+                                                              config::SafeOutput::vent)),
+                         [](const auto& instance) {
+                           return std::string(std::get<0>(instance.param).name) +
+                                  (std::get<1>(instance.param) == config::SafeOutput::vent ? "Vents"
+                                                                                           : "Shuts");
+                         });
+
+TEST(BoardFault, NoModelRefusesToRegulateAndNamesTheChamber) {
+  Bench bench;
+  bench.store_models();
+  bench.store.record[5].clear();
+  bench.board.start();
+  bench.put(0, {1, 0});
+  bench.streaming = true;
+  bench.control(1);
+  bench.run(2);
+  EXPECT_EQ(bench.state(), State::disabled);
+  bench.take();
+  bench.control(7);
+  bench.tick();
+  EXPECT_EQ(bench.state(), State::fault_disabled);
+  EXPECT_EQ(bench.image().error_code, 0x6300);
+  EXPECT_EQ(bench.image().fault_chamber, 6);
+  EXPECT_THAT(bench.analog_out.held_V, Each(5.0F));
+  const auto emergencies = bench.take_emergencies();
+  ASSERT_EQ(emergencies.size(), 1U);
+  EXPECT_EQ(emergencies[0].code, 0x6300);
+
+  bench.session.upload_model(5, image_of(kValve));
+  bench.run(3);
+  EXPECT_EQ(bench.image().error_code, 0x6300) << "cleared without a reset";
+  bench.session.reset_fault();
+  bench.climb();
+  EXPECT_EQ(bench.state(), State::active);
+}
+
+TEST(BoardFault, LeavingTheExcitationModeWithoutModelsStopsTheValvesInThatTick) {
+  Bench bench;
+  bench.board.start();
+  bench.session.write(object::kControlMode, 0, std::int8_t{-1});
+  bench.put(0, {1, 0});
+  bench.climb();
+  EXPECT_EQ(bench.state(), State::active);
+  bench.run(20);
+  bench.session.write(object::kControlMode, 0, std::int8_t{4});
+  bench.tick();
+  EXPECT_EQ(bench.image().error_code, 0x6300);
+  EXPECT_THAT(bench.analog_out.held_V, Each(5.0F));
+}
+
+TEST(BoardFault, HoldingReactionShutsTheValvesInTheExcitationMode) {
+  Bench bench;
+  bench.board.start();
+  bench.session.write(object::kControlMode, 0, std::int8_t{-1});
+  bench.put(0, {1, 0});
+  bench.climb();
+  bench.run(20);
+  force(bench, 16, 1.0F);
+  bench.run(20);
+  EXPECT_EQ(bench.image().error_code, 0x3412);
+  EXPECT_THAT(bench.analog_out.held_V, Each(5.0F));
+}
+
+TEST(BoardFault, ExcitationNeedsNoSetPoints) {
+  Bench bench;
+  bench.board.start();
+  bench.session.write(object::kControlMode, 0, std::int8_t{-1});
+  bench.put(0, {1, 0});
+  bench.climb();
+  bench.streaming = false;
+  bench.run(300);
+  EXPECT_EQ(bench.state(), State::active);
+  EXPECT_EQ(bench.image().error_code, 0);
+}
+
+TEST(BoardFault, LostFramesAreReportedForTheTickAndStopNothing) {
+  Bench bench;
+  bench.go_active(300.0);
+  bench.can.lost_frames += 3;
+  bench.tick();
+  EXPECT_EQ(bench.image().error_code, 0x8110);
+  EXPECT_EQ(bench.image().error_register, 0x11);
+  EXPECT_EQ(bench.state(), State::active);
+  bench.tick();
+  EXPECT_EQ(bench.image().error_code, 0) << "the count stands still: nothing more was lost";
+  const auto emergencies = bench.take_emergencies();
+  ASSERT_EQ(emergencies.size(), 2U);
+  EXPECT_EQ(emergencies[0].code, 0x8110);
+  EXPECT_EQ(emergencies[1].code, 0);
+}
+
+TEST(BoardFault, SetPointStreamLostByItsEventTimerIsToldByEveryObjectInTheSameTick) {
+  Bench bench;
+  bench.store_models();
+  bench.board.start();
+  bench.session.write(object::kRpdoCommunication, 5, std::uint16_t{30});  // before the board's own 100 ms
+  bench.put(0, {1, 0});
+  bench.climb();
+  bench.run(50);
+  bench.take();
+  bench.streaming = false;
+  int ticks = 0;
+  for (; bench.image().error_code == 0 && ticks < 20; ++ticks) {
+    ASSERT_THAT(bench.take_emergencies(), IsEmpty()) << "tick " << ticks << " after the last set point";
+    bench.tick();
+  }
+  EXPECT_LE(ticks, 5);
+  EXPECT_EQ(bench.image().error_code, 0x8250);
+  EXPECT_EQ(bench.state(), State::fault_reaction);
+  EXPECT_EQ(bench.take_emergencies().size(), 1U);
+}
+
+TEST(BoardFault, EmergencyStopTakesThePowerOffTheValvesWithinItsTick) {
+  Bench bench;
+  bench.go_active(300.0);
+  bench.digital.inputs.emergency_stop = true;
+  bench.tick();
+  EXPECT_FALSE(bench.digital.outputs.valve_power);
+}
+
+}  // namespace
+}  // namespace plenum

@@ -1,0 +1,261 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "bench.hpp"
+
+namespace plenum {
+namespace {
+
+using ::testing::Each;
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+namespace object = canopen::object;
+
+TEST(Board, WakesUpInInitWithEveryValveAtItsSafeOutput) {
+  for (const auto safe : {config::SafeOutput::null, config::SafeOutput::vent}) {
+    Settings settings = bench_settings();
+    for (auto& chamber : settings.chamber) chamber.safe_output = safe;
+    Bench bench(settings);
+    bench.board.start();
+    EXPECT_EQ(bench.state(), safety::State::not_ready);
+    bench.tick();
+    EXPECT_EQ(bench.state(), safety::State::init);
+    EXPECT_EQ(bench.image().status_word, 0x8);
+    EXPECT_THAT(bench.analog_out.held_V, Each(safe == config::SafeOutput::null ? 5.0F : 2.5F));
+    EXPECT_TRUE(bench.digital.outputs.valve_power);
+    EXPECT_FALSE(bench.digital.outputs.fault_lamp);
+  }
+}
+
+TEST(Board, NothingMovesHoweverLongNobodyAsks) {
+  Bench bench;
+  bench.store_models();
+  bench.board.start();
+  bench.streaming = true;
+  bench.put(0, {1, 0});
+  for (int i = 0; i < 500; ++i) {
+    bench.tick();
+    ASSERT_THAT(bench.analog_out.held_V, Each(5.0F)) << "tick " << i;
+  }
+  EXPECT_EQ(bench.state(), safety::State::init);
+}
+
+TEST(Board, DamagedStoredModelLeavesItsChamberEmptyAndTheBoardReachable) {
+  Bench bench;
+  bench.store_models();
+  bench.store.record[2][40] ^= 1U;       // one bit of a parameter
+  bench.store.record[3].resize(20);      // half a header
+  bench.store.record[4].assign(500, 7);  // more than any image has
+  bench.board.start();
+  bench.tick();
+  for (std::uint8_t c = 0; c < kChambers; ++c) {
+    const bool damaged = c >= 2 && c <= 4;
+    EXPECT_EQ(bench.session.download_model(c), damaged ? std::vector<std::uint8_t>{} : image_of(kValve, 100))
+        << "chamber " << int{c};
+  }
+  bench.session.upload_model(2, image_of(kValve, 7));
+  EXPECT_EQ(bench.session.download_model(2), image_of(kValve, 7));
+}
+
+TEST(Board, ModelsFromTheStoreAreNotWrittenBackToIt) {
+  Bench bench;
+  bench.store_models();
+  bench.board.start();
+  bench.run(3);
+  bench.board.store_changed();
+  EXPECT_EQ(bench.store.attempts, 0);
+}
+
+TEST(Board, StoresExactlyTheModelsThatChanged) {
+  Bench bench;
+  bench.store_models();
+  bench.board.start();
+  bench.session.upload_models(std::vector<host::client::ModelUpload>{{1, image_of(kValve, 1)},  //
+                                                                     {6, image_of(kValve, 6)}});
+  bench.board.store_changed();
+  EXPECT_THAT(bench.store.written, ElementsAre(1, 6));
+  EXPECT_EQ(bench.store.record[1], image_of(kValve, 1));
+  EXPECT_EQ(bench.store.record[6], image_of(kValve, 6));
+  EXPECT_EQ(bench.store.record[0], image_of(kValve, 100));
+  bench.run(5);
+  bench.board.store_changed();
+  EXPECT_EQ(bench.store.attempts, 2) << "stored again without a change";
+}
+
+TEST(Board, TriesAgainWithTheNewestModelAfterTheStoreRefused) {
+  Bench bench;
+  bench.board.start();
+  bench.store.refuses = true;
+  bench.session.upload_model(3, image_of(kValve, 1));
+  bench.board.store_changed();
+  bench.session.upload_model(3, image_of(kValve, 2));
+  bench.board.store_changed();
+  EXPECT_EQ(bench.store.attempts, 2);
+  EXPECT_THAT(bench.store.record[3], IsEmpty());
+  bench.store.refuses = false;
+  bench.board.store_changed();
+  EXPECT_THAT(bench.store.written, ElementsAre(3));
+  EXPECT_EQ(bench.store.record[3], image_of(kValve, 2));
+  bench.board.store_changed();
+  EXPECT_THAT(bench.store.written, ElementsAre(3));
+}
+
+TEST(Board, FullTransmitQueueLosesNoAnswerAndKeepsTheirOrder) {
+  Bench bench;
+  bench.board.start();
+  bench.take();
+  bench.can.room = 0;
+  // reads of 1018h:1..4: as many answers as the node holds
+  for (std::uint8_t sub = 1; sub <= 4; ++sub)
+    bench.put(0x600 + Bench::kNode, {0x40, 0x18, 0x10, sub, 0, 0, 0, 0});
+  bench.board.handle_frames();
+  bench.run(20);
+  ASSERT_THAT(bench.take(), IsEmpty());
+  std::vector<std::uint8_t> order;
+  for (bench.can.room = 1; order.size() < 4 && bench.ticks < 60; bench.tick()) {
+    for (const ports::CanFrame& frame : bench.take()) {
+      if (frame.id == 0x580 + Bench::kNode) order.push_back(frame.data[3]);
+    }
+  }
+  EXPECT_THAT(order, ElementsAre(1, 2, 3, 4));
+}
+
+TEST(Board, FullTransmitQueueDelaysAnEmergencyButNeverLosesIt) {
+  Bench bench;
+  bench.go_active(300.0);
+  bench.can.room = 0;
+  bench.digital.inputs.emergency_stop = true;
+  bench.run(50);
+  bench.digital.inputs.emergency_stop = false;
+  bench.run(5);
+  bench.can.room = SIZE_MAX;
+  bench.run(2);
+  const auto emergencies = bench.take_emergencies();
+  ASSERT_FALSE(emergencies.empty());
+  EXPECT_EQ(emergencies.front().code, 0x9000);
+}
+
+TEST(Board, RefusedUploadOrCommitNeverDisturbsTheActiveModel) {
+  // The twin gets no upload: bit for bit the same commands are wanted.
+  Bench bench, twin;
+  for (Bench* one : {&bench, &twin}) one->go_active(300.0);
+  const auto run_both = [&](const char* after) {
+    bench.setpoint_kPa = twin.setpoint_kPa += 10.0;
+    while (twin.ticks < bench.ticks) twin.tick();
+    for (int i = 0; i < 5; ++i) {
+      bench.tick();
+      twin.tick();
+      ASSERT_EQ(bench.analog_out.held_V, twin.analog_out.held_V) << "after " << after;
+    }
+    EXPECT_EQ(bench.session.download_model(0), image_of(kValve, 100)) << "after " << after;
+  };
+  std::vector<std::uint8_t> damaged = image_of(kValve, 1);
+  damaged[30] ^= 4U;
+  EXPECT_THROW(bench.session.upload_model(0, damaged), host::client::Refused);
+  run_both("a damaged image");
+  std::array<float, 12> inadmissible = kValve;
+  inadmissible[8] = -1.0F;
+  EXPECT_THROW(bench.session.upload_model(0, image_of(inadmissible)), host::client::Refused);
+  run_both("a c9 below zero");
+  // staged, but the commit's CRC is another's
+  bench.session.sdo_write(object::kStagedModel, 0, image_of(kValve, 2));
+  bench.session.write(object::kCommit, 1, std::uint8_t{1});
+  bench.session.write(object::kCommit, 2, std::uint32_t{0x12345678});
+  EXPECT_THROW(bench.session.write(object::kCommit, 3, config::kCommitKey), host::client::SdoAbort);
+  run_both("a commit with a wrong CRC");
+  // the mask names a chamber that has nothing staged
+  const std::uint32_t crc = config::trailing_crc(image_of(kValve, 2));
+  bench.session.write(object::kCommit, 1, std::uint8_t{3});
+  bench.session.write(object::kCommit, 2, config::commit_crc({&crc, 1}));
+  EXPECT_THROW(bench.session.write(object::kCommit, 3, config::kCommitKey), host::client::SdoAbort);
+  run_both("a commit of a chamber without a staged image");
+}
+
+TEST(Board, CommitIsTakenOverAtOneTickForAllItsChambers) {
+  Bench bench;
+  bench.go_active(300.0);
+  std::vector<std::uint32_t> crcs;
+  for (std::uint16_t c = 0; c < kChambers; ++c) {
+    const auto image = image_of(kValve, 20U + c);
+    bench.session.sdo_write(static_cast<std::uint16_t>(object::kStagedModel + c), 0, image);
+    crcs.push_back(config::trailing_crc(image));
+  }
+  bench.session.write(object::kCommit, 1, std::uint8_t{0xFF});
+  bench.session.write(object::kCommit, 2, config::commit_crc(crcs));
+  bench.session.write(object::kCommit, 3, config::kCommitKey);
+  const auto in_force = [&] {
+    std::vector<std::uint32_t> found;
+    for (std::uint8_t c = 0; c < kChambers; ++c)
+      found.push_back(config::trailing_crc(bench.board.controller().active_image(c)));
+    return found;
+  };
+  const std::vector<std::uint32_t> before(kChambers, config::trailing_crc(image_of(kValve, 100)));
+  EXPECT_EQ(in_force(), before) << "taken over between ticks";
+  bench.tick();
+  EXPECT_EQ(in_force(), crcs);
+  EXPECT_EQ(bench.state(), safety::State::active);
+}
+
+/// The largest change of the command from one tick to the next around a commit, at a steady set point [V].
+double bump_V(Bench& bench, const std::array<float, 12>& values) {
+  std::vector<host::client::ModelUpload> uploads;
+  for (std::uint8_t c = 0; c < kChambers; ++c) uploads.push_back({c, image_of(values, 9)});
+  double bump = 0;
+  float before_V = bench.analog_out.held_V[0];
+  const auto watch = [&](int ticks) {
+    for (int i = 0; i < ticks; ++i) {
+      bench.tick();
+      bump = std::max(bump, std::abs(static_cast<double>(bench.analog_out.held_V[0] - before_V)));
+      before_V = bench.analog_out.held_V[0];
+    }
+  };
+  bench.session.upload_models(uploads);
+  before_V = bench.analog_out.held_V[0];
+  watch(100);
+  return bump;
+}
+
+TEST(Board, TheSameModelCommittedAgainWhileActiveDoesNotMoveTheCommand) {
+  Bench bench;
+  bench.go_active(300.0);
+  bench.run(400);
+  EXPECT_LT(bump_V(bench, kValve), 0.002);
+  EXPECT_NEAR(bench.chamber[0].pressure_kPa, 300.0, 0.05);
+}
+
+TEST(Board, StandingStillTheChamberIsHeldAtTheSetPointOfAPerfectModel) {
+  Bench bench;
+  bench.go_active(450.0);
+  for (const Chamber& chamber : bench.chamber) EXPECT_NEAR(chamber.pressure_kPa, 450.0, 0.05);
+  EXPECT_EQ(bench.image().error_code, 0);
+  EXPECT_NEAR(static_cast<double>(bench.image().chamber[3].actual_Pa), 450e3, 50.0);
+}
+
+TEST(Board, HealthyMinuteHasNoFaultAndNoEmergency) {
+  Bench bench;
+  bench.go_active(300.0);
+  for (int second = 0; second < 60; ++second) {
+    bench.setpoint_kPa = second % 2 == 0 ? 500.0 : 200.0;
+    for (int i = 0; i < 100; ++i) {
+      bench.tick();
+      ASSERT_EQ(bench.image().error_code, 0) << "second " << second << " tick " << i;
+      ASSERT_EQ(bench.state(), safety::State::active);
+    }
+    ASSERT_THAT(bench.take_emergencies(), IsEmpty());
+  }
+}
+
+TEST(Board, ChamberNotInUseIsLeftAtNullWhateverItsInputsSay) {
+  Settings settings = bench_settings();
+  settings.chamber[7].in_use = false;
+  Bench bench(settings);
+  bench.forced[7] = ports::AnalogReading{};
+  bench.forced[15] = ports::AnalogReading{};
+  bench.go_active(300.0);
+  EXPECT_EQ(bench.state(), safety::State::active);
+  EXPECT_FLOAT_EQ(bench.analog_out.held_V[7], 5.0F);
+  EXPECT_NEAR(bench.chamber[6].pressure_kPa, 300.0, 0.05);
+}
+
+}  // namespace
+}  // namespace plenum
