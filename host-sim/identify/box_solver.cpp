@@ -121,7 +121,9 @@ bool positive(const Matrix9& H) {
 
 BoxSolution minimise_in_box(const BoxProblem& problem, const Vector9& start, int most_iterations,
                             double tolerance) {
-  constexpr double kLongestStep = 1.0;  // of each variable: they are of order one, and the model is not that linear
+  constexpr double kLongestStep =
+      1.0;  // of each variable: they are of order one, and the model is not that linear
+  constexpr double kShortestStep = 1e-9;
   constexpr double kLeastDamping = 1e-7;
   constexpr double kMostDamping = 1e12;
   constexpr double kAfterRefusal = 1e-3;
@@ -142,14 +144,20 @@ BoxSolution minimise_in_box(const BoxProblem& problem, const Vector9& start, int
       model += curvature.matrix();
       if (!positive(model + damping)) model = H;
     }
-    const Vector9 d =
-        quadratic_in_box(model + damping, g, (problem.low - solution.z).cwiseMax(-kLongestStep),
+    const Vector9 d = quadratic_in_box(model + damping, g, (problem.low - solution.z).cwiseMax(-kLongestStep),
                                        (problem.high - solution.z).cwiseMin(kLongestStep));
     const double promised = promise(model, g, d);  // fall of the sum of squares
     if (!(promised > tolerance * solution.squares) && lambda <= 1.0) {
       solution.converged = true;
       solution.stop =
           fmt::format("converged: the next step promises less than {:.0e} of the sum of squares", tolerance);
+      return solution;
+    }
+    // On data without noise the sum itself goes to zero, and no share of it is small: there the step says it.
+    if (d.cwiseAbs().maxCoeff() < kShortestStep && lambda <= 1.0) {
+      solution.converged = true;
+      solution.stop =
+          fmt::format("converged: the next step is below {:.0e} in every scaled variable", kShortestStep);
       return solution;
     }
     const Vector9 trial = (solution.z + d).cwiseMax(problem.low).cwiseMin(problem.high);

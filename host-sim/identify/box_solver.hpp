@@ -43,8 +43,8 @@ struct BoxSolution {
   std::string stop;  ///< why it stopped, in one line
 };
 
-/// From `start`, which must lie within the box. Stops when the model promises less than `tolerance` of the
-/// sum of squares.
+/// From `start`, which must lie within the box. Stops when the model promises less than
+/// `tolerance` of the sum of squares, or a step of less than 1e-9.
 BoxSolution minimise_in_box(const BoxProblem& problem, const Vector9& start, int most_iterations,
                             double tolerance);
 

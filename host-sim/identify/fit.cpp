@@ -20,7 +20,8 @@ constexpr double kFarthest_V = 8.0;       // |u - c1| at most, for 0 <= u <= 10 
 constexpr double kLeastOpening_V = 1e-4;  // k at its minimum
 constexpr double kMonotone =
     1.0 / (3.0 * kFarthest_V * kFarthest_V);  // c3 >= -c2 kMonotone: s rises everywhere
-constexpr double kTolerance = 1e-11;          // of the sum of squares
+constexpr double kTolerance = 1e-9;           // of the sum of squares
+constexpr double kLookTolerance = 1e-5;       // while only a part of the data is looked at
 constexpr double kMostVolumeGain = 1000.0;    // c6 V
 constexpr std::size_t kFewestErrors = 50;
 constexpr double kRankDeficient = 1e9;
@@ -72,7 +73,7 @@ struct Coordinates {
     Vector9 z;
     z << 8.0, folded(50.0, kUnit_c2), folded(500.0, kUnit_c3), 2.0,
         10.0 * rate_scale_mL_s / bench.mean_volume_mL, kMostVolumeGain / (1.0 + kMostVolumeGain),
-        std::log(500.0), 0.99, folded(2.0, kUnit_c9);
+        std::log(200.0), 0.99, folded(5.0, kUnit_c9);
     return z;
   }
   Shape shape(const Vector9& z) const {
@@ -116,7 +117,7 @@ struct Coordinates {
 using Held = std::array<bool, kFree>;
 
 BoxSolution minimise(const Coordinates& coordinates, Error error, const Vector9& start, const Held& held,
-                     int most_iterations) {
+                     int most_iterations, double tolerance = kTolerance) {
   BoxProblem problem;
   problem.squares = [&](const Vector9& z) {
     return sum_of_squares(error, coordinates.shape(z), coordinates.bench);
@@ -127,7 +128,7 @@ BoxSolution minimise(const Coordinates& coordinates, Error error, const Vector9&
   for (Eigen::Index i = 0; i < static_cast<Eigen::Index>(kFree); ++i) {
     if (held[static_cast<std::size_t>(i)]) problem.low[i] = problem.high[i] = start[i];
   }
-  return minimise_in_box(problem, start, most_iterations, kTolerance);
+  return minimise_in_box(problem, start, most_iterations, tolerance);
 }
 
 double rms(const std::vector<double>& values) {
@@ -206,8 +207,10 @@ Tassa9 start_of(const Ticks& ticks, const Coordinates& coordinates, const Held& 
   return start;
 }
 
-constexpr std::array<double, 3> kLooks_V{-0.5, 0.0,
-                                         0.5};  // null commands tried, off the middle of the commands
+// Null commands tried, off the middle of the commands, each with every tilt c8: between them lie the minima
+// met so far.
+constexpr std::array<double, 4> kLooks_V{-1.0, -0.4, 0.4, 1.0};
+constexpr std::array<double, 3> kLookTilts{-0.6, 0.0, 0.6};
 constexpr std::size_t kLookEvery = 4;
 constexpr std::size_t kLeastLook = 1000;  // errors; below, all are looked at
 constexpr double kSameMinimum = 1e-3;     // sums of squares nearer than this are one minimum
@@ -224,12 +227,17 @@ BoxSolution explore(const Coordinates& coordinates, const Tassa9& given, const H
       count_rows(Error::one_step, coordinates.bench).rows > kLookEvery * kLeastLook ? kLookEvery : 1;
   std::vector<Tassa9> starts{given};
   for (const double off_V : kLooks_V) {
-    starts.push_back(start_of(ticks, coordinates, held));
-    starts.back().c[0] += off_V;
+    for (const double tilt : kLookTilts) {
+      starts.push_back(start_of(ticks, coordinates, held));
+      starts.back().c[0] += off_V;
+      starts.back().c[7] = tilt;
+      starts.back().c[8] += tilt_depth_V(tilt, coordinates.bench.c_gamma_V);
+    }
   }
   std::vector<BoxSolution> looks;
   for (const Tassa9& start : starts) {
-    looks.push_back(minimise(part, Error::one_step, coordinates.of(start), held, kLookIterations));
+    looks.push_back(
+        minimise(part, Error::one_step, coordinates.of(start), held, kLookIterations, kLookTolerance));
   }
   std::sort(looks.begin(), looks.end(),
             [](const BoxSolution& a, const BoxSolution& b) { return a.squares < b.squares; });

@@ -32,22 +32,21 @@ struct FitOptions {
   int most_iterations = 200;  ///< of each of the two fits
 };
 
-/// One parameter of a fit. The bounds, with V the mean volume and h the tick; Table I where it gives one,
-/// else practical:
+/// One parameter of a fit. The bounds (V: the mean volume), Table I where it gives one, else practical:
 ///
-///   c1   2 .. 8 V                         c4                +-2 c_s / rms(v')
-///   c2   1e-3 .. 50 1/V                   c5/(1 + c6 V)     +-10/V
-///   c3   -c2/192 .. 500 1/V3              c6                0 .. 1000/V
-///   c8   -0.99 .. 0.99                    c7/(1 + c6 V)     1e-3 .. 500 1/(V s): faster, a tick of 10 ms
-///   sees no rate c9   c_gamma (1 - sqrt(1 - c8^2)) + 1e-4 .. 2 V
+///   c1  2 .. 8 V                c4                +-2 c_s/rms(v')
+///   c2  1e-3 .. 50 1/V          c5/(1 + c6 V)     +-10/V
+///   c3  -c2/192 .. 500 1/V3     c6                0 .. 1000/V
+///   c8  -0.99 .. 0.99           c7/(1 + c6 V)     1e-3 .. 200 1/(V s)
+///   c9  c_gamma (1 - sqrt(1 - c8^2)) + 1e-4 .. that + 5 V
 ///
 /// Two of these are joint, because Table I is not enough for what the paper asks of the model:
-///   - s rises with u on the whole 0..10 V only where c2 + 3 c3 U^2 >= 0; "c3 > -1" does not give that. |U|
-///   is 8 V at
-///     most for 2 < c1 < 8, hence c3 >= -c2/(3 8^2).
+///   - s rises with u on the whole 0..10 V only where c2 + 3 c3 U^2 >= 0; "c3 > -1" does not give that.
+///     |U| is 8 V at most for 2 < c1 < 8, hence c3 >= -c2/(3 8^2).
 ///   - k > 0 for every u only if c9 > c_gamma (1 - sqrt(1 - c8^2)), the depth of the minimum of
 ///     sqrt(U^2 + c_gamma^2) - c_gamma + c8 U.
 /// c6 = 1000/V is a rate inverse to the volume but for 0.1 % of the mean: no log can tell it from the limit.
+/// Above c7/(1 + c6 V) = 200 1/(V s) a tick of 10 ms no longer shows the rate.
 struct ParameterFit {
   double value = 0.0;
   double standard_error = 0.0;  ///< NaN when at a bound or held
