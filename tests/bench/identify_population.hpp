@@ -1,0 +1,80 @@
+// Valve-chambers drawn from the fixed population of the benchmarks, recorded through host-sim/plant.
+//
+// Supply 620 kPa; area per volt 0.8-2.2 mm2 (C = 0.72), leaks 0.05-0.2 mm2, transition 0.1-0.4 mm2,
+// null 4.85-5.15 V, ports 0.05-0.25 V apart; volume 40-300 mL, moving by 20-40 % at 0.1-1.5 Hz or at rest;
+// command 3-7 V from a PID on random pressure targets; noise of 0.1 % of span on each of the 200 samples
+// averaged a tick.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <random>
+
+#include "host-sim/plant/chamber.hpp"
+#include "host-sim/trace/log.hpp"
+#include "host-sim/trace/rig_toml.hpp"
+
+namespace plenum::bench {
+
+inline constexpr double kPopulationSupply_Pa = 620e3;
+
+inline host::trace::RigDescription population_rig() {
+  host::trace::RigDescription rig;
+  rig.supply.pressure_Pa = kPopulationSupply_Pa;
+  return rig;
+}
+
+inline host::trace::Log record_chamber(unsigned seed, bool volume_moves, std::size_t rows = 10000) {
+  namespace plant = host::plant;
+  std::mt19937_64 random(seed);
+  const auto draw = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  std::normal_distribution<double> normal;
+
+  const double area_per_V_m2 = draw(0.8e-6, 2.2e-6);
+  const double null_V = draw(4.85, 5.15);
+  const double apart_V = draw(0.05, 0.25);
+  plant::ThinPlateValveConfig valve;
+  valve.inlet_area_per_V_m2 = valve.exhaust_area_per_V_m2 = area_per_V_m2;
+  valve.open_above_V = null_V + 0.5 * apart_V;
+  valve.exhaust_below_V = null_V - 0.5 * apart_V;
+  valve.inlet_leak_m2 = draw(0.05e-6, 0.2e-6);
+  valve.exhaust_leak_m2 = draw(0.05e-6, 0.2e-6);
+  valve.transition_m2 = draw(0.1e-6, 0.4e-6);
+
+  const double mean_m3 = draw(40e-6, 300e-6);
+  const plant::VolumeSine sine{draw(0.2, 0.4) * mean_m3, draw(0.1, 1.5), draw(0.0, 2.0 * std::numbers::pi)};
+  const plant::VolumeMotion volume =
+      volume_moves ? plant::VolumeMotion(mean_m3, {sine}) : plant::VolumeMotion(mean_m3);
+  plant::ChamberConfig config;
+  config.supply_Pa = kPopulationSupply_Pa;
+  config.initial_pressure_Pa = 200e3;
+  plant::ChamberPlant chamber(plant::ThinPlateValve(valve), config, volume);
+
+  constexpr double kTick_s = 0.01;
+  const double noise_Pa = 1e-3 * (config.supply_Pa - config.ambient_Pa) / std::sqrt(200.0);
+  host::trace::Log log;
+  log.period_s = log.pressure_average_s = kTick_s;
+  double measured_Pa = config.initial_pressure_Pa;
+  double target_Pa = 300e3, integral_V = 0.0, last_error_bar = 0.0;
+  for (std::size_t k = 0; k < rows; ++k) {
+    if (k % 25 == 0 && draw(0.0, 1.0) < 0.6) target_Pa = draw(130e3, 600e3);
+    const double error_bar = 1e-5 * (target_Pa - measured_Pa);
+    integral_V = std::clamp(integral_V + 0.02 * error_bar, -0.5, 0.5);
+    const double command_V = std::clamp(
+        5.0 + 1.2 * error_bar + integral_V + 0.3 * (error_bar - last_error_bar) + 0.1 * normal(random), 3.0,
+        7.0);
+    last_error_bar = error_bar;
+    log.time_s.push_back(kTick_s * static_cast<double>(k));
+    log.command_V.push_back(command_V);
+    log.pressure_Pa.push_back(measured_Pa);
+    log.volume_m3.push_back(chamber.volume_m3());
+    measured_Pa = chamber.advance(command_V, kTick_s).mean_Pa + noise_Pa * normal(random);
+  }
+  return log;
+}
+
+}  // namespace plenum::bench
