@@ -105,7 +105,7 @@ Gradient Tassa9::derivatives(Scalar pressure_kPa, Scalar command_V,
   const Scalar steady = c_b_ + c_s_ * x * inverse_root + now.steady_shift_kPa;
   const Scalar rh = now.rate_gain * (root - c_gamma_ + c9_ + c8_ * u) + now.rate_shift;
   const Scalar done = numeric::decay(rh);
-  const bool exponent_free = rh > numeric::kDecayLow && rh < numeric::kDecayHigh;
+  const bool exponent_free = rh > Scalar(0) && rh < numeric::kDecayHigh;
   // d end / d(rh) = (s - p) e^-rh; zero where the exponent is limited
   const Scalar by_rh = exponent_free ? (steady - pressure_kPa) * (Scalar(1) - done) : Scalar(0);
 
@@ -128,8 +128,9 @@ Scalar Tassa9::refine(const Tick& tick, Scalar wanted_kPa, Bracket bracket) cons
   int stayed = 0;
   for (int i = 0; i < kRefinements && best_kPa > kCrossing_kPa; ++i) {
     const Scalar fall = low_weight - high_weight;
-    // Every third step halves the bracket: the bound on its width does not rest on the shape of the curve.
-    const bool halve = i % 3 == 2 || fall == Scalar(0);
+    // Every third step halves the bracket, later every second: where r becomes 0 the curve has a corner, and
+    // the bound on the bracket's width must not rest on its shape.
+    const bool halve = (i < kRefinements / 4 ? i % 3 == 2 : i % 2 == 0) || fall == Scalar(0);
     const Scalar share = halve ? Scalar(0.5) : clamp(low_weight / fall, Scalar(0.01), Scalar(0.99));
     const Scalar middle_V = bracket.low_V + share * (bracket.high_V - bracket.low_V);
     const Scalar miss = rise(tick, middle_V) - wanted_kPa;
@@ -195,8 +196,13 @@ Inverse Tassa9::inverse(Scalar pressure_kPa, Scalar target_kPa, const ChamberMot
   } else {
     // No node on the other side of the target. An extremum between nodes may still come closer, or reach it.
     saturated = true;
-    Scalar low_V = node_V_[nearest == 0 ? 0 : nearest - 1];
-    Scalar high_V = node_V_[nearest + 1 == kNodes ? nearest : nearest + 1];
+    // Nodes that the command range cut off lie on its ends: the neighbours are the nearest ones elsewhere.
+    std::size_t below_node = nearest;
+    std::size_t above_node = nearest;
+    while (below_node > 0 && node_V_[below_node] == command_V) --below_node;
+    while (above_node + 1 < kNodes && node_V_[above_node] == command_V) ++above_node;
+    Scalar low_V = node_V_[below_node];
+    Scalar high_V = node_V_[above_node];
     Scalar best_kPa = abs(miss_kPa[nearest]);
     const bool below = miss_kPa[nearest] < Scalar(0);
     for (int i = 0; i < kExtremumSteps && saturated; ++i) {

@@ -12,9 +12,12 @@
 // [1/mL], c6 [1/mL], c7 [1/(V s)], c8 [1], c9 [V].
 //
 // Valid for every parameter set that config::validate() admits: k > 0 for every command, s rises with the
-// command. The paper asks for r > 0 but its form does not enforce it: a chamber that shrinks fast behind a
-// sealed valve has c7 k + c5 v' < 0 and grows exponentially, as a sealed chamber should. (7) holds for either
-// sign; the exponent r h is limited to [numeric::kDecayLow, numeric::kDecayHigh].
+// command.
+//
+// r > 0 is what (6) asks for, but (10e) does not give it: of a chamber that shrinks fast behind a nearly
+// sealed valve c7 k + c5 v' < 0. The published formula then drives p away from s, so that compression would
+// empty a chamber whose pressure lies below s. Where (10e) is negative, r = 0 here: what remains of the
+// compression is the regulator's to learn.
 //
 // Source: Modeling and Identification of Pneumatic Actuators, section IV.
 #pragma once
@@ -46,8 +49,8 @@ class Tassa9 final : public PressureModel {
                   Scalar near_V) const noexcept override;
 
   static constexpr std::size_t kNodes = 40;
-  static constexpr int kRefinements = 12;
-  static constexpr int kExtremumSteps = 8;
+  static constexpr int kRefinements = 24;
+  static constexpr int kExtremumSteps = 12;
 
  private:
   /// s without its c4 v' and k: what depends on the command alone.

@@ -37,24 +37,22 @@ constexpr bool is_finite(Scalar x) noexcept {
   return x - x == Scalar(0);
 }
 
-/// Range of the exponent of a decay. Below, a tick would multiply by more than e^4: no chamber does that.
-/// Above, the decay has reached its end: e^-24 is less than half a unit in the last place of 1.
-inline constexpr Scalar kDecayLow = Scalar(-4);
+/// Above this exponent a decay has reached its end: e^-24 is less than half a unit in the last place of 1.
 inline constexpr Scalar kDecayHigh = Scalar(24);
 
-/// The part of a first-order response that is done after the dimensionless time x: 1 - e^-x.
+/// The part of a first-order response that is done after the dimensionless time x >= 0: 1 - e^-x.
 ///
-/// x is clamped to [kDecayLow, kDecayHigh]. Relative error below 3e-7 over that range, also for x near 0,
-/// where 1 - expf(-x) would cancel. Method: -x = n ln2 + f with |f| <= ln2/2, e^f - 1 by its Taylor
-/// polynomial of degree 7 (remainder f^8/8! < 6e-9 of f), and e^-x - 1 = 2^n (e^f - 1) + (2^n - 1), exact in
-/// its last term. No branch, so that a loop over an array of x vectorises.
+/// x is clamped to [0, kDecayHigh]: time does not run backwards, and a negative x gives 0. Relative error
+/// below 3e-7, also for x near 0, where 1 - expf(-x) would cancel. Method: -x = n ln2 + f with |f| <= ln2/2,
+/// e^f - 1 by its Taylor polynomial of degree 7 (remainder f^8/8! < 6e-9 of f), and e^-x - 1 = 2^n (e^f - 1)
+/// + (2^n - 1), exact in its last term. No branch, so that a loop over an array of x vectorises.
 inline Scalar decay(Scalar x) noexcept {
-  const Scalar y = -clamp(x, kDecayLow, kDecayHigh);
+  const Scalar y = -clamp(x, Scalar(0), kDecayHigh);
   constexpr Scalar kLog2e = 1.44269504F;
   constexpr Scalar kLn2High =
       0.693359375F;  // exact in 10 bits: n * kLn2High has no rounding error for |n| < 2^14
   constexpr Scalar kLn2Low = -2.12194440e-4F;
-  constexpr Scalar kShift = 64.5F;  // makes the truncation below a rounding to nearest, for either sign
+  constexpr Scalar kShift = 64.5F;  // makes the truncation below a rounding to nearest
   const std::int32_t n = static_cast<std::int32_t>(y * kLog2e + kShift) - 64;
   const Scalar power = static_cast<Scalar>(n);
   const Scalar f = (y - power * kLn2High) - power * kLn2Low;
@@ -71,10 +69,11 @@ inline Scalar decay(Scalar x) noexcept {
 
 /// The mean over [0, x] of e^-t, that is (1 - e^-x)/x, given `done` = decay(x); 1 at x = 0.
 ///
-/// For |x| < 2^-7 the series 1 - x/2 + x^2/6 (remainder x^3/24 < 2e-8) stands for the quotient.
+/// A negative x counts as 0. For x < 2^-7 the series 1 - x/2 + x^2/6 (remainder x^3/24 < 2e-8) stands for the
+/// quotient.
 inline Scalar mean_decay(Scalar x, Scalar done) noexcept {
-  const Scalar clamped = max(x, kDecayLow);
-  if (abs(clamped) < Scalar(0.0078125)) {
+  const Scalar clamped = max(x, Scalar(0));
+  if (clamped < Scalar(0.0078125)) {
     return Scalar(1) - clamped * (Scalar(0.5) - clamped * Scalar(1.0 / 6));
   }
   return done / clamped;

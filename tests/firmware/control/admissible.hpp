@@ -1,6 +1,7 @@
 // Random admissible parameter sets of the 9-parameter model, and the model once more in double precision.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <random>
@@ -51,7 +52,8 @@ struct Reference {
   double rate_per_s;
 };
 
-/// s and r of (10c) and (10e), written from the paper in double.
+/// s and r of (10c) and (10e), written from the paper in double; r > 0 as (6) asks: where (10e) is negative,
+/// 0.
 inline Reference reference(const RandomChamber& chamber, double command_V) {
   std::array<double, 12> c{};
   for (std::size_t i = 0; i < c.size(); ++i) c[i] = static_cast<double>(chamber.parameters[i]);
@@ -61,7 +63,7 @@ inline Reference reference(const RandomChamber& chamber, double command_V) {
   const double x = c[1] * u + c[2] * u * u * u;
   const double s = (c[10] + c[11]) / 2 + (c[10] - c[11]) / 2 * (x / std::sqrt(x * x + 1)) + c[3] * v_dot;
   const double k = std::sqrt(u * u + c[9] * c[9]) - c[9] + c[8] + c[7] * u;
-  return {s, (c[6] * k + c[4] * v_dot) / (1 + c[5] * v)};
+  return {s, std::max((c[6] * k + c[4] * v_dot) / (1 + c[5] * v), 0.0)};
 }
 
 }  // namespace plenum::control::testing

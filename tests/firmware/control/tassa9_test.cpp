@@ -51,14 +51,13 @@ TEST(Tassa9, StepIsTheExactSolutionOfThePaper) {
     const float u = command(random);
     const float ticks = i % 2 == 0 ? 1.0F : part(random);
     const auto [s, r] = testing::reference(chamber, static_cast<double>(u));
-    const double rh = std::max(r * 0.01 * static_cast<double>(ticks), -4.0);
+    const double rh = r * 0.01 * static_cast<double>(ticks);
     const double p = static_cast<double>(chamber.pressure_kPa);
     const double end = s + (p - s) * std::exp(-rh);
     const double mean = std::fabs(rh) < 1e-9 ? p : s + (p - s) * -std::expm1(-rh) / rh;
     const Prediction got = model_of(chamber).step(chamber.pressure_kPa, u, motion_of(chamber), ticks);
     // Single precision: the sigmoid's argument keeps about 6e-7 of its value; s and p are of order 1000 kPa.
-    // Where r is negative the same error grows by e^-rh.
-    const double tolerance = (2e-6 * (std::fabs(s) + std::fabs(p)) + 1e-3) * std::max(1.0, std::exp(-rh));
+    const double tolerance = 2e-6 * (std::fabs(s) + std::fabs(p)) + 1e-3;
     ASSERT_NEAR(static_cast<double>(got.end_kPa), end, tolerance)
         << "set " << i << " u " << u << " rh " << rh;
     ASSERT_NEAR(static_cast<double>(got.mean_kPa), mean, tolerance)
@@ -74,7 +73,6 @@ TEST(Tassa9, TwoHalfStepsAreOneStep) {
     const Tassa9 model = model_of(chamber);
     const float u = command(random);
     const auto [s, r] = testing::reference(chamber, static_cast<double>(u));
-    if (r * 0.01 < -2.0) continue;  // below -4 the exponent is limited
     const Prediction whole = model.step(chamber.pressure_kPa, u, motion_of(chamber), 1.0F);
     const Prediction first = model.step(chamber.pressure_kPa, u, motion_of(chamber), 0.5F);
     const Prediction second = model.step(first.end_kPa, u, motion_of(chamber), 0.5F);
@@ -96,7 +94,7 @@ TEST(Tassa9, DerivativesAreTheLimitsOfDifferences) {
       return s + (static_cast<double>(at.pressure_kPa) - s) * std::exp(-r * 0.01);
     };
     const auto [s, r] = testing::reference(chamber, u);
-    if (r * 0.01 < -2.0 || r * 0.01 > 20.0) continue;  // outside, the exponent is limited
+    if (r < 0.01 || r * 0.01 > 20.0) continue;  // outside, the exponent is limited
     ++checked;
     const auto difference = [&](float RandomChamber::*member, float step) {
       RandomChamber above = chamber;
@@ -145,7 +143,7 @@ TEST(Tassa9Inverse, ComesAsCloseAsTheBestOfADenseScanForEveryAdmissibleSet) {
   std::uniform_real_distribution<float> unit(0.0F, 1.0F);
   int compared = 0;
   int several_branches = 0;
-  for (int i = 0; i < 4'000; ++i) {
+  for (int i = 0; i < 10'000; ++i) {
     const RandomChamber chamber = random_chamber(random);
     const float low_V = i % 2 == 0 ? 0.0F : 3.0F;
     const float high_V = i % 2 == 0 ? 10.0F : 7.0F;
@@ -172,13 +170,14 @@ TEST(Tassa9Inverse, ComesAsCloseAsTheBestOfADenseScanForEveryAdmissibleSet) {
       }
       several_branches += crossings > 1;
       ++compared;
-      // 0.01 % of span: the resolution of a 14 bit sensor.
-      ASSERT_LE(std::abs(reached - target), best + 1e-4F * span_kPa)
+      // 0.01 % of span: the resolution of a 14 bit sensor. Of a target out of reach, 1 % of the miss
+      // besides: an extremum between two nodes far from the null may lie that much beyond both.
+      ASSERT_LE(std::abs(reached - target), 1.01F * best + 1e-4F * span_kPa)
           << "set " << i << ", reach " << reach << ", target " << target << " kPa, p " << chamber.pressure_kPa
           << " kPa, command " << got.command_V << " V, crossings " << crossings;
     }
   }
-  EXPECT_EQ(compared, 16'000);
+  EXPECT_EQ(compared, 40'000);
   EXPECT_GT(several_branches, 100) << "the population must hold the case that the search exists for";
 }
 

@@ -12,9 +12,8 @@ namespace {
 TEST(Decay, IsOneMinusExpWithinThreeTenMillionthsFromEndToEnd) {
   double worst = 0;
   double worst_x = 0;
-  for (int i = 0; i <= 2'800'000; ++i) {
-    const float x = static_cast<float>(-4.0 + i * 1e-5);
-    if (x == 0.0F) continue;
+  for (int i = 1; i <= 2'400'000; ++i) {
+    const float x = static_cast<float>(i * 1e-5);
     const double exact = static_cast<double>(-std::expm1(-static_cast<long double>(x)));
     const double error = std::fabs((static_cast<double>(decay(x)) - exact) / exact);
     if (error > worst) {
@@ -29,10 +28,6 @@ TEST(Decay, DoesNotCancelNearZero) {
   for (float x = 1e-30F; x < 1e-2F; x *= 1.7F) {
     const double exact = static_cast<double>(-std::expm1(-static_cast<long double>(x)));
     EXPECT_NEAR(static_cast<double>(decay(x)) / exact, 1.0, 3e-7) << "x = " << x;
-    EXPECT_NEAR(
-        static_cast<double>(decay(-x)) / -static_cast<double>(std::expm1(static_cast<long double>(x))), 1.0,
-        3e-7)
-        << "x = " << -x;
   }
   EXPECT_EQ(decay(0.0F), 0.0F);
 }
@@ -41,26 +36,28 @@ TEST(Decay, IsClampedAtTheEndsOfItsRange) {
   EXPECT_EQ(decay(kDecayHigh), 1.0F);
   EXPECT_EQ(decay(1e30F), 1.0F);
   EXPECT_EQ(decay(std::numeric_limits<float>::infinity()), 1.0F);
-  EXPECT_EQ(decay(-1e30F), decay(kDecayLow));
+  EXPECT_EQ(decay(-1e-3F), 0.0F) << "a negative rate does nothing";
+  EXPECT_EQ(decay(-1e30F), 0.0F);
 }
 
 TEST(Decay, RisesEverywhere) {
-  float previous = decay(-4.0F);
-  for (int i = 1; i <= 280'000; ++i) {
-    const float now = decay(static_cast<float>(-4.0 + i * 1e-4));
-    EXPECT_GE(now, previous * (previous > 0 ? 1.0F - 2e-7F : 1.0F + 2e-7F)) << "x = " << -4.0 + i * 1e-4;
+  float previous = decay(0.0F);
+  for (int i = 1; i <= 240'000; ++i) {
+    const float now = decay(static_cast<float>(i * 1e-4));
+    EXPECT_GE(now, previous * (1.0F - 2e-7F)) << "x = " << i * 1e-4;
     previous = now;
   }
 }
 
 TEST(MeanDecay, IsTheMeanOfTheExponentialOverTheTick) {
-  for (double x = -3.9; x < 300.0; x += 0.00371) {
+  for (double x = 1e-6; x < 300.0; x += 0.00371) {
     const float at = static_cast<float>(x);
     const long double wide = static_cast<long double>(at);
     const double exact = static_cast<double>(-std::expm1(-wide) / wide);
     EXPECT_NEAR(static_cast<double>(mean_decay(at, decay(at))) / exact, 1.0, 4e-7) << "x = " << x;
   }
   EXPECT_EQ(mean_decay(0.0F, decay(0.0F)), 1.0F);
+  EXPECT_EQ(mean_decay(-1.0F, decay(-1.0F)), 1.0F);
 }
 
 TEST(IsFinite, TellsNumbersFromTheRest) {
