@@ -20,6 +20,12 @@ constexpr Scalar kSmallestVolumeFactor = Scalar(1e-3);
 /// converter's step over 1000 kPa, far below the noise of any sensor.
 constexpr Scalar kCrossing_kPa = Scalar(2e-4);
 
+/// Where no command reaches the target, the limit of the range on its side is taken when it comes as close as
+/// the closest command but for this share of P_c - P_r. The flow of a valve rises with its command; that s of
+/// a moving volume, or a small r, ranks another command first by a little is the formula's doing (c4 v'
+/// shifts s of an open exhaust too).
+constexpr Scalar kLimitServes = Scalar(0.01);
+
 /// Distances of the tabulated commands from the null c1 [V]. Dense where the curves bend (c_gamma and the
 /// flat kink are tenths of a volt wide), sparse where they are nearly straight; from there to the ends of the
 /// command range the two outermost nodes are the ends themselves.
@@ -187,6 +193,8 @@ Inverse Tassa9::inverse(Scalar pressure_kPa, Scalar target_kPa, const ChamberMot
     }
   }
 
+  const bool below = miss_kPa[nearest] < Scalar(0);
+  const std::size_t limit = below ? kNodes - 1 : 0;
   Scalar command_V = node_V_[nearest];
   bool saturated = false;
   if (crossing < kNodes) {
@@ -194,7 +202,8 @@ Inverse Tassa9::inverse(Scalar pressure_kPa, Scalar target_kPa, const ChamberMot
         refine(now, wanted_kPa,
                {node_V_[crossing], node_V_[crossing + 1], miss_kPa[crossing], miss_kPa[crossing + 1]});
   } else {
-    // No node on the other side of the target. An extremum between nodes may still come closer, or reach it.
+    // No node on the other side of the target. An extremum between
+    // nodes may still come closer, or reach it.
     saturated = true;
     // Nodes that the command range cut off lie on its ends: the neighbours are the nearest ones elsewhere.
     std::size_t below_node = nearest;
@@ -204,7 +213,6 @@ Inverse Tassa9::inverse(Scalar pressure_kPa, Scalar target_kPa, const ChamberMot
     Scalar low_V = node_V_[below_node];
     Scalar high_V = node_V_[above_node];
     Scalar best_kPa = abs(miss_kPa[nearest]);
-    const bool below = miss_kPa[nearest] < Scalar(0);
     for (int i = 0; i < kExtremumSteps && saturated; ++i) {
       // The larger side of the best point so far is probed; golden section keeps the ratio of the two.
       const bool probe_high = high_V - command_V > command_V - low_V;
@@ -223,6 +231,9 @@ Inverse Tassa9::inverse(Scalar pressure_kPa, Scalar target_kPa, const ChamberMot
         (probe_high ? high_V : low_V) = probe_V;
       }
     }
+    // Out of reach: full opening on the side of the target, the strongest that any valve can do.
+    const bool limit_serves = abs(miss_kPa[limit]) <= best_kPa + kLimitServes * Scalar(2) * c_s_;
+    if (saturated && limit_serves) command_V = node_V_[limit];
   }
   return {.command_V = command_V, .reached_kPa = pressure_kPa + rise(now, command_V), .saturated = saturated};
 }
