@@ -1,0 +1,62 @@
+#include "host-sim/client/model_bytes.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <charconv>
+#include <stdexcept>
+
+#include "firmware/canopen/objects.hpp"
+#include "host-sim/client/session.hpp"
+
+namespace plenum::host::client {
+namespace {
+
+using plenum::config::ModelKind;
+using plenum::config::ModelParameters;
+
+/// The shortest decimal of the float, or its exact value where rounding twice would miss the float.
+double decimal_of(float value) {
+  std::array<char, 32> digits{};
+  const auto written = std::to_chars(digits.data(), digits.data() + digits.size(), value);
+  double decimal = 0.0;
+  std::from_chars(digits.data(), written.ptr, decimal);
+  return static_cast<float>(decimal) == value ? decimal : static_cast<double>(value);
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> encode_tassa9(std::span<const double> parameters, const ModelOrigin& origin) {
+  const std::size_t expected = plenum::config::parameter_schema(ModelKind::tassa9).size();
+  if (parameters.size() != expected) {
+    throw std::invalid_argument(fmt::format("{} parameters, expected {}", parameters.size(), expected));
+  }
+  ModelParameters model;
+  model.kind = ModelKind::tassa9;
+  model.count = static_cast<std::uint16_t>(parameters.size());
+  model.fit_error_kPa = static_cast<float>(origin.fit_error_kPa);
+  model.fit_date_s = origin.fit_date_s;
+  model.valve_serial = origin.valve_serial;
+  model.sensor_serial = origin.sensor_serial;
+  for (std::size_t i = 0; i < parameters.size(); ++i) model.value[i] = static_cast<float>(parameters[i]);
+  std::vector<std::uint8_t> image(plenum::config::kMaxImageBytes);
+  image.resize(plenum::config::encode(model, image));
+  return image;
+}
+
+DecodedModel decode_tassa9(std::span<const std::uint8_t> image) {
+  ModelParameters model;
+  if (const auto verdict = plenum::config::decode(image, model); !verdict) {
+    throw ProtocolError(fmt::format("the image of {} bytes {}, expected a 9-parameter model", image.size(),
+                                    plenum::config::describe(verdict.error)));
+  }
+  DecodedModel decoded;
+  decoded.origin = {.fit_error_kPa = decimal_of(model.fit_error_kPa),
+                    .fit_date_s = model.fit_date_s,
+                    .valve_serial = model.valve_serial,
+                    .sensor_serial = model.sensor_serial};
+  for (std::size_t i = 0; i < model.count; ++i) decoded.parameters.push_back(decimal_of(model.value[i]));
+  return decoded;
+}
+
+}  // namespace plenum::host::client

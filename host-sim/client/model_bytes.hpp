@@ -1,0 +1,33 @@
+// A model as a person has it, in doubles, and as it crosses the bus.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace plenum::host::client {
+
+/// The part of an image's header that is no parameter: how the model came to be.
+struct ModelOrigin {
+  double fit_error_kPa = 0.0;       ///< RMS of the next-tick prediction
+  std::uint32_t fit_date_s = 0;     ///< since 1970; 0: not stated
+  std::uint32_t valve_serial = 0;   ///< 0: not stated
+  std::uint32_t sensor_serial = 0;  ///< 0: not stated
+};
+
+struct DecodedModel {
+  ModelOrigin origin;
+  /// Image order. Each is the shortest decimal that rounds to the float of the image, so that encoding it
+  /// again gives the same bytes.
+  std::vector<double> parameters;
+};
+
+/// The image of a 9-parameter model: c1..c9, c_gamma, P_c, P_r, rounded to float. Not judged here: that is
+/// the board's part. Throws std::invalid_argument for another number of parameters.
+std::vector<std::uint8_t> encode_tassa9(std::span<const double> parameters, const ModelOrigin& origin);
+
+/// Throws ProtocolError saying what is wrong with the image.
+DecodedModel decode_tassa9(std::span<const std::uint8_t> image);
+
+}  // namespace plenum::host::client

@@ -1,0 +1,140 @@
+#include "host-sim/client/references.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <stdexcept>
+
+#include "firmware/canopen/objects.hpp"
+
+namespace plenum::host::client {
+namespace {
+
+constexpr double kCycle_s = 0.01;
+constexpr std::size_t kRandomSines = 12;
+constexpr double kSettled = 0.01;  ///< of span
+constexpr double kStep = 0.05;     ///< of span
+
+void require_possible(const ReferenceShape& shape) {
+  const double low_Pa = shape.mean_Pa - std::abs(shape.amplitude_Pa);
+  const double high_Pa = shape.mean_Pa + std::abs(shape.amplitude_Pa);
+  if (!(low_Pa >= static_cast<double>(canopen::kSetpointLow_Pa) &&
+        high_Pa <= static_cast<double>(canopen::kSetpointHigh_Pa))) {
+    throw std::invalid_argument(fmt::format("reference from {:g} to {:g} Pa, expected within {:g} to {:g} Pa",
+                                            low_Pa, high_Pa, canopen::kSetpointLow_Pa,
+                                            canopen::kSetpointHigh_Pa));
+  }
+  if (!(shape.frequency_Hz > 0.0 && shape.frequency_Hz < 50.0)) {
+    throw std::invalid_argument(
+        fmt::format("reference at {:g} Hz, expected above 0 and below 50 Hz", shape.frequency_Hz));
+  }
+}
+
+/// A trapezoid of period 1 between -1 and 1, rising in the first quarter.
+double trapezoid(double cycles) {
+  const double at = 4.0 * (cycles - std::floor(cycles));
+  return std::clamp(at, 0.0, 1.0) * 2.0 - 1.0 - 2.0 * std::clamp(at - 2.0, 0.0, 1.0);
+}
+
+/// A sum of sines that a valve can follow: nothing above the given frequency.
+class BandLimited {
+ public:
+  BandLimited(double highest_Hz, std::mt19937& bits) : highest_Hz_(highest_Hz) {
+    for (double& phase : phase_rad_)
+      phase = 2.0 * std::numbers::pi * static_cast<double>(bits()) / 4294967296.0;
+  }
+  double at(double time_s) const {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < kRandomSines; ++i) {
+      const double share = static_cast<double>(i) / (kRandomSines - 1);
+      const double frequency_Hz = highest_Hz_ * (0.1 + 0.9 * share);
+      sum += 0.15 * std::sin(2.0 * std::numbers::pi * frequency_Hz * time_s + phase_rad_[i]);
+    }
+    return std::clamp(sum, -1.0, 1.0);
+  }
+
+ private:
+  double highest_Hz_;
+  std::array<double, kRandomSines> phase_rad_{};
+};
+
+}  // namespace
+
+std::vector<std::vector<double>> references(const ReferenceShape& shape, unsigned chambers, double seconds) {
+  require_possible(shape);
+  const auto count = static_cast<std::size_t>(seconds / kCycle_s + 0.5);
+  std::mt19937 bits(shape.seed);  // its sequence is the standard's; a distribution's is not
+  std::vector<std::vector<double>> result(chambers);
+  for (unsigned chamber = 0; chamber < chambers; ++chamber) {
+    const BandLimited random(shape.frequency_Hz, bits);
+    for (std::size_t k = 0; k < count; ++k) {
+      const double time_s = kCycle_s * static_cast<double>(k);
+      const double cycles = shape.frequency_Hz * time_s;
+      double unit = 0.0;
+      switch (shape.kind) {
+        case ReferenceKind::sine:
+          unit = std::sin(2.0 * std::numbers::pi * cycles);
+          break;
+        case ReferenceKind::steps: {
+          const double phase = cycles + 1.0 - 0.1 * static_cast<double>(chamber);
+          unit = phase - std::floor(phase) < 0.5 ? -1.0 : 1.0;
+          break;
+        }
+        case ReferenceKind::trapezoid:
+          unit = trapezoid(cycles);
+          break;
+        case ReferenceKind::random:
+          unit = random.at(time_s);
+          break;
+      }
+      result[chamber].push_back(shape.mean_Pa + shape.amplitude_Pa * unit);
+    }
+  }
+  return result;
+}
+
+Tracking tracking(std::span<const CapturedRow> rows, std::size_t chamber, double span_Pa) {
+  if (rows.size() < kOnsetRows + 2) {
+    throw std::invalid_argument(
+        fmt::format("{} rows, expected at least {} to judge tracking", rows.size(), kOnsetRows + 2));
+  }
+  const auto reference = [&](std::size_t k) { return rows[k].reference_Pa[chamber]; };
+  const auto pressure = [&](std::size_t k) { return rows[k].sample[chamber].actual_Pa; };
+  Tracking result;
+  double sum = 0.0;
+  for (std::size_t k = kOnsetRows; k < rows.size(); ++k) {
+    const double error_Pa = pressure(k) - 0.5 * (reference(k - 1) + reference(k));
+    sum += error_Pa * error_Pa;
+    result.worst_Pa = std::max(result.worst_Pa, std::abs(error_Pa));
+  }
+  result.rmse_Pa = std::sqrt(sum / static_cast<double>(rows.size() - kOnsetRows));
+
+  bool all_settled = true;
+  double settling_s = 0.0;
+  for (std::size_t k = kOnsetRows; k < rows.size(); ++k) {
+    const double step_Pa = reference(k) - reference(k - 1);
+    if (std::abs(step_Pa) <= kStep * span_Pa) continue;
+    std::size_t end = k + 1;
+    while (end < rows.size() && reference(end) == reference(k)) ++end;
+    if (end == rows.size() && end - k < kOnsetRows) break;  // the record ends before this step could show
+    if (std::isnan(result.overshoot_Pa)) result.overshoot_Pa = 0.0;
+    std::size_t settled = k;
+    bool crossed = false;
+    for (std::size_t i = k + 1; i < end; ++i) {
+      const double beyond_Pa = std::copysign(1.0, step_Pa) * (pressure(i) - reference(k));
+      crossed = crossed || beyond_Pa >= 0.0;
+      if (crossed) result.overshoot_Pa = std::max(result.overshoot_Pa, beyond_Pa);
+      if (std::abs(beyond_Pa) > kSettled * span_Pa) settled = i + 1;
+    }
+    all_settled = all_settled && settled < end;
+    settling_s = std::max(settling_s, kCycle_s * static_cast<double>(settled - k));
+  }
+  if (!std::isnan(result.overshoot_Pa) && all_settled) result.settling_s = settling_s;
+  return result;
+}
+
+}  // namespace plenum::host::client

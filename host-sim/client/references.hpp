@@ -1,0 +1,52 @@
+// References that a board is asked to follow, and how well it did.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "host-sim/client/capture.hpp"
+
+namespace plenum::host::client {
+
+enum class ReferenceKind { sine, steps, trapezoid, random };
+
+/// A reference between mean - amplitude and mean + amplitude, sampled at 100 Hz.
+///   sine       mean + amplitude sin(2 pi f t)
+///   steps      a square wave of frequency f, chamber c a tenth of a period later than chamber c - 1
+///   trapezoid  up, hold, down, hold: a quarter of a period each
+///   random     12 sines spread evenly over f/10 .. f, their phases drawn; amplitude is 2.7 standard
+///   deviations
+struct ReferenceShape {
+  ReferenceKind kind = ReferenceKind::sine;
+  double mean_Pa = 350'000.0;
+  double amplitude_Pa = 100'000.0;
+  double frequency_Hz = 1.0;
+  std::uint32_t seed = 1;  ///< random only
+};
+
+/// One reference a chamber. Throws std::invalid_argument when the shape would leave what a set point can
+/// carry (canopen::kSetpointLow_Pa .. High), or has a frequency that is not above 0 and below 50 Hz.
+std::vector<std::vector<double>> references(const ReferenceShape& shape, unsigned chambers, double seconds);
+
+/// How a chamber followed its reference. A recorded pressure is the mean over the tick before its row, so it
+/// is held against the mean of the references at the tick's two ends.
+struct Tracking {
+  double rmse_Pa = 0.0;
+  double worst_Pa = 0.0;
+  /// Farthest beyond a step's target, and longest time until the pressure stays within 1 % of span of it,
+  /// over all steps of more than 5 % of span; NaN without such a step, the latter also when one never
+  /// settled.
+  double overshoot_Pa = std::numeric_limits<double>::quiet_NaN();
+  double settling_s = std::numeric_limits<double>::quiet_NaN();
+};
+
+inline constexpr std::size_t kOnsetRows =
+    50;  ///< the first half second, the way onto the reference, is left out
+
+/// Of the rows of follow(). Throws std::invalid_argument for fewer than kOnsetRows + 2 rows.
+Tracking tracking(std::span<const CapturedRow> rows, std::size_t chamber, double span_Pa);
+
+}  // namespace plenum::host::client
