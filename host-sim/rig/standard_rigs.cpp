@@ -76,7 +76,7 @@ RigConfig mpye_rig(const MpyeRig& wanted) {
       const auto channel = c % 2 == 0 ? plant::MpyeChannel::a : plant::MpyeChannel::b_mirrored;
       plant::ChamberConfig chamber{
           .gas = plant::reference_atmosphere(), .supply_Pa = wanted.supply_Pa, .spool = {}};
-      chamber.ambient_Pa = 100'000.0;
+      chamber.ambient_Pa = wanted.ambient_Pa;
       chamber.initial_pressure_Pa = chamber.ambient_Pa;
       if (wanted.spool)
         chamber.spool = plant::SpoolConfig{.natural_frequency_Hz = 65.0, .damping_ratio = 0.7};
