@@ -17,7 +17,8 @@ class RigLink final : public client::Link {
   explicit RigLink(rig::Rig& rig, const std::string& name = "master") : rig_(rig), port_(rig.attach(name)) {}
 
   void send(const client::CanFrame& frame) override {
-    if (!port_.send(frame)) throw std::runtime_error("the simulated bus took no frame: its transmit queue is full");
+    if (!port_.send(frame))
+      throw std::runtime_error("the simulated bus took no frame: its transmit queue is full");
   }
 
   std::optional<client::CanFrame> receive(double timeout_s) override {

@@ -1,0 +1,83 @@
+#include "host-sim/client/capture.hpp"
+
+#include <memory>
+
+#include "host-sim/tools/command.hpp"
+#include "host-sim/tools/inproc.hpp"
+#include "host-sim/tools/output.hpp"
+
+namespace plenum::host::tools {
+namespace {
+
+struct Options {
+  std::string bus = "inproc";
+  std::string store;
+  RigChoice rig;
+  double seconds = 60.0;
+  bool closed_loop = false;
+  std::string out = "capture";
+  Output output;
+};
+
+int run(const Options& options) {
+  require_inproc(options.bus);
+  const trace::RigDescription description = options.rig.description();
+  require_folder(options.out);
+  InprocBoard board(options.rig.config(options.store.empty() ? std::nullopt : std::optional(options.store)));
+  const unsigned chambers = options.rig.chambers;
+  const auto seed = static_cast<std::uint32_t>(options.rig.seed);
+  std::vector<client::CapturedRow> rows;
+  if (options.closed_loop) {
+    require_models(board.session, chambers, options.store);
+    const SetpointRange range = setpoint_range(description);
+    Progress progress("recording in closed loop");
+    rows = client::follow(
+        board.session,
+        client::random_references(chambers, options.seconds, range.low_Pa, range.high_Pa, seed),
+        {.chambers = chambers}, std::ref(progress));
+  } else {
+    Progress progress("recording");
+    rows = client::capture(board.session, {.seconds = options.seconds, .seed = seed, .chambers = chambers},
+                           std::ref(progress));
+  }
+  write_recording(options.out, rows, chambers, options.closed_loop, description);
+  options.output.print("{} chambers, {} rows each, {}: {}\n", chambers, rows.size(),
+                       options.closed_loop ? "following random references" : "excited", options.out);
+  Json files = Json::array();
+  for (unsigned c = 0; c < chambers; ++c)
+    files.push_back((std::filesystem::path(options.out) / fmt::format("chamber-{}.csv", c + 1)).string());
+  options.output.finish({{"rows", rows.size()},
+                         {"closed_loop", options.closed_loop},
+                         {"seed", options.rig.seed},
+                         {"bus_load", board.rig.bus().busy_share()},
+                         {"files", files}});
+  return kDone;
+}
+
+}  // namespace
+
+Command add_capture(CLI::App& program) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* app = program.add_subcommand("capture", "Record a board's chambers over CAN, for identification");
+  add_bus(*app, options->bus);
+  app->add_option("--store", options->store, "Folder that keeps the models of the simulated board")
+      ->type_name("DIR");
+  options->rig.add_to(*app);
+  app->add_option("--seconds", options->seconds, "Length of the recording [s]")
+      ->check(CLI::Range(1.0, 36000.0))
+      ->capture_default_str();
+  app->add_flag(
+      "--closed-loop", options->closed_loop,
+      "Follow random references with the models on the board (default: off, excite the valves). A model "
+      "fitted to such a recording regulates better");
+  app->add_option("-o,--out", options->out, "Folder for chamber-N.csv and rig.toml")
+      ->type_name("DIR")
+      ->capture_default_str();
+  options->output.add_to(*app);
+  app->footer(example(
+      "  plenum capture --seconds 60 -o first                            # valves excited at random\n"
+      "  plenum capture --store board --closed-loop --seed 2 -o second   # regulated to random references"));
+  return {app, [options] { return run(*options); }};
+}
+
+}  // namespace plenum::host::tools

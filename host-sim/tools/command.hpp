@@ -1,0 +1,28 @@
+// One command of the program: its arguments are declared by add_NAME(), its work is done by `run`.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+
+namespace plenum::host::tools {
+
+/// Exit codes of every command.
+inline constexpr int kDone = 0;
+inline constexpr int kFailure = 1;     ///< it ran, and the answer is a failure
+inline constexpr int kBadInput = 2;    ///< bad usage or bad input
+inline constexpr int kImpossible = 3;  ///< the computation could not be done
+
+struct Command {
+  CLI::App* app;
+  std::function<int()> run;  ///< returns the exit code; throws as main.cpp maps it
+};
+
+Command add_sim(CLI::App& program);
+Command add_capture(CLI::App& program);
+Command add_identify(CLI::App& program);
+Command add_upload(CLI::App& program);
+Command add_download(CLI::App& program);
+Command add_regulate(CLI::App& program);
+Command add_demo(CLI::App& program);
+
+}  // namespace plenum::host::tools

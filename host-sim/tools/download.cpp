@@ -1,0 +1,66 @@
+#include <memory>
+
+#include "host-sim/tools/command.hpp"
+#include "host-sim/tools/fleet.hpp"
+#include "host-sim/tools/inproc.hpp"
+#include "host-sim/tools/output.hpp"
+#include "host-sim/trace/input_error.hpp"
+#include "host-sim/trace/model_json.hpp"
+
+namespace plenum::host::tools {
+namespace {
+
+struct Options {
+  std::string bus = "inproc";
+  std::string store;
+  RigChoice rig;
+  std::string out = "models";
+  Output output;
+};
+
+int run(const Options& options) {
+  require_inproc(options.bus);
+  if (!std::filesystem::is_directory(options.store)) {
+    throw trace::InputError(
+        fmt::format("{}: there is no such folder, expected the models of a simulated board", options.store));
+  }
+  InprocBoard board(options.rig.config(options.store));
+  std::vector<trace::ModelFile> models;
+  for (unsigned c = 0; c < options.rig.chambers; ++c) {
+    const auto image = board.session.download_model(static_cast<std::uint8_t>(c));
+    if (!image.empty()) models.push_back(file_of(image, c + 1));
+  }
+  if (models.empty()) {
+    throw trace::InputError(fmt::format("{}: the board has no model, expected at least one", options.store));
+  }
+  require_folder(options.out);
+  Json list = Json::array();
+  for (const trace::ModelFile& model : models) {
+    const auto file = std::filesystem::path(options.out) / fmt::format("model-{}.json", *model.chamber);
+    trace::write_model(file, model);
+    options.output.print("chamber {}: {}\n", *model.chamber, file.string());
+    list.push_back({{"chamber", *model.chamber}, {"file", file.string()}});
+  }
+  options.output.finish({{"downloaded", list}});
+  return kDone;
+}
+
+}  // namespace
+
+Command add_download(CLI::App& program) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* app = program.add_subcommand("download", "Read the models of a board over CAN into model files");
+  add_bus(*app, options->bus);
+  app->add_option("--store", options->store, "Folder that keeps the models of the simulated board")
+      ->type_name("DIR")
+      ->required();
+  options->rig.add_to(*app);
+  app->add_option("-o,--out", options->out, "Folder for model-N.json")
+      ->type_name("DIR")
+      ->capture_default_str();
+  options->output.add_to(*app);
+  app->footer(example("  plenum download --store board -o models    # models/model-1.json ..."));
+  return {app, [options] { return run(*options); }};
+}
+
+}  // namespace plenum::host::tools

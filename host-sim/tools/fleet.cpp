@@ -1,0 +1,71 @@
+#include "host-sim/tools/fleet.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <future>
+#include <mutex>
+#include <thread>
+
+#include "host-sim/client/model_bytes.hpp"
+#include "host-sim/trace/input_error.hpp"
+
+namespace plenum::host::tools {
+namespace {
+
+/// A whole number of the free part of a model file; 0 when it is not there.
+std::uint32_t count_in(const nlohmann::ordered_json& fit, const char* name) {
+  const auto found = fit.find(name);
+  return found != fit.end() && found->is_number_unsigned() ? found->get<std::uint32_t>() : 0;
+}
+
+constexpr const char* kError = "rms_one_step_kPa";
+constexpr const char* kDate = "date_s";
+constexpr const char* kValve = "valve_serial";
+constexpr const char* kSensor = "sensor_serial";
+
+}  // namespace
+
+void in_parallel(std::size_t count, const std::function<void(std::size_t)>& work,
+                 const std::function<void(double done)>& finished) {
+  std::atomic<std::size_t> next{0};
+  std::size_t done = 0;
+  std::mutex one_at_a_time;
+  const auto take_turns = [&] {
+    for (std::size_t i = next++; i < count; i = next++) {
+      work(i);
+      const std::lock_guard lock(one_at_a_time);
+      ++done;
+      if (finished) finished(static_cast<double>(done) / static_cast<double>(count));
+    }
+  };
+  const std::size_t threads = std::clamp<std::size_t>(std::thread::hardware_concurrency(), 1, count);
+  std::vector<std::future<void>> running;
+  for (std::size_t i = 0; i < threads; ++i) running.push_back(std::async(std::launch::async, take_turns));
+  for (std::future<void>& one : running) one.get();
+}
+
+client::ModelUpload upload_of(const trace::ModelFile& file, unsigned chamber) {
+  const auto error = file.fit.find(kError);
+  const client::ModelOrigin origin{
+      .fit_error_kPa = error != file.fit.end() && error->is_number() ? error->get<double>() : 0.0,
+      .fit_date_s = count_in(file.fit, kDate),
+      .valve_serial = count_in(file.fit, kValve),
+      .sensor_serial = count_in(file.fit, kSensor)};
+  return {static_cast<std::uint8_t>(chamber - 1), client::encode_tassa9(file.parameters, origin)};
+}
+
+trace::ModelFile file_of(std::span<const std::uint8_t> image, unsigned chamber) {
+  const client::DecodedModel decoded = client::decode_tassa9(image);
+  trace::ModelFile file;
+  file.chamber = chamber;
+  std::copy(decoded.parameters.begin(), decoded.parameters.end(), file.parameters.begin());
+  file.fit[kError] = decoded.origin.fit_error_kPa;
+  if (decoded.origin.fit_date_s != 0) file.fit[kDate] = decoded.origin.fit_date_s;
+  if (decoded.origin.valve_serial != 0) file.fit[kValve] = decoded.origin.valve_serial;
+  if (decoded.origin.sensor_serial != 0) file.fit[kSensor] = decoded.origin.sensor_serial;
+  return file;
+}
+
+}  // namespace plenum::host::tools

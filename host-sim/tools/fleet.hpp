@@ -1,0 +1,27 @@
+// All chambers of a board at once.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <vector>
+
+#include "host-sim/client/session.hpp"
+#include "host-sim/identify/fit.hpp"
+#include "host-sim/trace/log.hpp"
+#include "host-sim/trace/model_json.hpp"
+#include "host-sim/trace/rig_toml.hpp"
+
+namespace plenum::host::tools {
+
+/// work(0) .. work(count - 1) on all processors; finished() after each, one at a time. Throws what a work
+/// threw.
+void in_parallel(std::size_t count, const std::function<void(std::size_t)>& work,
+                 const std::function<void(double done)>& finished = {});
+
+/// A model file as it is handed to a board. `chamber` from 1.
+client::ModelUpload upload_of(const trace::ModelFile& file, unsigned chamber);
+
+/// The image of chamber `chamber` (from 1) as a model file that uploads to the same bytes.
+trace::ModelFile file_of(std::span<const std::uint8_t> image, unsigned chamber);
+
+}  // namespace plenum::host::tools

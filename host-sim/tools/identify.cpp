@@ -1,0 +1,170 @@
+#include <cmath>
+#include <memory>
+#include <optional>
+
+#include "host-sim/identify/fit.hpp"
+#include "host-sim/identify/free_run.hpp"
+#include "host-sim/identify/profile.hpp"
+#include "host-sim/tools/command.hpp"
+#include "host-sim/tools/output.hpp"
+#include "host-sim/trace/input_error.hpp"
+#include "host-sim/trace/log_csv.hpp"
+#include "host-sim/trace/model_json.hpp"
+#include "host-sim/trace/respiraworks.hpp"
+
+namespace plenum::host::tools {
+namespace {
+
+using identify::ParameterFit;
+
+struct Options {
+  std::vector<std::string> logs;
+  std::vector<std::string> predict;
+  std::string format = "csv";
+  std::string rig_file;
+  std::string c_gamma = "auto";
+  double stretch_s = 0.2;
+  bool free_run = true;
+  unsigned chamber = 0;
+  std::string out = "model.json";
+  Output output;
+};
+
+constexpr const char* kRespiraworks = "respiraworks";
+/// The ventilator's supply is not published; README.md of host-sim/identify says what that means for a fit.
+constexpr double kRespiraworksSupply_Pa = 110'000.0;
+
+trace::RigDescription rig_of(const Options& options) {
+  if (!options.rig_file.empty()) return trace::read_rig(options.rig_file);
+  trace::RigDescription rig;
+  if (options.format == kRespiraworks) rig.supply.pressure_Pa = kRespiraworksSupply_Pa;
+  return rig;
+}
+
+trace::Log log_of(const std::string& file, const Options& options, const trace::RigDescription& rig) {
+  if (options.format == kRespiraworks) {
+    return trace::import_respiraworks(file, {.ambient_Pa = rig.ambient.pressure_Pa});
+  }
+  std::vector<std::string> notices;
+  trace::Log log =
+      options.rig_file.empty() ? trace::read_log(file, &notices) : trace::read_log(file, rig, &notices);
+  for (const std::string& notice : notices) fmt::print(stderr, "plenum identify: {}\n", notice);
+  return log;
+}
+
+/// The number of the chamber that a log is of, where its name says so: chamber-3.csv.
+std::optional<unsigned> chamber_in_name(const std::string& file) {
+  constexpr std::string_view kStem = "chamber-";
+  const std::string name = std::filesystem::path(file).stem().string();
+  const std::size_t at = name.rfind(kStem);
+  if (at == std::string::npos || name.size() != at + kStem.size() + 1) return std::nullopt;
+  const char digit = name.back();
+  return digit >= '1' && digit <= '8' ? std::optional(static_cast<unsigned>(digit - '0')) : std::nullopt;
+}
+
+double kink_width_V(const std::string& text) {
+  std::size_t used = 0;
+  double value = 0.0;
+  try {
+    value = std::stod(text, &used);
+  } catch (const std::exception&) {
+    used = 0;
+  }
+  if (used != text.size() || used == 0 || !(value > 0.0 && value <= 10.0)) {
+    throw std::invalid_argument(
+        fmt::format("--c-gamma {}: expected auto, or a width above 0 and up to 10 V", text));
+  }
+  return value;
+}
+
+const char* mark_of(const ParameterFit& parameter) {
+  if (parameter.held) return "held";
+  if (parameter.at_bound == ParameterFit::Bound::low) return "at its lower bound";
+  if (parameter.at_bound == ParameterFit::Bound::high) return "at its upper bound";
+  return parameter.identifiable ? "" : "poorly known";
+}
+
+void print_fit(const Output& output, const identify::Tassa9Fit& fit, double stretch_s) {
+  for (std::size_t i = 0; i < identify::kFree; ++i) {
+    const ParameterFit& parameter = fit.parameters[i];
+    const std::string error =
+        std::isfinite(parameter.standard_error) ? fmt::format("+- {:.2g}", parameter.standard_error) : "";
+    output.print("{:<16} {:>12.6g}  {:<12} {}\n", trace::kTassa9Names[i], parameter.value, error,
+                 mark_of(parameter));
+  }
+  output.print("{:<16} {:>12.6g}  {:<12} held\n", "c_gamma_V", fit.model.c_gamma_V, "");
+  output.print("condition {:.3g}; RMS one step {:.3f} kPa, free run over {:g} s {:.3f} kPa; {} rows\n",
+               fit.condition, fit.rms_one_step_kPa, stretch_s, fit.rms_free_run_kPa, fit.rows);
+  output.print("stopped after {} iterations: {}\n", fit.iterations, fit.stop);
+}
+
+int run(const Options& options) {
+  const std::optional<double> c_gamma_V =
+      options.c_gamma == "auto" ? std::nullopt : std::optional(kink_width_V(options.c_gamma));
+  const trace::RigDescription rig = rig_of(options);
+  require_writable(options.out);
+  std::vector<trace::Log> logs;
+  for (const std::string& file : options.logs) logs.push_back(log_of(file, options, rig));
+  std::vector<trace::Log> others;
+  for (const std::string& file : options.predict) others.push_back(log_of(file, options, rig));
+
+  identify::FitOptions how;
+  how.stretch_s = options.stretch_s;
+  how.refine_free_run = options.free_run;
+  if (c_gamma_V) how.c_gamma_V = *c_gamma_V;
+  const identify::Tassa9Fit fit =
+      c_gamma_V ? identify::fit_tassa9(logs, rig, how) : identify::fit_tassa9_profiled(logs, rig, how);
+
+  const std::optional<unsigned> chamber =
+      options.chamber != 0 ? std::optional(options.chamber) : chamber_in_name(options.logs.front());
+  const trace::ModelFile model = identify::to_model_file(fit, chamber);
+  trace::write_model(options.out, model);
+  print_fit(options.output, fit, options.stretch_s);
+
+  Json predicted = Json::array();
+  for (std::size_t i = 0; i < others.size(); ++i) {
+    const double rms_kPa = identify::free_run_rms_kPa(fit.model, others[i]);
+    options.output.print("predicts {}: RMS {:.3f} kPa in free runs of 2 s\n", options.predict[i], rms_kPa);
+    predicted.push_back({{"file", options.predict[i]}, {"rms_free_run_2_s_kPa", number(rms_kPa)}});
+  }
+  options.output.print("model: {}\n", options.out);
+  Json result = Json::parse(trace::format_model(model));
+  result["file"] = options.out;
+  result["predicted"] = predicted;
+  options.output.finish(result);
+  return fit.converged ? kDone : kImpossible;
+}
+
+}  // namespace
+
+Command add_identify(CLI::App& program) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* app = program.add_subcommand("identify", "Fit the 9-parameter model of a chamber to its logs");
+  app->add_option("LOG", options->logs, "Logs of one chamber")->type_name("LOG.csv")->required();
+  app->add_option(
+         "--rig", options->rig_file,
+         "What is known of the rig; its supply and ambient pressure are used (default: 700 and 101.325 kPa)")
+      ->type_name("RIG.toml");
+  app->add_option("--format", options->format, "Of the logs: csv, or respiraworks (ventilator runs)")
+      ->check(CLI::IsMember({"csv", kRespiraworks}))
+      ->capture_default_str();
+  app->add_option(
+         "--c-gamma", options->c_gamma,
+         "Width of the kink at the valve's null [V]; auto tries 0.1 (the paper's), 0.2, 0.4, 0.8, 1.6")
+      ->type_name("V|auto")
+      ->capture_default_str();
+  app->add_option("--stretch", options->stretch_s, "Free runs that the fit is refined on are this long [s]")
+      ->check(CLI::Range(0.02, 60.0))
+      ->capture_default_str();
+  app->add_flag("!--no-free-run", options->free_run, "Stop after the fit of the next tick (default: refine)");
+  app->add_option("--predict", options->predict, "Predict these logs in free runs of 2 s, and tell the error")
+      ->type_name("LOG.csv");
+  app->add_option("--chamber", options->chamber, "Chamber of the board, from 1 (default: N of chamber-N.csv)")
+      ->check(CLI::Range(1, 8));
+  app->add_option("-o,--out", options->out, "Model file to write")->type_name("FILE")->capture_default_str();
+  options->output.add_to(*app);
+  app->footer(example("  plenum identify --rig first/rig.toml first/chamber-1.csv -o model-1.json"));
+  return {app, [options] { return run(*options); }};
+}
+
+}  // namespace plenum::host::tools

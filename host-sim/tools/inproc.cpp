@@ -1,0 +1,131 @@
+#include "host-sim/tools/inproc.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <stdexcept>
+
+#include "host-sim/rig/standard_rigs.hpp"
+#include "host-sim/trace/input_error.hpp"
+#include "host-sim/trace/log_csv.hpp"
+
+namespace plenum::host::tools {
+namespace {
+
+constexpr double kRate_Hz = 100.0;
+
+/// The figures of the standard MPYE rig that its user would know; its noise is that of the converter's mean.
+trace::RigDescription mpye_description() {
+  const rig::MpyeRig standard;
+  const rig::BoardConfig board;
+  trace::RigDescription description;
+  description.supply.pressure_Pa = standard.supply_Pa;
+  description.ambient.pressure_Pa = standard.ambient_Pa;
+  description.sensor.pressure_noise_Pa =
+      std::round(board.adc.sample_noise_V / std::sqrt(board.adc.samples_per_tick) * 100'000.0);
+  return description;
+}
+
+}  // namespace
+
+void RigChoice::add_to(CLI::App& app) {
+  app.add_option("--plant", plant, "Valves: measured MPYE tables, or thin-plate orifices")
+      ->check(CLI::IsMember({"mpye", "thin-plate"}))
+      ->capture_default_str();
+  app.add_option("--rig", rig_file,
+                 "What is known of the rig (default: 7 bar supply, 1 bar ambient, absolute)")
+      ->type_name("RIG.toml");
+  app.add_option("--chambers", chambers, "Chambers of a board")
+      ->check(CLI::Range(1, 8))
+      ->capture_default_str();
+  app.add_option("--seed", seed, "Seed of volumes, noise and excitation: the same seed repeats every bit")
+      ->check(CLI::Range(0U, 4294967295U))
+      ->type_name("INT")
+      ->capture_default_str();
+  app.add_option("--volume-swing", volume_swing, "How far volumes move: amplitude over mean; 0: not at all")
+      ->check(CLI::Range(0.0, 0.9))
+      ->capture_default_str();
+  app.add_flag("--spool,!--no-spool", spool,
+               "Valve spools lag by 65 Hz, damping 0.7 (mpye only; default: on)");
+}
+
+trace::RigDescription RigChoice::description() const {
+  if (rig_file.empty()) return plant == "mpye" ? mpye_description() : trace::RigDescription{};
+  const trace::RigDescription description = trace::read_rig(rig_file);
+  const auto& sampling = description.sampling;
+  if (sampling.rate_Hz != kRate_Hz || sampling.pressure_average_s != 1.0 / kRate_Hz) {
+    throw trace::InputError(fmt::format(
+        "{}: [sampling] rate_Hz = {:g}, pressure_average_s = {:g}, expected 100 and 0.01: those of a "
+        "board",
+        rig_file, sampling.rate_Hz, sampling.pressure_average_s));
+  }
+  return description;
+}
+
+rig::RigConfig RigChoice::config(const std::optional<std::filesystem::path>& store) const {
+  const trace::RigDescription known = description();
+  rig::RigConfig config =
+      plant == "mpye"
+          ? rig::mpye_rig({.boards = boards,
+                           .chambers = chambers,
+                           .spool = spool,
+                           .volume_swing = volume_swing,
+                           .supply_Pa = known.supply.pressure_Pa,
+                           .ambient_Pa = known.ambient.pressure_Pa,
+                           .seed = seed})
+          : rig::thin_plate_rig(
+                known, {.boards = boards, .chambers = chambers, .volume_swing = volume_swing, .seed = seed});
+  config.board.front().store = store;
+  return config;
+}
+
+void add_bus(CLI::App& app, std::string& bus) {
+  app.add_option("--bus", bus, "Where the board is: inproc, a rig simulated inside this program")
+      ->capture_default_str();
+}
+
+void require_inproc(const std::string& bus) {
+  if (bus != "inproc") {
+    throw std::invalid_argument(
+        fmt::format("--bus {}: this bus cannot be reached yet, expected inproc", bus));
+  }
+}
+
+InprocBoard::InprocBoard(const rig::RigConfig& config) : rig(config), link(rig), session(link, 1) {}
+
+trace::Log log_of(const std::vector<client::CapturedRow>& rows, std::size_t chamber, bool with_reference) {
+  trace::Log log;
+  for (const client::CapturedRow& row : rows) {
+    log.time_s.push_back(row.time_s);
+    log.command_V.push_back(row.sample[chamber].command_V);
+    log.pressure_Pa.push_back(row.sample[chamber].actual_Pa);
+    log.volume_m3.push_back(row.sample[chamber].volume_m3);
+    if (with_reference) log.reference_Pa.push_back(row.reference_Pa[chamber]);
+  }
+  return log;
+}
+
+void write_recording(const std::filesystem::path& folder, const std::vector<client::CapturedRow>& rows,
+                     unsigned chambers, bool with_reference, const trace::RigDescription& description) {
+  trace::write_rig(folder / "rig.toml", description);
+  for (unsigned c = 0; c < chambers; ++c) {
+    trace::write_log(folder / fmt::format("chamber-{}.csv", c + 1), log_of(rows, c, with_reference));
+  }
+}
+
+void require_models(client::Session& session, unsigned chambers, const std::string& store) {
+  for (unsigned c = 0; c < chambers; ++c) {
+    if (!session.download_model(static_cast<std::uint8_t>(c)).empty()) continue;
+    throw trace::InputError(fmt::format(
+        "{}: the board has no model for chamber {}, expected one for each of its {} chambers: plenum upload",
+        store.empty() ? "--store is not given" : store, c + 1, chambers));
+  }
+}
+
+SetpointRange setpoint_range(const trace::RigDescription& description) {
+  const double low_Pa = description.ambient.pressure_Pa;
+  const double span_Pa = description.supply.pressure_Pa - low_Pa;
+  return {low_Pa + 0.05 * span_Pa, low_Pa + 0.90 * span_Pa};
+}
+
+}  // namespace plenum::host::tools

@@ -1,0 +1,66 @@
+// The rig that a command simulates inside itself, as its arguments describe it, and a session with its board.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host-sim/client/capture.hpp"
+#include "host-sim/client/session.hpp"
+#include "host-sim/rig/rig.hpp"
+#include "host-sim/tools/rig_link.hpp"
+#include "host-sim/trace/log.hpp"
+#include "host-sim/trace/rig_toml.hpp"
+
+namespace plenum::host::tools {
+
+/// --plant, --rig, --chambers, --seed, --volume-swing, --spool.
+struct RigChoice {
+  std::string plant = "mpye";
+  std::string rig_file;
+  unsigned boards = 1;
+  unsigned chambers = 8;
+  std::uint64_t seed = 1;
+  double volume_swing = 0.2;
+  bool spool = true;
+
+  void add_to(CLI::App& app);
+  /// What its user knows of the rig: the file's, or the standard rig's. Throws InputError, also for a rate or
+  /// an averaging time that a board does not have.
+  trace::RigDescription description() const;
+  /// `store`: the folder that keeps the board's models.
+  rig::RigConfig config(const std::optional<std::filesystem::path>& store = std::nullopt) const;
+};
+
+/// --bus. Throws std::invalid_argument for a bus that this program does not reach.
+void add_bus(CLI::App& app, std::string& bus);
+void require_inproc(const std::string& bus);
+
+/// A simulated rig and the conversation with its first board.
+struct InprocBoard {
+  explicit InprocBoard(const rig::RigConfig& config);
+  rig::Rig rig;
+  RigLink link;
+  client::Session session;
+};
+
+/// One chamber of a recording as a log; with its reference where the recording followed one.
+trace::Log log_of(const std::vector<client::CapturedRow>& rows, std::size_t chamber, bool with_reference);
+
+/// Writes chamber-1.csv .. and rig.toml. Throws InputError.
+void write_recording(const std::filesystem::path& folder, const std::vector<client::CapturedRow>& rows,
+                     unsigned chambers, bool with_reference, const trace::RigDescription& description);
+
+/// Throws InputError naming the first chamber of the board that has no model.
+void require_models(client::Session& session, unsigned chambers, const std::string& store);
+
+/// Set points that leave a twentieth of the span free at both ends: what random references stay within.
+struct SetpointRange {
+  double low_Pa;
+  double high_Pa;
+};
+SetpointRange setpoint_range(const trace::RigDescription& description);
+
+}  // namespace plenum::host::tools

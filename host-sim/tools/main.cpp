@@ -1,0 +1,75 @@
+// plenum: one command line for simulation, capture, identification and boards.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <exception>
+#include <string>
+#include <vector>
+
+#include "host-sim/client/session.hpp"
+#include "host-sim/identify/cannot_identify.hpp"
+#include "host-sim/tools/command.hpp"
+#include "host-sim/trace/input_error.hpp"
+
+namespace {
+
+using namespace plenum::host;
+
+/// One line on standard error: what, where, what was expected.
+int fail(int code, const std::string& command, std::string message) {
+  std::replace(message.begin(), message.end(), '\n', ' ');
+  fmt::print(stderr, "{}: {}\n", command, message);
+  return code;
+}
+
+int run(const tools::Command& command) {
+  const std::string name = fmt::format("plenum {}", command.app->get_name());
+  try {
+    return command.run();
+  } catch (const trace::InputError& error) {
+    return fail(tools::kBadInput, name, error.what());
+  } catch (const std::invalid_argument& error) {
+    return fail(tools::kBadInput, name, error.what());
+  } catch (const client::Refused& error) {
+    return fail(tools::kFailure, name, error.what());
+  } catch (const client::SdoAbort& error) {
+    return fail(tools::kFailure, name, error.what());
+  } catch (const std::exception& error) {
+    return fail(tools::kImpossible, name, error.what());
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App program{
+      "Plenum: simulate valve-controlled pressure chambers, identify them, and regulate them through their "
+      "board."};
+  program.name("plenum");
+  program.require_subcommand(1);
+  program.footer(
+      "Exit codes: 0 done; 1 done, and the answer is a failure; 2 bad usage or input; 3 could not be "
+      "computed.\n"
+      "\nExample:\n  plenum demo    # the whole line on a simulated rig, and a report of it");
+  const std::vector<tools::Command> commands{tools::add_demo(program),    tools::add_sim(program),
+                                             tools::add_capture(program), tools::add_identify(program),
+                                             tools::add_upload(program),  tools::add_download(program),
+                                             tools::add_regulate(program)};
+
+  const auto chosen = [&] {
+    return std::find_if(commands.begin(), commands.end(),
+                        [](const tools::Command& command) { return command.app->parsed(); });
+  };
+  try {
+    program.parse(argc, argv);
+  } catch (const CLI::Success& asked) {
+    return program.exit(asked);
+  } catch (const CLI::ParseError& error) {
+    const auto command = chosen();
+    const std::string name = command == commands.end() ? std::string("plenum")
+                                                       : fmt::format("plenum {}", command->app->get_name());
+    return fail(tools::kBadInput, name, fmt::format("{} (see {} --help)", error.what(), name));
+  }
+  return run(*chosen());
+}

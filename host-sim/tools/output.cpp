@@ -1,0 +1,79 @@
+#include "host-sim/tools/output.hpp"
+
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdio>
+#include <system_error>
+
+#include "host-sim/trace/input_error.hpp"
+#include "host-sim/trace/whole_file.hpp"
+
+namespace plenum::host::tools {
+
+void Output::add_to(CLI::App& app) {
+  app.add_option("--json", json_, "Write the result as JSON to this file; - for standard output")
+      ->type_name("FILE");
+}
+
+void Output::finish(const Json& result) const {
+  if (json_.empty()) return;
+  const std::string text = result.dump(2) + '\n';
+  if (json_ == "-") {
+    fmt::print("{}", text);
+  } else {
+    trace::write_whole_file(json_, text);
+  }
+}
+
+Progress::Progress(std::string doing) : doing_(std::move(doing)), terminal_(::isatty(STDERR_FILENO) != 0) {
+  (*this)(0.0);
+}
+
+Progress::~Progress() {
+  if (terminal_) fmt::print(stderr, "\r\033[K");
+}
+
+void Progress::operator()(double done) {
+  if (!terminal_) return;
+  const auto now = std::chrono::steady_clock::now();
+  if (done > 0.0 && now - shown_ < std::chrono::milliseconds(100)) return;
+  shown_ = now;
+  fmt::print(stderr, "\r\033[K{} {:.0f} %", doing_, 100.0 * done);
+  std::fflush(stderr);
+}
+
+void require_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error || !std::filesystem::is_directory(folder)) {
+    throw trace::InputError(fmt::format("{}: cannot be made: {}, expected a folder to write to",
+                                        folder.string(), error ? error.message() : "it is a file"));
+  }
+  require_writable(folder / "plenum");
+}
+
+void require_writable(const std::filesystem::path& file) {
+  std::error_code error;
+  const std::filesystem::path folder = file.parent_path().empty() ? "." : file.parent_path();
+  if (std::filesystem::is_directory(file, error)) {
+    throw trace::InputError(fmt::format("{}: is a folder, expected a file to write", file.string()));
+  }
+  if (!std::filesystem::is_directory(folder, error)) {
+    throw trace::InputError(
+        fmt::format("{}: there is no such folder, expected one to write to", folder.string()));
+  }
+  if (::access(folder.c_str(), W_OK) != 0) {
+    throw trace::InputError(fmt::format("{}: not writable, expected a folder to write to", folder.string()));
+  }
+}
+
+Json number(double value) {
+  return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+
+std::string example(const std::string& lines) {
+  return "Example:\n" + lines;
+}
+
+}  // namespace plenum::host::tools

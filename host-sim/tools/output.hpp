@@ -1,0 +1,60 @@
+// What the commands print: text for people, JSON for programs, progress for whoever waits.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+
+namespace plenum::host::tools {
+
+using Json = nlohmann::ordered_json;
+
+/// Text for people on standard output, and the same result as JSON where --json asks for it. With `--json -`
+/// standard output is the JSON alone.
+class Output {
+ public:
+  /// Declares --json.
+  void add_to(CLI::App& app);
+
+  template <class... Args>
+  void print(fmt::format_string<Args...> format, Args&&... args) const {
+    if (json_ != "-") fmt::print(format, std::forward<Args>(args)...);
+  }
+  /// Writes the JSON where it was asked for. Throws InputError when that cannot be written.
+  void finish(const Json& result) const;
+
+ private:
+  std::string json_;
+};
+
+/// A line on standard error that says how far the work is; silent unless that is a terminal.
+class Progress {
+ public:
+  explicit Progress(std::string doing);
+  ~Progress();
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+  void operator()(double done);
+
+ private:
+  std::string doing_;
+  bool terminal_;
+  std::chrono::steady_clock::time_point shown_;
+};
+
+/// Makes the folder, and sees that files can be written there before any long work. Throws InputError.
+void require_folder(const std::filesystem::path& folder);
+/// Sees that `file` can be written. Throws InputError.
+void require_writable(const std::filesystem::path& file);
+
+/// A number, or null where it is not finite.
+Json number(double value);
+
+/// The footer of a command's help.
+std::string example(const std::string& lines);
+
+}  // namespace plenum::host::tools

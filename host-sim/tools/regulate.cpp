@@ -1,0 +1,110 @@
+#include <cmath>
+#include <memory>
+
+#include "host-sim/client/references.hpp"
+#include "host-sim/tools/command.hpp"
+#include "host-sim/tools/inproc.hpp"
+#include "host-sim/tools/output.hpp"
+
+namespace plenum::host::tools {
+namespace {
+
+struct Options {
+  std::string bus = "inproc";
+  std::string store;
+  RigChoice rig;
+  client::ReferenceKind kind = client::ReferenceKind::sine;
+  double mean_kPa = 350.0;
+  double amplitude_kPa = 100.0;
+  double frequency_Hz = 1.0;
+  double seconds = 10.0;
+  std::string out = "regulate";
+  Output output;
+};
+
+const std::map<std::string, client::ReferenceKind> kKinds{{"sine", client::ReferenceKind::sine},
+                                                          {"steps", client::ReferenceKind::steps},
+                                                          {"trapezoid", client::ReferenceKind::trapezoid},
+                                                          {"random", client::ReferenceKind::random}};
+
+std::string shown(double value, double scale) {
+  return std::isfinite(value) ? fmt::format("{:.2f}", value * scale) : "-";
+}
+
+int run(const Options& options) {
+  require_inproc(options.bus);
+  const trace::RigDescription description = options.rig.description();
+  const double span_Pa = description.supply.pressure_Pa - description.ambient.pressure_Pa;
+  const unsigned chambers = options.rig.chambers;
+  const auto references = client::references({.kind = options.kind,
+                                              .mean_Pa = options.mean_kPa * 1e3,
+                                              .amplitude_Pa = options.amplitude_kPa * 1e3,
+                                              .frequency_Hz = options.frequency_Hz,
+                                              .seed = static_cast<std::uint32_t>(options.rig.seed)},
+                                             chambers, options.seconds);
+  require_folder(options.out);
+  InprocBoard board(options.rig.config(options.store));
+  require_models(board.session, chambers, options.store);
+  std::vector<client::CapturedRow> rows;
+  {
+    Progress progress("regulating");
+    rows = client::follow(board.session, references, {.chambers = chambers}, std::ref(progress));
+  }
+  write_recording(options.out, rows, chambers, true, description);
+
+  Json list = Json::array();
+  options.output.print("{:>7}  {:>10}  {:>12}  {:>21}  {:>12}\n", "chamber", "RMSE [kPa]", "worst [kPa]",
+                       "overshoot [% of span]", "settling [s]");
+  for (unsigned c = 0; c < chambers; ++c) {
+    const client::Tracking tracking = client::tracking(rows, c, span_Pa);
+    options.output.print("{:7}  {:10.2f}  {:12.2f}  {:>21}  {:>12}\n", c + 1, tracking.rmse_Pa / 1e3,
+                         tracking.worst_Pa / 1e3, shown(tracking.overshoot_Pa, 100.0 / span_Pa),
+                         shown(tracking.settling_s, 1.0));
+    list.push_back({{"chamber", c + 1},
+                    {"rmse_kPa", tracking.rmse_Pa / 1e3},
+                    {"worst_kPa", tracking.worst_Pa / 1e3},
+                    {"overshoot_percent_of_span", number(100.0 * tracking.overshoot_Pa / span_Pa)},
+                    {"settling_s", number(tracking.settling_s)}});
+  }
+  options.output.print("the first half second is left out; recorded in {}\n", options.out);
+  options.output.finish(
+      {{"rows", rows.size()}, {"bus_load", board.rig.bus().busy_share()}, {"chambers", list}});
+  return kDone;
+}
+
+}  // namespace
+
+Command add_regulate(CLI::App& program) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* app = program.add_subcommand(
+      "regulate", "Let a board regulate its chambers to a reference at 100 Hz, and record how well it does");
+  add_bus(*app, options->bus);
+  app->add_option("--store", options->store, "Folder that keeps the models of the simulated board")
+      ->type_name("DIR")
+      ->required();
+  options->rig.add_to(*app);
+  app->add_option("--reference", options->kind, "sine, steps, trapezoid or random (default: sine)")
+      ->transform(CLI::CheckedTransformer(kKinds).description(""))
+      ->type_name("KIND");
+  app->add_option("--mean", options->mean_kPa, "Middle of the reference [kPa, absolute]")
+      ->capture_default_str();
+  app->add_option("--amplitude", options->amplitude_kPa, "From the middle to the farthest [kPa]")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  app->add_option("--frequency", options->frequency_Hz,
+                  "Of the reference; of its fastest part if random [Hz]")
+      ->check(CLI::Range(0.01, 49.0))
+      ->capture_default_str();
+  app->add_option("--seconds", options->seconds, "Length [s]")
+      ->check(CLI::Range(1.0, 36000.0))
+      ->capture_default_str();
+  app->add_option("-o,--out", options->out, "Folder for chamber-N.csv and rig.toml")
+      ->type_name("DIR")
+      ->capture_default_str();
+  options->output.add_to(*app);
+  app->footer(
+      example("  plenum regulate --store board --reference sine --frequency 2 --amplitude 80 -o tracked"));
+  return {app, [options] { return run(*options); }};
+}
+
+}  // namespace plenum::host::tools

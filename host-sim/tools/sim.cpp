@@ -1,0 +1,97 @@
+#include <algorithm>
+#include <chrono>
+#include <memory>
+
+#include "host-sim/tools/command.hpp"
+#include "host-sim/tools/inproc.hpp"
+#include "host-sim/tools/output.hpp"
+#include "host-sim/trace/log_csv.hpp"
+
+namespace plenum::host::tools {
+namespace {
+
+struct Options {
+  RigChoice rig;
+  double seconds = 60.0;
+  std::string out = "sim";
+  Output output;
+};
+
+std::string log_name(unsigned boards, unsigned board, unsigned chamber) {
+  return boards == 1 ? fmt::format("chamber-{}.csv", chamber + 1)
+                     : fmt::format("board-{}-chamber-{}.csv", board + 1, chamber + 1);
+}
+
+int run(const Options& options) {
+  const trace::RigDescription description = options.rig.description();
+  require_folder(options.out);
+  rig::Rig rig(options.rig.config());
+  RigLink link(rig);
+
+  Json result{{"seconds", options.seconds}, {"seed", options.rig.seed}, {"chambers", Json::array()}};
+  options.output.print("{:>5} {:>7}  {:>18}  {:>16}  {:>14}  file\n", "board", "chamber", "pressure [kPa]",
+                       "command [V]", "volume [mL]");
+  const auto begin = std::chrono::steady_clock::now();
+  trace::write_rig(std::filesystem::path(options.out) / "rig.toml", description);
+  for (unsigned b = 0; b < options.rig.boards; ++b) {
+    client::Session session(link, static_cast<std::uint8_t>(b + 1));
+    std::vector<client::CapturedRow> rows;
+    {
+      Progress progress(fmt::format("simulating board {} of {}", b + 1, options.rig.boards));
+      rows = client::capture(session,
+                             {.seconds = options.seconds,
+                              .seed = static_cast<std::uint32_t>(options.rig.seed),
+                              .chambers = options.rig.chambers},
+                             std::ref(progress));
+    }
+    for (unsigned c = 0; c < options.rig.chambers; ++c) {
+      const trace::Log log = log_of(rows, c, false);
+      const auto file = std::filesystem::path(options.out) / log_name(options.rig.boards, b, c);
+      trace::write_log(file, log);
+      const auto [low_Pa, high_Pa] = std::minmax_element(log.pressure_Pa.begin(), log.pressure_Pa.end());
+      const auto [low_V, high_V] = std::minmax_element(log.command_V.begin(), log.command_V.end());
+      const auto [low_m3, high_m3] = std::minmax_element(log.volume_m3.begin(), log.volume_m3.end());
+      options.output.print("{:5} {:7}  {:7.1f} to {:7.1f}  {:5.2f} to {:7.2f}  {:4.0f} to {:6.0f}  {}\n",
+                           b + 1, c + 1, *low_Pa / 1e3, *high_Pa / 1e3, *low_V, *high_V, *low_m3 * 1e6,
+                           *high_m3 * 1e6, file.string());
+      result["chambers"].push_back({{"board", b + 1},
+                                    {"chamber", c + 1},
+                                    {"file", file.string()},
+                                    {"rows", log.size()},
+                                    {"pressure_low_Pa", *low_Pa},
+                                    {"pressure_high_Pa", *high_Pa}});
+    }
+  }
+  const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  result["simulated_s"] = rig.now_s();
+  result["bus_load"] = rig.bus().busy_share();
+  result["realtime_factor"] = rig.now_s() / wall_s;
+  options.output.print(
+      "bus load {:.1f} % of 1 Mbit/s; {:.1f} s simulated in {:.2f} s: {:.0f} times real time\n",
+      100.0 * rig.bus().busy_share(), rig.now_s(), wall_s, rig.now_s() / wall_s);
+  options.output.finish(result);
+  return kDone;
+}
+
+}  // namespace
+
+Command add_sim(CLI::App& program) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* app = program.add_subcommand("sim", "Simulate a rig under excitation, and write a log a chamber");
+  options->rig.add_to(*app);
+  app->add_option("--boards", options->rig.boards, "Boards on the bus; they are excited one after the other")
+      ->check(CLI::Range(1, 16))
+      ->capture_default_str();
+  app->add_option("--seconds", options->seconds, "Length of each log [s]")
+      ->check(CLI::Range(1.0, 36000.0))
+      ->capture_default_str();
+  app->add_option("-o,--out", options->out, "Folder for the logs and for rig.toml")
+      ->type_name("DIR")
+      ->capture_default_str();
+  options->output.add_to(*app);
+  app->footer(example(
+      "  plenum sim --chambers 2 --seconds 20 --out logs    # logs/chamber-1.csv, chamber-2.csv, rig.toml"));
+  return {app, [options] { return run(*options); }};
+}
+
+}  // namespace plenum::host::tools

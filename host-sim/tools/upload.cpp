@@ -1,0 +1,97 @@
+#include <memory>
+
+#include "host-sim/rig/model_store.hpp"
+#include "host-sim/tools/command.hpp"
+#include "host-sim/tools/fleet.hpp"
+#include "host-sim/tools/inproc.hpp"
+#include "host-sim/tools/output.hpp"
+#include "host-sim/trace/input_error.hpp"
+#include "host-sim/trace/model_json.hpp"
+
+namespace plenum::host::tools {
+namespace {
+
+struct Options {
+  std::string bus = "inproc";
+  std::string store;
+  RigChoice rig;
+  unsigned chamber = 0;
+  std::vector<std::string> files;
+  Output output;
+};
+
+unsigned chamber_of(const trace::ModelFile& model, const std::string& file, const Options& options) {
+  if (options.chamber != 0 && options.files.size() > 1) {
+    throw std::invalid_argument(fmt::format("--chamber {} with {} models, expected one model",
+                                            options.chamber, options.files.size()));
+  }
+  if (options.chamber == 0 && !model.chamber) {
+    throw trace::InputError(
+        fmt::format("{}: field 'chamber' is missing, expected it there or as --chamber", file));
+  }
+  const unsigned chamber = options.chamber != 0 ? options.chamber : *model.chamber;
+  if (chamber < 1 || chamber > options.rig.chambers) {
+    throw trace::InputError(fmt::format("{}: chamber {}, expected 1 to {}, those of the board", file, chamber,
+                                        options.rig.chambers));
+  }
+  return chamber;
+}
+
+int run(const Options& options) {
+  require_inproc(options.bus);
+  std::vector<client::ModelUpload> uploads;
+  Json list = Json::array();
+  std::array<std::string, client::kChambers> taken;
+  for (const std::string& file : options.files) {
+    const trace::ModelFile model = trace::read_model(file);
+    const unsigned chamber = chamber_of(model, file, options);
+    std::string& by = taken[chamber - 1];
+    if (!by.empty()) {
+      throw trace::InputError(
+          fmt::format("{}: chamber {} has its model from {} already, expected one each", file, chamber, by));
+    }
+    by = file;
+    uploads.push_back(upload_of(model, chamber));
+    list.push_back({{"file", file}, {"chamber", chamber}, {"bytes", uploads.back().image.size()}});
+  }
+  require_folder(options.store);
+  InprocBoard board(options.rig.config(options.store));
+  board.session.upload_models(uploads);
+  // The session has read back and compared; what is left is that the board keeps them.
+  rig::ModelStore kept(options.store);
+  for (const client::ModelUpload& upload : uploads) {
+    std::vector<std::uint8_t> bytes(upload.image.size());
+    if (kept.load(upload.chamber, bytes) != bytes.size() || bytes != upload.image) {
+      throw trace::InputError(fmt::format("{}: the board could not keep the model of chamber {} there",
+                                          options.store, upload.chamber + 1));
+    }
+  }
+  for (const Json& one : list) {
+    options.output.print("chamber {}: {}, {} bytes, read back alike\n", one["chamber"].get<unsigned>(),
+                         one["file"].get<std::string>(), one["bytes"].get<std::size_t>());
+  }
+  options.output.finish({{"uploaded", list}});
+  return kDone;
+}
+
+}  // namespace
+
+Command add_upload(CLI::App& program) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* app = program.add_subcommand(
+      "upload", "Hand models to a board over CAN: all or none; read back and compared");
+  add_bus(*app, options->bus);
+  app->add_option("--store", options->store, "Folder that keeps the models of the simulated board")
+      ->type_name("DIR")
+      ->required();
+  options->rig.add_to(*app);
+  app->add_option("--chamber", options->chamber,
+                  "Chamber of the board, from 1 (default: the one in the file)")
+      ->check(CLI::Range(1, 8));
+  app->add_option("MODEL", options->files, "Model files")->type_name("MODEL.json")->required();
+  options->output.add_to(*app);
+  app->footer(example("  plenum upload --store board model-1.json model-2.json"));
+  return {app, [options] { return run(*options); }};
+}
+
+}  // namespace plenum::host::tools
