@@ -24,6 +24,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 
 #include "firmware/control/pressure_model.hpp"
@@ -44,13 +45,13 @@ class Tassa9 final : public PressureModel {
   Gradient derivatives(Scalar pressure_kPa, Scalar command_V,
                        const ChamberMotion& motion) const noexcept override;
 
-  /// At most kNodes + kExtremumSteps + kRefinements + 2 evaluations of (7).
+  /// At most kExtremumSteps + kRefinements evaluations of (7) with its slope, besides the tabulated nodes.
   Inverse inverse(Scalar pressure_kPa, Scalar target_kPa, const ChamberMotion& motion,
                   Scalar near_V) const noexcept override;
 
-  static constexpr std::size_t kNodes = 40;
-  static constexpr int kRefinements = 24;
-  static constexpr int kExtremumSteps = 12;
+  static constexpr std::size_t kNodes = 32;  ///< a multiple of 4
+  static constexpr int kRefinements = 12;
+  static constexpr int kExtremumSteps = 4;
 
  private:
   /// s without its c4 v' and k: what depends on the command alone.
@@ -60,6 +61,17 @@ class Tassa9 final : public PressureModel {
   };
   Curve curve(Scalar command_V) const noexcept;
 
+  /// And their derivatives by the command.
+  struct Slopes {
+    Scalar steady_kPa_V;
+    Scalar opening;
+  };
+  struct CurveAndSlopes {
+    Curve curve;
+    Slopes by_V;
+  };
+  CurveAndSlopes curve_and_slopes(Scalar command_V) const noexcept;
+
   /// (10c), (10e) and (7) with the motion of this tick put in, so that a command is all that is left open.
   struct Tick {
     Scalar pressure_kPa;
@@ -68,22 +80,38 @@ class Tassa9 final : public PressureModel {
     Scalar rate_shift;        ///< c5 v' h / (1 + c6 v)
   };
   Tick tick(Scalar pressure_kPa, const ChamberMotion& motion) const noexcept;
-  static Scalar rise(const Tick& tick, const Curve& curve) noexcept;
-  Scalar rise(const Tick& tick, Scalar command_V) const noexcept { return rise(tick, curve(command_V)); }
 
-  struct Bracket {
-    Scalar low_V;
-    Scalar high_V;
-    Scalar low_kPa;   ///< rise minus wanted rise at low_V
-    Scalar high_kPa;  ///< and at high_V
+  /// How far a command misses the wanted rise, and how that changes with the command.
+  struct Miss {
+    Scalar command_V;
+    Scalar kPa;
+    Scalar by_V;
   };
-  Scalar refine(const Tick& tick, Scalar wanted_kPa, Bracket bracket) const noexcept;
+  static Scalar slope(const Tick& tick, const CurveAndSlopes& at, Scalar done) noexcept;
+  Miss miss(const Tick& tick, Scalar wanted_kPa, Scalar command_V) const noexcept;
+  Miss refine(const Tick& tick, Scalar wanted_kPa, Miss low, Miss high) const noexcept;
+  Miss closest(const Tick& tick, Scalar wanted_kPa, Miss best, Miss other) const noexcept;
+
+  void remember_decays(const Tick& tick) const noexcept;
+  std::size_t crossing(const std::array<Scalar, kNodes>& miss_kPa, Scalar near_V) const noexcept;
+  std::size_t beside(std::size_t node, bool above) const noexcept;
 
   Scalar c1_ = 5, c2_ = 1, c3_ = 0, c4_ = 0, c5_ = 0, c6_ = 0, c7_ = 1, c8_ = 0, c9_ = 1, c_gamma_ = 1;
   Scalar c_b_ = 100, c_s_ = 0;
   std::array<Scalar, kNodes> node_V_{};
-  std::array<Scalar, kNodes> node_steady_kPa_{};
+  std::array<Scalar, kNodes> node_steady_kPa_{};  ///< these two in lanes: tassa9.cpp
   std::array<Scalar, kNodes> node_opening_V_{};
+  std::array<Slopes, kNodes> node_slopes_{};
+  std::uint64_t apart_ = 0;  ///< bit i: nodes i and i + 1 differ
+
+  /// 1 - e^-rh at the nodes, and for which motion: a regulator inverts twice a tick with one motion. A model
+  /// belongs to one thread.
+  struct Decays {
+    Scalar rate_gain = 0;
+    Scalar rate_shift = 0;
+    std::array<Scalar, kNodes> done{};
+  };
+  mutable Decays decays_;
 };
 
 }  // namespace plenum::control
