@@ -84,15 +84,16 @@ void set_mode(Session& session, ControlMode mode) {
   session.write(object::kControlMode, 0, static_cast<std::int8_t>(mode));
 }
 
-std::vector<CapturedRow> rows_of(const Recorder& recorder, std::size_t count) {
-  if (recorder.rows().size() < count) {
-    throw ProtocolError(fmt::format("the board sent {} rows, expected {}", recorder.rows().size(), count));
+/// `count` rows, after the first `lead`.
+std::vector<CapturedRow> rows_of(const Recorder& recorder, std::size_t lead, std::size_t count) {
+  if (recorder.rows().size() < lead + count) {
+    throw ProtocolError(
+        fmt::format("the board sent {} rows, expected {}", recorder.rows().size(), lead + count));
   }
   std::vector<CapturedRow> rows(count);
   for (std::size_t k = 0; k < count; ++k) {
     rows[k].time_s = kCycle_s * static_cast<double>(k);
-    rows[k].bus_time_s = recorder.rows()[k].time_s;
-    rows[k].sample = recorder.rows()[k].sample;
+    rows[k].sample = recorder.rows()[lead + k].sample;
   }
   return rows;
 }
@@ -122,7 +123,7 @@ std::vector<CapturedRow> capture(Session& session, const CaptureOptions& options
   session.disable();
   session.stop_stream();
   set_mode(session, ControlMode::pressure_closed_loop);
-  return rows_of(recorder, count);
+  return rows_of(recorder, 0, count);
 }
 
 std::vector<CapturedRow> follow(Session& session, std::span<const std::vector<double>> reference_Pa,
@@ -168,15 +169,17 @@ std::vector<CapturedRow> follow(Session& session, std::span<const std::vector<do
   // A set point of preview N is the reference N ticks after its own; without preview it is met at its tick's
   // end.
   const std::size_t ahead = std::max<std::size_t>(options.preview_ticks, 1);
-  for (std::size_t k = 0; k <= count; ++k) {
-    send_row(k + ahead);
+  // The set points of rows 1 to `ahead` - 1 have to be on their way before row 0.
+  const std::size_t lead = ahead - 1;
+  for (std::size_t k = 0; k <= lead + count; ++k) {
+    send_row(k + ahead - lead);
     recorder.cycle();
-    if (progress && k % 100 == 0) progress(static_cast<double>(k) / static_cast<double>(count));
+    if (progress && k % 100 == 0) progress(static_cast<double>(k) / static_cast<double>(lead + count));
   }
   require_no_fault(session);
   session.disable();
   session.stop_stream();
-  std::vector<CapturedRow> rows = rows_of(recorder, count);
+  std::vector<CapturedRow> rows = rows_of(recorder, lead, count);
   for (std::size_t k = 0; k < count; ++k) {
     for (std::size_t c = 0; c < options.chambers; ++c) rows[k].reference_Pa[c] = reference_Pa[c][k];
   }

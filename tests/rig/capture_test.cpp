@@ -1,0 +1,234 @@
+// capture() and follow() against the world that the rig simulates.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "host-sim/client/capture.hpp"
+#include "host-sim/client/session.hpp"
+#include "host-sim/identify/fit.hpp"
+#include "watched_rig.hpp"
+
+namespace plenum::host::rig {
+namespace {
+
+using client::CapturedRow;
+using client::Session;
+
+constexpr double kStream_V = 10.0 / 65535.0;
+
+/// The tick of the first row: the one whose pressures are bit for bit those of the row.
+std::size_t tick_of(const CapturedRow& row, const WatchedRig& watched) {
+  for (std::size_t k = 0; k < watched.moments.size(); ++k) {
+    bool same = true;
+    for (std::size_t c = 0; c < watched.moments[k][0].size(); ++c)
+      same = same && static_cast<double>(watched.moments[k][0][c].image.actual_Pa) == row.sample[c].actual_Pa;
+    if (same) return k;
+  }
+  throw std::logic_error("no tick has the pressures of this row");
+}
+
+TEST(Capture, HasOneRowForEachTickWhateverThePhaseOfTheMaster) {
+  for (int start_us = 0; start_us < 10'000; start_us += 23) {
+    WatchedRig watched(mpye_rig({.chambers = 8}));
+    watched.wait(1e-6 * start_us);
+    Session session(watched, 1);
+    const auto rows = client::capture(session, {.seconds = 0.2});
+    ASSERT_EQ(rows.size(), 20U);
+    const std::size_t first = tick_of(rows[0], watched);
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      ASSERT_NEAR(rows[k].time_s, 0.01 * static_cast<double>(k), 1e-12);
+      for (std::size_t c = 0; c < 8; ++c) {
+        ASSERT_EQ(rows[k].sample[c].actual_Pa,
+                  static_cast<double>(watched.moments[first + k][0][c].image.actual_Pa))
+            << "Pa, row " << k << " chamber " << c << ", master starts at " << start_us << " us";
+      }
+    }
+  }
+}
+
+TEST(Capture, RowsHoldWhatTheValveGotAndTheSensorsSaw) {
+  const RigConfig config = mpye_rig({.chambers = 8});
+  WatchedRig watched(config);
+  Session session(watched, 1);
+  const auto rows = client::capture(session, {.seconds = 10.0});
+  const std::size_t first = tick_of(rows[0], watched);
+  auto plants = fresh_plants(config);
+  std::vector<double> mean_Pa(plants.size());
+  double volume_squares = 0.0;
+  for (std::size_t tick = 1; tick < first + rows.size(); ++tick) {
+    for (std::size_t c = 0; c < plants.size(); ++c)
+      mean_Pa[c] = plants[c].advance(watched.moments[tick - 1][0][c].command_V, kTick_s).mean_Pa;
+    if (tick < first) continue;
+    const std::size_t k = tick - first;
+    for (std::size_t c = 0; c < plants.size(); ++c) {
+      const client::StreamSample& sample = rows[k].sample[c];
+      const ChamberConfig& chamber = config.board[0].chamber[c];
+      // both converters round the same command
+      ASSERT_NEAR(sample.command_V, watched.moments[tick][0][c].command_V, 1.01 * kStream_V)
+          << "V, row " << k;
+      ASSERT_NEAR(sample.actual_Pa, mean_Pa[c], 6.0 * mean_noise(config.board[0], chamber.pressure_Pa))
+          << "Pa, row " << k << " chamber " << c;
+      const double error_m3 = sample.volume_m3 - watched.moments[tick][0][c].volume_m3;
+      ASSERT_LT(std::abs(error_m3), 0.002 * chamber.volume.mean_m3()) << "m3, row " << k << " chamber " << c;
+      volume_squares += std::pow(error_m3 / chamber.volume.mean_m3(), 2);
+    }
+  }
+  EXPECT_LT(std::sqrt(volume_squares / static_cast<double>(rows.size() * plants.size())), 3e-4)
+      << "RMS of the volume's error over the mean volume";
+}
+
+TEST(Capture, KeepsThePressuresInsideItsLimits) {
+  WatchedRig watched(mpye_rig({.chambers = 8, .volume_swing = 0.0}));
+  Session session(watched, 1);
+  client::capture(session, {.seconds = 10.0, .pressure_low_Pa = 150e3, .pressure_high_Pa = 500e3});
+  for (std::size_t k = 200; k < watched.moments.size(); ++k) {
+    for (std::size_t c = 0; c < 8; ++c) {
+      ASSERT_LT(watched.moments[k][0][c].pressure_Pa, 540e3) << "tick " << k << " chamber " << c;
+    }
+  }
+}
+
+TEST(Capture, SameSeedGivesTheSameCommandsAndAnotherSeedOthers) {
+  const auto commands = [](std::uint32_t seed) {
+    WatchedRig watched(mpye_rig({.chambers = 2}));
+    Session session(watched, 1);
+    std::vector<double> found;
+    for (const CapturedRow& row : client::capture(session, {.seconds = 1.0, .seed = seed, .chambers = 2})) {
+      for (std::size_t c = 0; c < 2; ++c) found.push_back(row.sample[c].command_V);
+    }
+    return found;
+  };
+  EXPECT_EQ(commands(1), commands(1));
+  EXPECT_NE(commands(1), commands(2));
+}
+
+// ---- follow()
+
+constexpr unsigned kFollowed = 2;
+
+MpyeRig followed_rig(double swing) {
+  return {.chambers = kFollowed, .spool = false, .volume_swing = swing};
+}
+
+/// Models of the two channels of the measured valve, fitted once from what the board itself captured.
+std::vector<client::ModelUpload> fitted_models(double swing) {
+  static std::map<double, std::vector<client::ModelUpload>> fitted;
+  std::vector<client::ModelUpload>& uploads = fitted[swing];
+  if (!uploads.empty()) return uploads;
+  WatchedRig watched(mpye_rig(followed_rig(swing)));
+  Session session(watched, 1);
+  const auto rows = client::capture(session, {.seconds = 20.0, .chambers = kFollowed});
+  trace::RigDescription description;
+  description.supply.pressure_Pa = 700e3;
+  description.ambient.pressure_Pa = 100e3;
+  for (std::uint8_t c = 0; c < kFollowed; ++c) {
+    trace::Log log;
+    for (const CapturedRow& row : rows) {
+      log.time_s.push_back(row.time_s);
+      log.command_V.push_back(row.sample[c].command_V);
+      log.pressure_Pa.push_back(row.sample[c].actual_Pa);
+      log.volume_m3.push_back(row.sample[c].volume_m3);
+    }
+    identify::FitOptions options;
+    options.explore = false;
+    options.refine_free_run = false;
+    const auto fit = identify::fit_tassa9({log}, description, options);
+    plenum::config::ModelParameters parameters;
+    parameters.kind = plenum::config::ModelKind::tassa9;
+    const auto values = fit.model.image();
+    parameters.count = static_cast<std::uint16_t>(values.size());
+    std::transform(values.begin(), values.end(), parameters.value.begin(),
+                   [](double value) { return static_cast<float>(value); });
+    std::vector<std::uint8_t> image(plenum::config::kMaxImageBytes);
+    image.resize(plenum::config::encode(parameters, image));
+    uploads.push_back({c, image});
+  }
+  return uploads;
+}
+
+std::vector<std::vector<double>> same_for_both(const std::vector<double>& reference_Pa) {
+  return std::vector<std::vector<double>>(kFollowed, reference_Pa);
+}
+
+class FollowWithPreview : public ::testing::TestWithParam<int> {
+ protected:
+  FollowWithPreview() : watched(mpye_rig(followed_rig(0.0))), session(watched, 1) {
+    session.upload_models(fitted_models(0.0));
+  }
+  client::FollowOptions options() const {
+    return {.preview_ticks = static_cast<std::uint8_t>(GetParam()), .chambers = kFollowed};
+  }
+  WatchedRig watched;
+  Session session;
+};
+
+TEST_P(FollowWithPreview, ReferenceOfARowIsTheBoardsReferenceAtThatTick) {
+  std::vector<double> reference_Pa;
+  for (int k = 0; k < 200; ++k) reference_Pa.push_back(300e3 + 100e3 * std::sin(0.05 * k + 0.002 * k * k));
+  const auto rows = client::follow(session, same_for_both(reference_Pa), options());
+  ASSERT_EQ(rows.size(), reference_Pa.size());
+  const std::size_t first = tick_of(rows[0], watched);
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    // the bus carries millibars
+    ASSERT_NEAR(static_cast<double>(watched.moments[first + k][0][0].image.reference_Pa),
+                rows[k].reference_Pa[0], 51.0)
+        << "Pa, row " << k << ", preview " << GetParam() << " ticks";
+    ASSERT_EQ(rows[k].reference_Pa[0], reference_Pa[k]);
+  }
+}
+
+TEST_P(FollowWithPreview, SlowRampIsMetOnTimeAndWithoutSteadyError) {
+  std::vector<double> reference_Pa;
+  for (int k = 0; k < 100; ++k) reference_Pa.push_back(250e3);
+  for (int k = 0; k < 200; ++k) reference_Pa.push_back(250e3 + 1e3 * k);
+  for (int k = 0; k < 700; ++k) reference_Pa.push_back(450e3);
+  const auto rows = client::follow(session, same_for_both(reference_Pa), options());
+  const auto mean_error_Pa = [&](std::size_t from, std::size_t to, std::size_t c) {
+    double sum = 0.0;
+    for (std::size_t k = from; k < to; ++k)
+      sum += rows[k].sample[c].actual_Pa - 0.5 * (reference_Pa[k - 1] + reference_Pa[k]);
+    return sum / static_cast<double>(to - from);
+  };
+  for (std::size_t c = 0; c < kFollowed; ++c) {
+    // the ramp climbs 1000 Pa a tick: nearer to its own tick's reference than to a neighbour's
+    EXPECT_NEAR(mean_error_Pa(150, 299, c), 0.0, 500.0) << "Pa on the ramp, chamber " << c;
+    // a fiftieth of a percent of the span: the dead band of the valve leaves no less
+    EXPECT_NEAR(mean_error_Pa(800, 1000, c), 0.0, 120.0) << "Pa at rest, chamber " << c;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Ticks, FollowWithPreview, ::testing::Values(0, 1, 2, 4, 8));
+
+TEST(Follow, HealthyMinuteOfTwoChambersHasNoFault) {
+  WatchedRig watched(mpye_rig(followed_rig(0.2)));
+  Session session(watched, 1);
+  session.upload_models(fitted_models(0.2));
+  std::vector<double> reference_Pa;
+  for (int k = 0; k < 6000; ++k) reference_Pa.push_back(350e3 + 150e3 * std::sin(0.06 * k));
+  EXPECT_EQ(client::follow(session, same_for_both(reference_Pa), {.chambers = kFollowed}).size(), 6000U);
+}
+
+TEST(Follow, AfterAFaultOnlyAResetLetsTheBoardGoOn) {
+  WatchedRig watched(mpye_rig(followed_rig(0.2)));
+  Session session(watched, 1);
+  session.upload_models(fitted_models(0.2));
+  const std::vector<double> reference_Pa(50, 300e3);
+  client::follow(session, same_for_both(reference_Pa), {.chambers = kFollowed});
+
+  watched.rig.board(0).analog_in().set_dead(1, true);
+  EXPECT_THROW(client::follow(session, same_for_both(reference_Pa), {.chambers = kFollowed}),
+               client::Refused);
+  EXPECT_THROW(session.reset_fault(), client::Refused) << "the sensor is still dead";
+  watched.rig.board(0).analog_in().set_dead(1, false);
+  watched.wait(0.1);
+  EXPECT_THROW(client::follow(session, same_for_both(reference_Pa), {.chambers = kFollowed}), client::Refused)
+      << "nobody has reset the fault";
+  session.reset_fault();
+  EXPECT_EQ(watched.rig.board(0).controller().state(), safety::State::disabled);
+  EXPECT_EQ(client::follow(session, same_for_both(reference_Pa), {.chambers = kFollowed}).size(), 50U);
+}
+
+}  // namespace
+}  // namespace plenum::host::rig
