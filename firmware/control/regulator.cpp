@@ -11,6 +11,9 @@ namespace {
 
 constexpr Scalar kTick_s = Scalar(config::kTick_s);
 
+/// Weight of the newest residual in their mean: the last ten ticks or so count.
+constexpr Scalar kResidualForgetting = Scalar(0.2);
+
 /// The pressure that compression adds in a tick, were the chamber sealed and isothermal: -p v' h/v.
 Scalar compression_kPa(Scalar pressure_kPa, const ChamberMotion& motion) noexcept {
   constexpr Scalar kSmallestVolume_mL = Scalar(1);
@@ -29,6 +32,7 @@ void Regulator::reset(Scalar pressure_kPa, Scalar command_V) noexcept {
   trim_.reset();
   pressure_kPa_ = pressure_kPa;
   steady_kPa_ = Scalar(0);
+  residual_level_kPa_ = Scalar(0);
   compression_ = Scalar(0);
   acting_V_ = command_V;
   before_V_ = command_V;
@@ -59,6 +63,7 @@ Scalar Regulator::observe(const PressureModel& model, Scalar measured_kPa,
   const Scalar residual_kPa = measured_kPa - mean_kPa;
 
   learn(model, residual_kPa, past);
+  residual_level_kPa_ += kResidualForgetting * (numeric::abs(residual_kPa) - residual_level_kPa_);
   pressure_kPa_ = second.end_kPa + disturbed_kPa + config_.pressure_gain * residual_kPa;
   return residual_kPa;
 }
@@ -100,8 +105,10 @@ Regulator::Command Regulator::regulate(const PressureModel& model,
   const Span wanted = acting_span(reference);
   const Scalar disturbed_kPa = disturbance_kPa(next);
   const Scalar start_kPa = model.step(pressure_kPa_, acting_V_, next, delay).end_kPa + delay * disturbed_kPa;
-  const Scalar left_kPa = clamp(config_.error_left * (start_kPa - wanted.from_kPa),
-                                -config_.error_left_limit_kPa, config_.error_left_limit_kPa);
+  const Scalar left = numeric::min(config_.error_left + config_.error_left_per_kPa * residual_level_kPa_,
+                                   config_.error_left_most);
+  const Scalar left_kPa = clamp(left * (start_kPa - wanted.from_kPa), -config_.error_left_limit_kPa,
+                                config_.error_left_limit_kPa);
   const Inverse inverse = model.inverse(start_kPa, wanted.to_kPa + left_kPa - disturbed_kPa, next, acting_V_);
 
   planned_ = true;

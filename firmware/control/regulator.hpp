@@ -38,7 +38,8 @@ class Regulator {
     Scalar command_low_V = Scalar(3);
     Scalar command_high_V = Scalar(7);
     /// Time from a command to the valve's answer, in ticks, 0 to 1: a spool of natural frequency f and
-    /// damping z answers like a delay of z/(pi f).
+    /// damping z answers like a delay of z/(pi f), and about 1.3 times as late when it has a dead band to
+    /// cross.
     Scalar valve_delay_ticks = Scalar(0.3);
     Scalar pressure_gain = Scalar(1.1);  ///< of the observer, on the residual [1]
     /// How far the estimates are believed to be off; 0: that one is not learned.
@@ -49,10 +50,14 @@ class Regulator {
     Scalar disturbance_limit_kPa = Scalar(40);  ///< largest disturbance believed, a tick
     Scalar compression_limit = Scalar(2);       ///< largest share of the compression believed
     Scalar trim_limit_V = Scalar(1);            ///< largest correction of the command believed
-    /// The share of a small tracking error that is left after one tick: softens the answer to noise.
-    Scalar error_left = Scalar(0);
-    /// The most that is left of any error [kPa]: a large error is a step, and is answered at once.
-    Scalar error_left_limit_kPa = Scalar(3);
+    /// The share of a tracking error that is left after one tick, [1]: caution. It grows with the residuals
+    /// of late: where the model is known to miss, a full correction would be overdone.
+    Scalar error_left = Scalar(0.1);
+    Scalar error_left_per_kPa =
+        Scalar(0.05);  ///< for each kPa of the mean residual of the last ten ticks or so
+    Scalar error_left_most = Scalar(0.8);
+    Scalar error_left_limit_kPa =
+        Scalar(10);  ///< the most that is left of any error: a step is answered at once
   };
 
   struct Command {
@@ -94,15 +99,16 @@ class Regulator {
 
   Config config_;
   CommandTrim trim_;
-  Scalar pressure_kPa_ = 0;     ///< estimate at the start of the tick at hand
-  Scalar steady_kPa_ = 0;       ///< d
-  Scalar compression_ = 0;      ///< theta
-  Scalar acting_V_ = 0;         ///< model command of the valve command sent one tick ago
-  Scalar before_V_ = 0;         ///< of the one before it
-  Scalar planned_V_ = 0;        ///< valve command that regulate() answered this tick ...
-  Scalar planned_model_V_ = 0;  ///< ... and the model command behind it
-  bool planned_ = false;        ///< regulate() was called this tick
-  bool learning_ = false;       ///< the acting command came from regulate()
+  Scalar pressure_kPa_ = 0;        ///< estimate at the start of the tick at hand
+  Scalar steady_kPa_ = 0;          ///< d
+  Scalar residual_level_kPa_ = 0;  ///< mean magnitude of the residuals of late
+  Scalar compression_ = 0;         ///< theta
+  Scalar acting_V_ = 0;            ///< model command of the valve command sent one tick ago
+  Scalar before_V_ = 0;            ///< of the one before it
+  Scalar planned_V_ = 0;           ///< valve command that regulate() answered this tick ...
+  Scalar planned_model_V_ = 0;     ///< ... and the model command behind it
+  bool planned_ = false;           ///< regulate() was called this tick
+  bool learning_ = false;          ///< the acting command came from regulate()
 };
 
 }  // namespace plenum::control
