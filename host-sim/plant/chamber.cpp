@@ -17,10 +17,15 @@ struct Phi {
 Phi phi(double z) {
   Phi f{};
   if (std::abs(z) < 0.5) {
-    // phi_4 by its series (remainder below 1e-14), the others by phi_k = 1/k! + z phi_(k+1)
-    double tail = 1.0;
-    for (int k = 14; k >= 5; --k) tail = 1.0 + z * tail / k;
-    f.four = tail / 24.0;
+    // phi_4 by its series sum z^j / (j + 4)! (remainder below 1e-14), the others by phi_k = 1/k! + z
+    // phi_(k+1); even and odd powers side by side
+    const double z2 = z * z;
+    const double even =
+        1.0 / 24 + z2 * (1.0 / 720 + z2 * (1.0 / 40320 + z2 * (1.0 / 3628800 +
+                                                               z2 * (1.0 / 479001600 + z2 / 87178291200.0))));
+    const double odd =
+        1.0 / 120 + z2 * (1.0 / 5040 + z2 * (1.0 / 362880 + z2 * (1.0 / 39916800 + z2 * (1.0 / 6227020800))));
+    f.four = even + z * odd;
     f.three = 1.0 / 6.0 + z * f.four;
     f.two = 0.5 + z * f.three;
     f.one = 1.0 + z * f.two;
@@ -42,7 +47,11 @@ struct Rate {
 };
 
 constexpr double kShortestStep = 1e-6;  // of the interval: taken whatever its error estimate
-constexpr double kSpoolStep_rad = 0.6;  // of its own motion in one step: it crosses corners of the areas
+// The spool's own motion in one step is limited, because it crosses corners of the areas that the error
+// estimate might not see; less so when it is near its end.
+constexpr double kSpoolStep_rad = 0.6;
+constexpr double kSpoolNearStep_rad = 1.5;
+constexpr double kSpoolNear_V = 0.05;
 constexpr double kCautious = 0.85;
 constexpr double kGrowAtMost = 5.0;
 constexpr double kShrinkAtMost = 0.1;
@@ -110,8 +119,6 @@ Interval ChamberPlant::integrate(const AnyValve& valve, double command_V, double
   if (spool_ && spool_->settled_on(command_V)) spool_->settle(command_V);
   const bool spool_moves = spool_ && !spool_->settled_on(command_V);
 
-  const double spool_step_s = spool_moves ? kSpoolStep_rad / spool_->natural_frequency_rad_s() : 0.0;
-
   double t = 0.0;
   double p = pressure_Pa_;
   double integral = 0.0;
@@ -120,11 +127,15 @@ Interval ChamberPlant::integrate(const AnyValve& valve, double command_V, double
   double wanted = next_step_s_;
 
   while (t < duration_s) {
-    if (spool_moves) wanted = std::min(wanted, spool_step_s);
+    if (spool_moves) {
+      const double step_rad = spool_->off_V(command_V) < kSpoolNear_V ? kSpoolNearStep_rad : kSpoolStep_rad;
+      wanted = std::min(wanted, step_rad / spool_->natural_frequency_rad_s());
+    }
     const double left = duration_s - t;
-    // the rest in one step, or two equal ones rather than a step and a sliver
-    const bool last = wanted >= left;
-    const double h = last ? left : std::min(wanted, 0.5 * left);
+    // the rest in equal steps: no sliver at the end, and one length for the spool's closed form
+    const double steps_left = std::ceil(left / wanted * (1.0 - 1e-9));
+    const bool last = steps_left <= 1.0;
+    const double h = last ? left : left / steps_left;
     ++steps_tried_;
 
     auto opening_2 = opening;

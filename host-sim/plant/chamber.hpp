@@ -65,8 +65,9 @@ class ChamberPlant {
 
   double pressure_Pa() const { return pressure_Pa_; }
   double time_s() const { return time_s_; }
-  double volume_m3() const { return volume_.at(time_s_).volume_m3; }
-  double volume_rate_m3_s() const { return volume_.at(time_s_).rate_m3_s; }
+  VolumeState volume() const { return volume_.at(time_s_); }
+  double volume_m3() const { return volume().volume_m3; }
+  double volume_rate_m3_s() const { return volume().rate_m3_s; }
   /// The command after the spool: that of the last advance() where there is none.
   double effective_command_V() const { return spool_ ? spool_->effective_V() : command_V_; }
 

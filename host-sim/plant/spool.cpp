@@ -8,7 +8,8 @@
 namespace plenum::host::plant {
 namespace {
 constexpr double kAtRest_V = 1e-9;
-}
+constexpr double kSameDuration = 1e-13;  // equal parts of an interval differ by rounding
+}  // namespace
 
 Spool::Spool(const SpoolConfig& config, double command_V)
     : omega_rad_s_(2.0 * std::numbers::pi * config.natural_frequency_Hz),
@@ -48,7 +49,8 @@ Spool::Transition Spool::transition(double t) const {
 }
 
 void Spool::advance(double command_V, double duration_s) {
-  if (latest_.duration_s != duration_s) latest_ = transition(duration_s);
+  if (std::abs(latest_.duration_s - duration_s) > kSameDuration * duration_s)
+    latest_ = transition(duration_s);
   const double error_V = effective_V_ - command_V;
   const double rate_V_s = rate_V_s_;
   effective_V_ = command_V + latest_.xx * error_V + latest_.xv * rate_V_s;

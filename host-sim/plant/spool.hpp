@@ -15,6 +15,8 @@
 // Source: C: "Mathematical and Intelligent Modeling of Electropneumatic Servo Actuator Systems", (1).
 #pragma once
 
+#include <cmath>
+
 namespace plenum::host::plant {
 
 struct SpoolConfig {
@@ -32,6 +34,11 @@ class Spool {
 
   /// At rest on the command, to 1e-9 V in position and in rate over omega.
   bool settled_on(double command_V) const;
+
+  /// How far it still moves: distance to the command and rate over omega, together.
+  double off_V(double command_V) const {
+    return std::abs(effective_V_ - command_V) + std::abs(rate_V_s_) / omega_rad_s_;
+  }
 
   /// Comes to rest on the command.
   void settle(double command_V);
