@@ -57,15 +57,14 @@ void SimulatedBoard::move_plants() {
     plant::ChamberPlant& plant = plant_[c];
     const ChamberConfig& chamber = config_.chamber[c];
     double mean_Pa = plant.pressure_Pa();
-    double mean_m3 = plant.volume_m3();
+    const plant::VolumeState start = plant.volume();
+    double mean_m3 = start.volume_m3;
     if (started_) {
-      const double start_m3 = mean_m3;
-      const double start_m3_s = plant.volume_rate_m3_s();
       mean_Pa = plant.advance(powered ? analog_out_.output_V(c) : chamber.unpowered_V, kTick_s).mean_Pa;
+      const plant::VolumeState end = plant.volume();
       // The mean over the tick of the cubic through both ends and slopes: at 4 Hz exact to 1e-5 of the
       // amplitude.
-      mean_m3 =
-          0.5 * (start_m3 + plant.volume_m3()) + kTick_s / 12.0 * (start_m3_s - plant.volume_rate_m3_s());
+      mean_m3 = 0.5 * (start.volume_m3 + end.volume_m3) + kTick_s / 12.0 * (start.rate_m3_s - end.rate_m3_s);
     }
     analog_in_.set_mean_V(c, volts(chamber.pressure_Pa, mean_Pa));
     analog_in_.set_mean_V(kChambers + c, volts(chamber.volume_m3, mean_m3));
