@@ -28,6 +28,9 @@ void ChamberLoop::configure(const config::ChamberSettings& settings,
 }
 
 void ChamberLoop::take_over(const config::ModelParameters& parameters) noexcept {
+  // The observer's estimate stands where the last tick began, as the next observation expects; a measurement
+  // is a mean, and half a tick older.
+  const numeric::Scalar pressure_now_kPa = has_model() ? regulator_.pressure_kPa() : pressure_kPa_;
   model_ = nullptr;
   if (parameters.kind == config::ModelKind::tassa9) {
     const std::span<const float> values(parameters.value);
@@ -36,7 +39,7 @@ void ChamberLoop::take_over(const config::ModelParameters& parameters) noexcept 
     model_ = &tassa9_;
   }
   // What had been learned was the old model's faults. Pressure and command stay: no bump.
-  regulator_.reset(pressure_kPa_, command_V_);
+  regulator_.reset(pressure_now_kPa, command_V_);
 }
 
 safety::FaultSet ChamberLoop::measure(const Measured& readings, bool regulation_asked,

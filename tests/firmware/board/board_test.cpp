@@ -1,6 +1,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "bench.hpp"
 
 namespace plenum {
@@ -221,6 +224,37 @@ TEST(Board, TheSameModelCommittedAgainWhileActiveDoesNotMoveTheCommand) {
   bench.run(400);
   EXPECT_LT(bump_V(bench, kValve), 0.002);
   EXPECT_NEAR(bench.chamber[0].pressure_kPa, 300.0, 0.05);
+}
+
+TEST(Board, TheSameModelCommittedOnARampLeavesTheCommandsAsTheyWere) {
+  Bench bench, twin;
+  for (Bench* one : {&bench, &twin}) {
+    one->go_active(200.0);
+    one->run(300);
+  }
+  double bump = 0.0;
+  double residual_kPa = 0.0;
+  for (int k = 0; k < 30; ++k) {
+    if (k == 10) {
+      const auto image = image_of(kValve, 2);
+      const std::uint32_t crc = config::trailing_crc(image);
+      bench.session.sdo_write(object::kStagedModel, 0, image);
+      bench.session.write(object::kCommit, 1, std::uint8_t{1});
+      bench.session.write(object::kCommit, 2, config::commit_crc({&crc, 1}));
+      bench.session.write(object::kCommit, 3, config::kCommitKey);
+    }
+    bench.setpoint_kPa = twin.setpoint_kPa += 10.0;
+    bench.tick();
+    twin.tick();
+    ASSERT_EQ(bench.ticks, twin.ticks);
+    bump =
+        std::max(bump, std::abs(static_cast<double>(bench.analog_out.held_V[0] - twin.analog_out.held_V[0])));
+    residual_kPa =
+        std::max(residual_kPa, std::abs(static_cast<double>(bench.image().chamber[0].residual_Pa) / 1e3));
+  }
+  EXPECT_EQ(bench.session.download_model(0), image_of(kValve, 2));
+  EXPECT_LT(bump, 0.002) << "V";
+  EXPECT_LT(residual_kPa, 0.1) << "kPa: the old estimate of the pressure is as good for the new model";
 }
 
 TEST(Board, StandingStillTheChamberIsHeldAtTheSetPointOfAPerfectModel) {
