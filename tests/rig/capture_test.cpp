@@ -8,7 +8,7 @@
 #include "host-sim/client/capture.hpp"
 #include "host-sim/client/session.hpp"
 #include "host-sim/identify/fit.hpp"
-#include "watched_rig.hpp"
+#include "tests/rig/watched_rig.hpp"
 
 namespace plenum::host::rig {
 namespace {

@@ -5,7 +5,7 @@
 #include <cstdio>
 
 #include "host-sim/client/session.hpp"
-#include "watched_rig.hpp"
+#include "tests/rig/watched_rig.hpp"
 
 namespace plenum::host::rig {
 namespace {

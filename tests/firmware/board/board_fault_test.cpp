@@ -6,8 +6,8 @@
 #include <limits>
 #include <ostream>
 
-#include "bench.hpp"
 #include "firmware/safety/faults.hpp"
+#include "tests/firmware/board/bench.hpp"
 
 namespace plenum {
 namespace {

@@ -6,7 +6,7 @@
 #include <limits>
 #include <random>
 
-#include "bench.hpp"
+#include "tests/firmware/board/bench.hpp"
 
 namespace plenum {
 namespace {

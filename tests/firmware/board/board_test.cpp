@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bench.hpp"
+#include "tests/firmware/board/bench.hpp"
 
 namespace plenum {
 namespace {
