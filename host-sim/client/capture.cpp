@@ -17,6 +17,7 @@ using canopen::ControlMode;
 namespace object = canopen::object;
 
 constexpr double kCycle_s = 0.01;
+constexpr double kRate_Hz = 100.0;  // a time k / 100 is written with two decimals, k * 0.01 with sixteen
 constexpr int kSettleCycles = 100;  ///< time that HOLD gets to reach the first reference
 
 /// Sends a SYNC every 10 ms and gathers the rows that the board's stream answers with.
@@ -92,7 +93,8 @@ std::vector<CapturedRow> rows_of(const Recorder& recorder, std::size_t lead, std
   }
   std::vector<CapturedRow> rows(count);
   for (std::size_t k = 0; k < count; ++k) {
-    rows[k].time_s = kCycle_s * static_cast<double>(k);
+    rows[k].time_s = static_cast<double>(k) / kRate_Hz;
+    rows[k].bus_time_s = recorder.rows()[lead + k].time_s;
     rows[k].sample = recorder.rows()[lead + k].sample;
   }
   return rows;

@@ -27,10 +27,10 @@
 #include <thread>
 #include <vector>
 
-#include "firmware/config/model_image.hpp"
 #include "host-sim/client/capture.hpp"
+#include "host-sim/client/model_bytes.hpp"
 #include "host-sim/client/session.hpp"
-#include "host-sim/identify/fit.hpp"
+#include "host-sim/identify/profile.hpp"
 #include "host-sim/plant/reach.hpp"
 #include "host-sim/rig/standard_rigs.hpp"
 #include "host-sim/tools/rig_link.hpp"
@@ -95,25 +95,12 @@ client::ModelUpload identified(const std::vector<client::CapturedRow>& rows, uns
   description.supply.pressure_Pa = 700'000.0;
   description.ambient.pressure_Pa = 100'000.0;
   const std::vector<trace::Log> logs{log_of(rows, chamber)};
-  std::optional<identify::Tassa9Fit> best;
-  for (const double c_gamma_V : {0.1, 0.2, 0.4, 0.8, 1.6}) {
-    identify::FitOptions options;
-    options.c_gamma_V = c_gamma_V;
-    options.stretch_s = 0.2;
-    identify::Tassa9Fit fit = identify::fit_tassa9(logs, description, options);
-    if (!best || fit.rms_free_run_kPa < best->rms_free_run_kPa) best = std::move(fit);
-  }
+  identify::FitOptions options;
+  options.stretch_s = 0.2;
+  const identify::Tassa9Fit fit = identify::fit_tassa9_profiled(logs, description, options);
   fmt::print(stderr, "chamber {}: c_gamma {} V, one-step {:.2f} kPa, free run {:.2f} kPa\n", chamber + 1,
-             best->model.c_gamma_V, best->rms_one_step_kPa, best->rms_free_run_kPa);
-  plenum::config::ModelParameters parameters;
-  parameters.kind = plenum::config::ModelKind::tassa9;
-  const auto values = best->model.image();
-  parameters.count = static_cast<std::uint16_t>(values.size());
-  for (std::size_t i = 0; i < values.size(); ++i) parameters.value[i] = static_cast<float>(values[i]);
-  std::array<std::uint8_t, plenum::config::kMaxImageBytes> bytes{};
-  const std::size_t size = plenum::config::encode(parameters, bytes);
-  return {static_cast<std::uint8_t>(chamber),
-          {bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size)}};
+             fit.model.c_gamma_V, fit.rms_one_step_kPa, fit.rms_free_run_kPa);
+  return {static_cast<std::uint8_t>(chamber), client::encode_tassa9(fit.model.image(), {})};
 }
 
 void identify_and_upload(client::Session& session, const std::vector<client::CapturedRow>& rows) {
