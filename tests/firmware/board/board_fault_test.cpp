@@ -213,6 +213,7 @@ TEST(BoardFault, NoModelRefusesToRegulateAndNamesTheChamber) {
   Bench bench;
   bench.store_models();
   bench.store.record[5].clear();
+  bench.store.record[7].clear();
   bench.board.start();
   bench.put(0, {1, 0});
   bench.streaming = true;
@@ -230,7 +231,8 @@ TEST(BoardFault, NoModelRefusesToRegulateAndNamesTheChamber) {
   ASSERT_EQ(emergencies.size(), 1U);
   EXPECT_EQ(emergencies[0].code, 0x6300);
 
-  bench.session.upload_model(5, image_of(kValve));
+  bench.session.upload_models(std::vector<host::client::ModelUpload>{{5, image_of(kValve)},  //
+                                                                     {7, image_of(kValve)}});
   bench.run(3);
   EXPECT_EQ(bench.image().error_code, 0x6300) << "cleared without a reset";
   bench.session.reset_fault();
@@ -312,6 +314,21 @@ TEST(BoardFault, SetPointStreamLostByItsEventTimerIsToldByEveryObjectInTheSameTi
   EXPECT_EQ(bench.image().error_code, 0x8250);
   EXPECT_EQ(bench.state(), State::fault_reaction);
   EXPECT_EQ(bench.take_emergencies().size(), 1U);
+}
+
+TEST(BoardFault, ChamberThatMustVentVentsWhateverTheDrive) {
+  const Settings settings = bench_settings();
+  ChamberLoop loop;
+  loop.configure(settings.chamber[0], settings.regulator, settings.volume);
+  config::ModelParameters parameters;
+  ASSERT_TRUE(config::decode(image_of(kValve), parameters));
+  loop.take_over(parameters);
+  canopen::ChamberImage image;
+  for (const auto drive :
+       {safety::Drive::vent, safety::Drive::safe, safety::Drive::hold, safety::Drive::active}) {
+    loop.measure({.pressure = {3.0F, true}, .position = {4.0F, true}}, true, true);
+    EXPECT_EQ(loop.command({.drive = drive, .must_vent = true, .excitation = {}}, image), 2.5F);
+  }
 }
 
 TEST(BoardFault, EmergencyStopTakesThePowerOffTheValvesWithinItsTick) {
