@@ -28,13 +28,11 @@ constexpr Scalar kCrossing_kPa = Scalar(2e-4);
 /// shifts s of an open exhaust too).
 constexpr Scalar kLimitServes = Scalar(0.01);
 
-/// Commands nearer to each other than this are one: two units in the last place
-/// of a float at 8 V.
+/// Commands nearer to each other than this are one: two units in the last place of a float at 8 V.
 constexpr Scalar kSameCommand_V = Scalar(2e-6);
 
-/// What is computed for every node lies in lanes, to be computed side by side:
-/// lane k holds kPerLane nodes that follow each other, and the first of each
-/// lane come first.
+/// What is computed for every node lies in lanes, to be computed side by side: lane k holds kPerLane nodes
+/// that follow each other, and the first of each lane come first.
 constexpr std::size_t kLanes = 4;
 constexpr std::size_t kPerLane = Tassa9::kNodes / kLanes;
 static_assert(kPerLane * kLanes == Tassa9::kNodes && kPerLane <= 32);
@@ -43,10 +41,9 @@ constexpr std::size_t place(std::size_t node) noexcept {
   return kLanes * (node % kPerLane) + node / kPerLane;
 }
 
-/// Distances of the tabulated commands from the null c1 [V]. Dense where the
-/// curves bend (c_gamma and the flat kink are tenths of a volt wide), sparse
-/// where they are nearly straight; from there to the ends of the command range
-/// the two outermost nodes are the ends themselves.
+/// Distances of the tabulated commands from the null c1 [V]. Dense where the curves bend (c_gamma and the
+/// flat kink are tenths of a volt wide), sparse where they are nearly straight; from there to the ends of the
+/// command range the two outermost nodes are the ends themselves.
 constexpr std::array<Scalar, (Tassa9::kNodes - 2) / 2> kDistances_V = {
     0.007F, 0.022F, 0.045F, 0.08F, 0.13F, 0.19F, 0.28F, 0.4F, 0.58F, 0.83F, 1.2F, 1.75F, 2.6F, 3.8F, 5.8F};
 
