@@ -120,7 +120,11 @@ Tracking tracking(std::span<const CapturedRow> rows, std::size_t chamber, double
     if (std::abs(step_Pa) <= kStep * span_Pa) continue;
     std::size_t end = k + 1;
     while (end < rows.size() && reference(end) == reference(k)) ++end;
-    if (end == rows.size() && end - k < kOnsetRows) break;  // the record ends before this step could show
+    if (end < rows.size()) {
+      end -= std::min(end - k - 1, kPreviewRows);
+    } else if (end - k < kOnsetRows) {
+      break;  // the record ends before this step could show
+    }
     if (std::isnan(result.overshoot_Pa)) result.overshoot_Pa = 0.0;
     std::size_t settled = k;
     bool crossed = false;

@@ -46,6 +46,9 @@ struct Tracking {
 inline constexpr std::size_t kOnsetRows =
     50;  ///< the first half second, the way onto the reference, is left out
 
+inline constexpr std::size_t kPreviewRows =
+    8;  ///< before a step: a board that knows of it begins early, so these are left out of its settling
+
 /// Of the rows of follow(). Throws std::invalid_argument for fewer than kOnsetRows + 2 rows.
 Tracking tracking(std::span<const CapturedRow> rows, std::size_t chamber, double span_Pa);
 
