@@ -16,6 +16,7 @@
 namespace plenum::host::identify {
 namespace {
 
+constexpr double kInside_V = 1e-6;        // Table I leaves 2 and 8 V out, and so does a board, in float
 constexpr double kFarthest_V = 8.0;       // |u - c1| at most, for 0 <= u <= 10 V and 2 < c1 < 8
 constexpr double kLeastOpening_V = 1e-4;  // k at its minimum
 constexpr double kMonotone =
@@ -65,13 +66,13 @@ struct Coordinates {
 
   Vector9 low() const {
     Vector9 z;
-    z << 2.0, folded(1e-3, kUnit_c2), 0.0, -2.0, -10.0 * rate_scale_mL_s / bench.mean_volume_mL, 0.0,
-        std::log(1e-3), -0.99, folded(kLeastOpening_V, kUnit_c9);
+    z << 2.0 + kInside_V, folded(1e-3, kUnit_c2), 0.0, -2.0, -10.0 * rate_scale_mL_s / bench.mean_volume_mL,
+        0.0, std::log(1e-3), -0.99, folded(kLeastOpening_V, kUnit_c9);
     return z;
   }
   Vector9 high() const {
     Vector9 z;
-    z << 8.0, folded(50.0, kUnit_c2), folded(500.0, kUnit_c3), 2.0,
+    z << 8.0 - kInside_V, folded(50.0, kUnit_c2), folded(500.0, kUnit_c3), 2.0,
         10.0 * rate_scale_mL_s / bench.mean_volume_mL, kMostVolumeGain / (1.0 + kMostVolumeGain),
         std::log(200.0), 0.99, folded(5.0, kUnit_c9);
     return z;
