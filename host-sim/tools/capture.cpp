@@ -22,13 +22,14 @@ struct Options {
 int run(const Options& options) {
   require_inproc(options.bus);
   const trace::RigDescription description = options.rig.description();
-  require_folder(options.out);
+  if (!options.store.empty()) require_store(options.store);
   InprocBoard board(options.rig.config(options.store.empty() ? std::nullopt : std::optional(options.store)));
   const unsigned chambers = options.rig.chambers;
+  if (options.closed_loop) require_models(board.session, chambers, options.store);
+  require_folder(options.out);
   const auto seed = static_cast<std::uint32_t>(options.rig.seed);
   std::vector<client::CapturedRow> rows;
   if (options.closed_loop) {
-    require_models(board.session, chambers, options.store);
     const SetpointRange range = setpoint_range(description);
     Progress progress("recording in closed loop");
     rows = client::follow(

@@ -97,7 +97,7 @@ std::vector<DemoTracked> references(const trace::RigDescription& rig, std::uint6
           shaped("sine 4 Hz", ReferenceKind::sine, 0.10, 4.0),
           shaped("trapezoid", ReferenceKind::trapezoid, 0.25, 0.5),
           shaped("random", ReferenceKind::random, 0.25, 2.5),
-          shaped("steps", ReferenceKind::steps, 0.17, 1.0)};
+          shaped("steps", ReferenceKind::steps, 0.17, 0.5)};
 }
 
 void predict_held_out(DemoChamber& chamber) {

@@ -20,10 +20,7 @@ struct Options {
 
 int run(const Options& options) {
   require_inproc(options.bus);
-  if (!std::filesystem::is_directory(options.store)) {
-    throw trace::InputError(
-        fmt::format("{}: there is no such folder, expected the models of a simulated board", options.store));
-  }
+  require_store(options.store);
   InprocBoard board(options.rig.config(options.store));
   std::vector<trace::ModelFile> models;
   for (unsigned c = 0; c < options.rig.chambers; ++c) {

@@ -91,6 +91,13 @@ void require_inproc(const std::string& bus) {
   }
 }
 
+void require_store(const std::string& store) {
+  if (!std::filesystem::is_directory(store)) {
+    throw trace::InputError(
+        fmt::format("{}: there is no such folder, expected the models of a simulated board", store));
+  }
+}
+
 InprocBoard::InprocBoard(const rig::RigConfig& config) : rig(config), link(rig), session(link, 1) {}
 
 trace::Log log_of(const std::vector<client::CapturedRow>& rows, std::size_t chamber, bool with_reference) {

@@ -38,6 +38,9 @@ struct RigChoice {
 void add_bus(CLI::App& app, std::string& bus);
 void require_inproc(const std::string& bus);
 
+/// Throws InputError when there is no such folder: a board without models is no use to who names one.
+void require_store(const std::string& store);
+
 /// A simulated rig and the conversation with its first board.
 struct InprocBoard {
   explicit InprocBoard(const rig::RigConfig& config);

@@ -67,6 +67,12 @@ int main(int argc, char** argv) {
     return program.exit(asked);
   } catch (const CLI::ParseError& error) {
     const auto command = chosen();
+    if (command == commands.end() && argc > 1 && argv[1][0] != '-') {
+      std::vector<std::string> names;
+      for (const tools::Command& one : commands) names.push_back(one.app->get_name());
+      return fail(tools::kBadInput, "plenum",
+                  fmt::format("'{}' is no command, expected {}", argv[1], fmt::join(names, ", ")));
+    }
     const std::string name = command == commands.end() ? std::string("plenum")
                                                        : fmt::format("plenum {}", command->app->get_name());
     return fail(tools::kBadInput, name, fmt::format("{} (see {} --help)", error.what(), name));

@@ -1,5 +1,7 @@
 #include <cmath>
+#include <map>
 #include <memory>
+#include <string>
 
 #include "host-sim/client/references.hpp"
 #include "host-sim/tools/command.hpp"
@@ -13,7 +15,7 @@ struct Options {
   std::string bus = "inproc";
   std::string store;
   RigChoice rig;
-  client::ReferenceKind kind = client::ReferenceKind::sine;
+  std::string kind = "sine";
   double mean_kPa = 350.0;
   double amplitude_kPa = 100.0;
   double frequency_Hz = 1.0;
@@ -36,15 +38,16 @@ int run(const Options& options) {
   const trace::RigDescription description = options.rig.description();
   const double span_Pa = description.supply.pressure_Pa - description.ambient.pressure_Pa;
   const unsigned chambers = options.rig.chambers;
-  const auto references = client::references({.kind = options.kind,
+  const auto references = client::references({.kind = kKinds.at(options.kind),
                                               .mean_Pa = options.mean_kPa * 1e3,
                                               .amplitude_Pa = options.amplitude_kPa * 1e3,
                                               .frequency_Hz = options.frequency_Hz,
                                               .seed = static_cast<std::uint32_t>(options.rig.seed)},
                                              chambers, options.seconds);
-  require_folder(options.out);
+  require_store(options.store);
   InprocBoard board(options.rig.config(options.store));
   require_models(board.session, chambers, options.store);
+  require_folder(options.out);
   std::vector<client::CapturedRow> rows;
   {
     Progress progress("regulating");
@@ -83,9 +86,9 @@ Command add_regulate(CLI::App& program) {
       ->type_name("DIR")
       ->required();
   options->rig.add_to(*app);
-  app->add_option("--reference", options->kind, "sine, steps, trapezoid or random (default: sine)")
-      ->transform(CLI::CheckedTransformer(kKinds).description(""))
-      ->type_name("KIND");
+  app->add_option("--reference", options->kind, "What to follow")
+      ->check(CLI::IsMember({"sine", "steps", "trapezoid", "random"}))
+      ->capture_default_str();
   app->add_option("--mean", options->mean_kPa, "Middle of the reference [kPa, absolute]")
       ->capture_default_str();
   app->add_option("--amplitude", options->amplitude_kPa, "From the middle to the farthest [kPa]")

@@ -1,0 +1,221 @@
+"""The program as its user runs it. Called with: the program, the top of the tree, the name of a test case."""
+
+import csv
+import filecmp
+import json
+import math
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+PROGRAM = TOP = None
+COMMANDS = ["demo", "sim", "capture", "identify", "upload", "download", "regulate"]
+SMALL = ["--chambers", "2"]
+
+
+class Plenum(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+
+    def plenum(self, *arguments):
+        return subprocess.run([PROGRAM, *map(str, arguments)], cwd=self.folder, capture_output=True, text=True, timeout=120)
+
+    def done(self, *arguments):
+        """Runs to exit code 0, silent on standard error, which is no terminal here."""
+        ran = self.plenum(*arguments)
+        self.assertEqual((ran.returncode, ran.stderr), (0, ""), arguments)
+        return ran.stdout
+
+    def refused(self, code, *arguments, says):
+        """One line on standard error, nothing on standard output, nothing left behind."""
+        before = self.listing()
+        ran = self.plenum(*arguments)
+        self.assertEqual(ran.returncode, code, ran.stderr)
+        self.assertEqual(ran.stdout, "")
+        self.assertRegex(ran.stderr, r"\Aplenum[^\n]*\n\Z", "one line")
+        for part in says:
+            self.assertIn(part, ran.stderr)
+        self.assertEqual(self.listing(), before, "a refused command changed files")
+
+    def listing(self):
+        return {path.relative_to(self.folder): path.is_file() and path.read_bytes() for path in self.folder.rglob("*")}
+
+    def write(self, name, text):
+        (self.folder / name).write_text(text, encoding="utf-8")
+        return name
+
+    def rows(self, name):
+        with open(self.folder / name, newline="", encoding="utf-8") as file:
+            return list(csv.DictReader(file))
+
+
+class Usage(Plenum):
+    def test_help_lists_every_command(self):
+        text = self.done("--help")
+        for command in COMMANDS:
+            self.assertRegex(text, rf"\n  {command} ")
+
+    def test_the_help_of_each_command_names_defaults_json_and_ends_in_an_example(self):
+        for command in COMMANDS:
+            text = self.done(command, "--help")
+            self.assertIn("--json", text, command)
+            self.assertRegex(text.split("Example:")[-1], rf"\A\n  plenum {command} [^\n]+", command)
+            self.assertRegex(text, r"=\S+|\(default: ", command)
+
+    def test_defaults_are_those_of_the_contract(self):
+        self.assertRegex(self.done("identify", "--help"), r"--c-gamma \S*=auto")
+        self.assertRegex(self.done("identify", "--help"), r"--stretch \S*.*=0\.2")
+        self.assertRegex(self.done("demo", "--help"), r"--report \S*=plenum-demo\.html")
+
+    def test_wrong_usage_is_exit_2_and_one_line(self):
+        self.refused(2, says=["--help"])
+        self.refused(2, "scan", says=["'scan'", "demo, sim"])
+        self.refused(2, "sim", "--frobnicate", says=["--frobnicate", "plenum sim --help"])
+        self.refused(2, "sim", "--seconds", "0", says=["--seconds", "0", "range"])
+        self.refused(2, "sim", "--chambers", "9", says=["--chambers", "9", "8"])
+        self.refused(2, "regulate", "--store", ".", "--reference", "square", says=["--reference", "square", "trapezoid"])
+        self.refused(2, "upload", "m.json", says=["--store"])
+        self.refused(2, "identify", says=["LOG"])
+        self.refused(2, "identify", "a.csv", "--c-gamma", "wide", says=["--c-gamma wide", "auto"])
+
+    def test_a_bus_that_is_not_built_in_is_refused_by_its_name(self):
+        for bus in ["can:can0", "socketcand:localhost:29536/can0"]:
+            self.refused(2, "capture", "--bus", bus, says=[bus, "expected inproc"])
+
+
+LOG = "time_s,command_V,pressure_Pa,volume_m3\n"
+
+
+class BadInput(Plenum):
+    def test_a_log_that_cannot_be_read_is_named_with_row_and_column(self):
+        self.refused(2, "identify", "missing.csv", says=["missing.csv", "No such file"])
+        self.refused(2, "identify", ".", says=["directory"])
+        self.write("word.csv", LOG + "0,5,1e5,1e-3\n0.01,five,1e5,1e-3\n")
+        self.refused(2, "identify", "word.csv", says=["word.csv", "row 2", "command_V", "'five'", "number"])
+        self.write("jump.csv", LOG + "0,5,1e5,1e-3\n0.01,5,1e5,1e-3\n0.05,5,1e5,1e-3\n")
+        self.refused(2, "identify", "jump.csv", says=["jump.csv", "row 3", "time_s"])
+
+    def test_a_log_that_tells_nothing_is_exit_3(self):
+        self.write("still.csv", LOG + "".join(f"{k / 100},5,200000,0.001\n" for k in range(300)))
+        self.refused(3, "identify", "still.csv", says=["no excitation", "command"])
+
+    def test_a_rig_is_named_with_line_and_key(self):
+        self.write("text.toml", '[sampling]\nrate_Hz = "fast"\n')
+        self.refused(2, "sim", "--rig", "text.toml", says=["text.toml", "line 2", "rate_Hz"])
+        self.write("slow.toml", "[sampling]\nrate_Hz = 50\n")
+        self.refused(2, "sim", "--rig", "slow.toml", says=["slow.toml", "rate_Hz = 50", "expected 100"])
+
+    def test_output_that_cannot_be_written_is_told_before_any_work(self):
+        self.write("file", "")
+        self.refused(2, "sim", "--out", "file", says=["file", "expected a folder"])
+        self.refused(2, "demo", "--report", "nowhere/page.html", says=["nowhere", "no such folder"])
+        self.refused(2, "demo", "--report", ".", says=["is a folder"])
+
+    def test_a_board_without_models_does_not_regulate(self):
+        self.refused(2, "regulate", "--store", "nowhere", says=["nowhere", "no such folder"])
+        (self.folder / "empty").mkdir()
+        self.refused(2, "regulate", "--store", "empty", says=["empty", "chamber 1", "plenum upload"])
+        self.refused(2, "capture", "--closed-loop", says=["--store", "chamber 1"])
+        self.refused(2, "download", "--store", "empty", says=["empty", "no model"])
+
+
+def model(chamber=1, **changed):
+    """An admissible model; the joint conditions hold by hand: c9 > 0.1 (1 - sqrt(1 - 0.1^2)), c3 > 0."""
+    parameters = {"c1_V": 5.02, "c2_per_V": 0.7, "c3_per_V3": 1.3, "c4_kPa_s_per_mL": -0.05, "c5_per_mL": 0.3, "c6_per_mL": 0.2,
+                  "c7_per_V_s": 90, "c8": 0.1, "c9_V": 0.3, "c_gamma_V": 0.1, "supply_kPa": 700, "ambient_kPa": 101.325}
+    parameters.update(changed)
+    return json.dumps({"schema": "plenum-model/1", "kind": "tassa9", "chamber": chamber, "parameters": parameters, "fit": {}})
+
+
+class Line(Plenum):
+    def test_models_go_to_the_board_and_come_back_byte_for_byte(self):
+        self.write("a.json", model(1))
+        self.write("b.json", model(2, c1_V=4.9, c8=-0.2))
+        self.done("upload", "--store", "board", *SMALL, "a.json", "b.json")
+        self.done("download", "--store", "board", *SMALL, "-o", "models")
+        back = json.loads((self.folder / "models/model-2.json").read_text())
+        self.assertEqual((back["chamber"], back["parameters"]["c1_V"], back["parameters"]["c8"]), (2, 4.9, -0.2))
+        self.done("upload", "--store", "again", *SMALL, "models/model-1.json", "models/model-2.json")
+        for name in ["chamber-1.plm", "chamber-2.plm"]:
+            self.assertTrue(filecmp.cmp(self.folder / "board" / name, self.folder / "again" / name, shallow=False), name)
+        self.done("download", "--store", "again", *SMALL, "-o", "models again")
+        self.assertEqual((self.folder / "models/model-1.json").read_bytes(), (self.folder / "models again/model-1.json").read_bytes())
+
+    def test_models_go_all_or_none(self):
+        self.write("good.json", model(1))
+        self.done("upload", "--store", "board", *SMALL, "good.json")
+        self.write("other.json", model(1, c1_V=5.5))
+        self.write("bad.json", model(2, c9_V=1e-4))
+        self.refused(1, "upload", "--store", "board", *SMALL, "other.json", "bad.json", says=["chamber 2", "refused"])
+        self.write("wide.json", model(2, c1_V=9))
+        self.refused(2, "upload", "--store", "board", *SMALL, "other.json", "wide.json", says=["wide.json", "c1_V", "9"])
+        self.refused(2, "upload", "--store", "board", *SMALL, "good.json", "other.json", says=["chamber 1", "good.json"])
+        self.write("far.json", model(3))
+        self.refused(2, "upload", "--store", "board", *SMALL, "far.json", says=["far.json", "chamber 3", "1 to 2"])
+
+    def test_from_capture_to_regulation(self):
+        self.done("capture", *SMALL, "--seconds", 20, "-o", "first")
+        self.assertEqual(len(self.rows("first/chamber-2.csv")), 2000)
+        for chamber in (1, 2):
+            result = json.loads(self.done("identify", f"first/chamber-{chamber}.csv", "--rig", "first/rig.toml", "-o",
+                                          f"{chamber}.json", "--json", "-"))
+            self.assertEqual(result["chamber"], chamber, "the number in the log's name")
+            self.assertLess(result["fit"]["rms_one_step_kPa"], 10.0)
+        self.done("upload", "--store", "board", *SMALL, "1.json", "2.json")
+        self.done("capture", "--closed-loop", "--store", "board", *SMALL, "--seed", 2, "--seconds", 5, "-o", "second")
+        result = json.loads(self.done("regulate", "--store", "board", *SMALL, "--reference", "sine", "--frequency", 1, "--seconds", 3,
+                                      "-o", "tracked", "--json", "-"))
+        for chamber in result["chambers"]:
+            rows = self.rows(f"tracked/chamber-{chamber['chamber']}.csv")
+            reference = [float(row["reference_Pa"]) for row in rows]
+            errors = [float(row["pressure_Pa"]) - (now + before) / 2 for row, now, before in zip(rows[1:], reference[1:], reference)][49:]
+            rmse_kPa = math.sqrt(sum(e * e for e in errors) / len(errors)) / 1e3
+            self.assertAlmostEqual(chamber["rmse_kPa"], rmse_kPa, places=6)
+            self.assertLess(rmse_kPa, 10.0, "a tenth of the amplitude [kPa]")
+            self.assertIsNone(chamber["overshoot_percent_of_span"])
+
+    def test_the_same_seed_gives_the_same_bytes_and_another_does_not(self):
+        for name, seed in [("a", 7), ("b", 7), ("c", 8)]:
+            self.done("sim", *SMALL, "--plant", "thin-plate", "--seconds", 3, "--seed", seed, "--out", name)
+        a, b, c = ((self.folder / name / "chamber-1.csv").read_bytes() for name in "abc")
+        self.assertEqual(a, b)
+        self.assertNotEqual(a, c)
+
+
+class Demo(Plenum):
+    def test_a_short_demo_writes_its_page_and_its_figures(self):
+        text = self.done("demo", "--seconds", 10, *SMALL, "--report", "page.html", "--json", "demo.json")
+        self.assertIn("report: page.html", text)
+        self.assertLess(len(text.splitlines()), 25)
+        result = json.loads((self.folder / "demo.json").read_text())
+        self.assertEqual([one["chamber"] for one in result["chambers"]], [1, 2])
+        self.assertEqual(set(result["chambers"][0]["tracking_rmse_kPa"]),
+                         {"sine 0.5 Hz", "sine 1 Hz", "sine 2 Hz", "sine 4 Hz", "trapezoid", "random", "steps"})
+        self.assertLess(result["tracking_rmse_kPa"], 30.0, "5 % of span [kPa]")
+        page = (self.folder / "page.html").read_text(encoding="utf-8")
+        for figure in ["Free runs, ch. ", "Drift of free runs", "Pressure change in one tick", "s(u)", "r(u)", "Command, random",
+                       "Tracking error by chamber"]:
+            self.assertRegex(page, "<figure><h3>[^<]*" + re.escape(figure))
+        self.assertNotRegex(page, r"<(script|link|img)[^>]+(src|href)=.?https?:", "the page needs no network")
+
+
+class Measured(Plenum):
+    def test_ventilator_runs_are_fitted_and_predict_others(self):
+        data = Path(TOP) / "tests/data/respiraworks"
+        result = json.loads(self.done("identify", "--format", "respiraworks", "--stretch", 2, *(data / f"ctl_OXY_{i}.csv" for i in (1, 3, 5)),
+                                      "--predict", *(data / f"ctl_OXY_{i}.csv" for i in (2, 4, 6)), "--json", "-"))
+        errors = [one["rms_free_run_2_s_kPa"] for one in result["predicted"]]
+        self.assertEqual(len(errors), 3)
+        # holding the start pressure errs by 0.78, 1.58 and 1.16 kPa there (README.md of host-sim/identify)
+        for error, held in zip(errors, (0.78, 1.58, 1.16)):
+            self.assertLess(error, 0.6 * held)
+
+
+if __name__ == "__main__":
+    PROGRAM, TOP, CASE = sys.argv[1:4]
+    unittest.main(argv=[sys.argv[0], CASE], verbosity=2)
