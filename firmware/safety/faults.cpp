@@ -39,7 +39,7 @@ constexpr std::array<FaultSpec, kFaults> kTable = {{
      "CAN cable, termination, bit rate"},
     {Fault::heartbeat_lost, "heartbeat lost", 0x8130, kComm, Reaction::hold, Scope::board, Clears::by_reset,
      "master, heartbeat consumer time (1016h)"},
-    {Fault::setpoint_timeout, "set-point timeout", 0x8250, kComm, Reaction::hold, Scope::board, Clears::by_reset,
+    {Fault::setpoint_timeout, "set-point timeout", 0x8250, kComm, Reaction::safe, Scope::board, Clears::by_reset,
      "master's set-point PDOs, setpoint_watchdog_ticks, RPDO event timer (1400h:5)"},
     {Fault::supply_low, "supply low", 0x3412, kVoltage, Reaction::hold, Scope::board, Clears::by_reset,
      "compressor, supply valve, supply_low_kPa"},

@@ -156,8 +156,8 @@ Key key_of(const World& world) {
           world.faults.standing(2)};
 }
 
-const FaultSet kBoardCauses[] = {0, only(Fault::setpoint_timeout), only(Fault::emergency_stop),
-                                 only(Fault::setpoint_timeout) | only(Fault::emergency_stop),
+const FaultSet kBoardCauses[] = {0, only(Fault::supply_low), only(Fault::emergency_stop),
+                                 only(Fault::supply_low) | only(Fault::emergency_stop),
                                  only(Fault::can_passive)};
 const FaultSet kChamberCauses[] = {0, only(Fault::over_pressure)};
 
