@@ -283,8 +283,8 @@ void Session::reset_fault() {
 
 void Session::stage_model(const ModelUpload& upload) {
   if (upload.chamber >= kChambers) {
-    throw std::invalid_argument(fmt::format("node {}: model for chamber {}, expected 0..{}", node_id_,
-                                            upload.chamber, kChambers - 1));
+    throw std::invalid_argument(fmt::format("node {}: model for chamber {}, expected 1..{}", node_id_,
+                                            upload.chamber + 1, kChambers));
   }
   try {
     sdo_write(chamber_index(object::kStagedModel, upload.chamber), 0, upload.image);
@@ -305,7 +305,7 @@ void Session::stage_model(const ModelUpload& upload) {
                           read<float>(state, 6), read<float>(state, 7), read<float>(state, 8));
     }
     throw Refused(fmt::format("node {} chamber {}: model refused: {} (abort {:08X}h)", node_id_,
-                              upload.chamber, found, abort.code));
+                              upload.chamber + 1, found, abort.code));
   }
 }
 
@@ -320,15 +320,15 @@ void Session::await_take_over(const ModelUpload& upload) {
   if (phase != plenum::config::SetPhase::active) {
     throw Timeout(
         fmt::format("node {} chamber {}: set in phase {} within {} s after the commit, expected {} (active)",
-                    node_id_, upload.chamber, static_cast<int>(phase), config_.state_timeout_s,
+                    node_id_, upload.chamber + 1, static_cast<int>(phase), config_.state_timeout_s,
                     static_cast<int>(plenum::config::SetPhase::active)));
   }
   const std::vector<std::uint8_t> back = download_model(upload.chamber);
   if (back == upload.image) return;
   const auto differ = std::mismatch(back.begin(), back.end(), upload.image.begin(), upload.image.end());
-  throw ProtocolError(
-      fmt::format("node {} chamber {}: model read back differs at byte {} ({} bytes), expected the {} sent",
-                  node_id_, upload.chamber, differ.first - back.begin(), back.size(), upload.image.size()));
+  throw ProtocolError(fmt::format(
+      "node {} chamber {}: model read back differs at byte {} ({} bytes), expected the {} sent", node_id_,
+      upload.chamber + 1, differ.first - back.begin(), back.size(), upload.image.size()));
 }
 
 void Session::upload_models(std::span<const ModelUpload> uploads) {
@@ -336,7 +336,7 @@ void Session::upload_models(std::span<const ModelUpload> uploads) {
   for (const ModelUpload& upload : uploads) {
     if (upload.chamber < kChambers && of_chamber[upload.chamber] != nullptr) {
       throw std::invalid_argument(
-          fmt::format("node {}: two models for chamber {}, expected one", node_id_, upload.chamber));
+          fmt::format("node {}: two models for chamber {}, expected one", node_id_, upload.chamber + 1));
     }
     stage_model(upload);
     of_chamber[upload.chamber] = &upload;
@@ -423,7 +423,7 @@ void Session::send_setpoints(std::span<const double, kChambers> setpoints_Pa) {
   for (std::size_t chamber = 0; chamber < setpoints_Pa.size(); ++chamber) {
     if (setpoints_Pa[chamber] >= 0.0 && setpoints_Pa[chamber] <= high_Pa) continue;
     throw std::invalid_argument(fmt::format("node {} chamber {}: set point {} Pa, expected 0..{} Pa",
-                                            node_id_, chamber, setpoints_Pa[chamber], high_Pa));
+                                            node_id_, chamber + 1, setpoints_Pa[chamber], high_Pa));
   }
   const bool pascal = setpoint_format_ == SetpointFormat::pascal;
   const std::size_t per_pdo = pascal ? 2 : 4;

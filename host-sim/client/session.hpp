@@ -2,6 +2,7 @@
 //
 // Every call that waits hands the frames which are not its own to the subscriber: emergencies, heartbeats and
 // TPDOs are never lost to an SDO transfer that happens to be under way. One session at a time uses a link.
+// Arguments number chambers from 0, as the objects do; messages from 1, as emergencies and people do.
 #pragma once
 
 #include <bit>

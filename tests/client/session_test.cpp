@@ -121,7 +121,7 @@ TEST(Session, SaysWhichParameterTheBoardRefusedAndLeavesTheOldModelInForce) {
   const config::ParameterSpec& spec = config::parameter_schema(config::ModelKind::tassa9)[config::kC1];
   bad.value[config::kC1] = spec.high + 1.0F;
   EXPECT_THAT(message_of<Refused>([&] { session.upload_model(2, config::image_of(bad)); }),
-              AllOf(HasSubstr("node 5 chamber 2"), HasSubstr(spec.name), HasSubstr("expected"),
+              AllOf(HasSubstr("node 5 chamber 3"), HasSubstr(spec.name), HasSubstr("expected"),
                     HasSubstr("06090030h")));
   std::vector<std::uint8_t> torn = image_for(2);
   torn[40] = static_cast<std::uint8_t>(torn[40] ^ 1U);
@@ -148,7 +148,7 @@ TEST(Session, ComparesWhatItReadsBackWithWhatItSent) {
   Forgetful world;
   Session session(world, 5);
   EXPECT_THAT(message_of<ProtocolError>([&] { session.upload_model(1, image_for(1)); }),
-              AllOf(HasSubstr("node 5 chamber 1"), HasSubstr("differs at byte 17")));
+              AllOf(HasSubstr("node 5 chamber 2"), HasSubstr("differs at byte 17")));
 }
 
 TEST(Session, RefusesToUploadForAChamberThatCannotBe) {
@@ -248,7 +248,7 @@ TEST(Session, RefusesToSendASetPointThatTheBoardWouldDrop) {
   for (const double bad_Pa : {-1.0, 4.0e6, std::numeric_limits<double>::quiet_NaN()}) {
     setpoints_Pa[6] = bad_Pa;
     EXPECT_THAT(message_of<std::invalid_argument>([&] { session.send_setpoints(setpoints_Pa); }),
-                AllOf(HasSubstr("chamber 6"), HasSubstr("expected 0..")));
+                AllOf(HasSubstr("chamber 7"), HasSubstr("expected 0..")));
   }
 }
 
