@@ -14,6 +14,9 @@ constexpr Scalar kTick_s = Scalar(config::kTick_s);
 /// Weight of the newest residual in their mean: the last ten ticks or so count.
 constexpr Scalar kResidualForgetting = Scalar(0.2);
 
+/// Below this slope a correction in volts means nothing: the ports are sealed.
+constexpr Scalar kLeastSlope_kPa_V = Scalar(1);
+
 /// The pressure that compression adds in a tick, were the chamber sealed and isothermal: -p v' h/v.
 Scalar compression_kPa(Scalar pressure_kPa, const ChamberMotion& motion) noexcept {
   constexpr Scalar kSmallestVolume_mL = Scalar(1);
@@ -109,15 +112,20 @@ Regulator::Command Regulator::regulate(const PressureModel& model,
                                    config_.error_left_most);
   const Scalar left_kPa = clamp(left * (start_kPa - wanted.from_kPa), -config_.error_left_limit_kPa,
                                 config_.error_left_limit_kPa);
-  const Inverse inverse = model.inverse(start_kPa, wanted.to_kPa + left_kPa - disturbed_kPa, next, acting_V_);
+  const Scalar target_kPa = wanted.to_kPa + left_kPa - disturbed_kPa;
+  const Inverse inverse = model.inverse(start_kPa, target_kPa, next, acting_V_);
 
   planned_ = true;
   planned_model_V_ = inverse.command_V;
   planned_V_ =
       clamp(inverse.command_V + trim_.at(inverse.command_V), config_.command_low_V, config_.command_high_V);
-  return {.command_V = planned_V_,
-          .feedforward_V = feedforward(model, reference, next).command_V,
-          .saturated = inverse.saturated};
+  // What of the rise the measurement asked for, beyond that of the reference, in volts at the slope here.
+  const Scalar correction_kPa = (target_kPa - start_kPa) - (wanted.to_kPa - wanted.from_kPa);
+  const Scalar slope =
+      max(model.derivatives(start_kPa, inverse.command_V, next).by_command_kPa_V, kLeastSlope_kPa_V);
+  const Scalar feedforward_V =
+      clamp(inverse.command_V - correction_kPa / slope, config_.command_low_V, config_.command_high_V);
+  return {.command_V = planned_V_, .feedforward_V = feedforward_V, .saturated = inverse.saturated};
 }
 
 Regulator::Command Regulator::feedforward(const PressureModel& model,

@@ -62,7 +62,8 @@ class Regulator {
 
   struct Command {
     Scalar command_V = 0;
-    Scalar feedforward_V = 0;  ///< what the model alone would send on the reference
+    /// What the model alone would send on the reference; in closed loop to first order, for the record only.
+    Scalar feedforward_V = 0;
     bool saturated = false;
   };
 
