@@ -8,8 +8,8 @@ namespace plenum::ports {
 
 /// One ADC channel over one tick: the mean of the raw samples taken in the tick just past.
 struct AnalogReading {
-  float mean_V = 0.0F;          ///< mean voltage at the input pin over the tick [V]
-  bool fresh = false;           ///< false: no sample arrived in the tick just past
+  float mean_V = 0.0F;  ///< mean voltage at the input pin over the tick [V]
+  bool fresh = false;   ///< false: no sample arrived in the tick just past
 };
 
 /// Block-averaged inputs. Implementations: board/drivers (IIO buffer), host-sim/ports (simulated converter).

@@ -8,11 +8,11 @@ namespace plenum::ports {
 
 /// A classic CAN 2.0 data or remote frame.
 struct CanFrame {
-  std::uint32_t id = 0;                 ///< 11 bits, or 29 when `extended`
-  std::uint8_t length = 0;              ///< data length code, 0..8
-  bool extended = false;                ///< 29-bit identifier
-  bool remote = false;                  ///< remote transmission request (no data on the wire)
-  std::array<std::uint8_t, 8> data{};   ///< bytes beyond `length` are zero
+  std::uint32_t id = 0;                ///< 11 bits, or 29 when `extended`
+  std::uint8_t length = 0;             ///< data length code, 0..8
+  bool extended = false;               ///< 29-bit identifier
+  bool remote = false;                 ///< remote transmission request (no data on the wire)
+  std::array<std::uint8_t, 8> data{};  ///< bytes beyond `length` are zero
 
   friend bool operator==(const CanFrame&, const CanFrame&) = default;
 };
@@ -20,7 +20,8 @@ struct CanFrame {
 /// CAN 2.0 fault confinement states.
 enum class CanState : std::uint8_t { error_active, error_passive, bus_off };
 
-/// A CAN controller with a transmit queue. Implementations: board/drivers (SocketCAN), host-sim/ports (simulated bus).
+/// A CAN controller with a transmit queue. Implementations: board/drivers (SocketCAN), host-sim/ports
+/// (simulated bus).
 class CanBus {
  public:
   /// Queues a frame for transmission. Returns false, leaving the queue as it was, when the queue is full.

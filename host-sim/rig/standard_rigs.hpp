@@ -12,9 +12,9 @@ namespace plenum::host::rig {
 /// volumes.
 struct MpyeRig {
   unsigned boards = 1;
-  unsigned chambers = 8;         ///< of each board
-  bool spool = true;             ///< 65 Hz, damping 0.7 (the bandwidth that the tables' paper states)
-  double volume_swing = 0.2;     ///< amplitude over mean; 0: the volume stands still
+  unsigned chambers = 8;          ///< of each board
+  bool spool = true;              ///< 65 Hz, damping 0.7 (the bandwidth that the tables' paper states)
+  double volume_swing = 0.2;      ///< amplitude over mean; 0: the volume stands still
   double supply_Pa = 700'000.0;   ///< absolute, as in the tables' paper
   double ambient_Pa = 100'000.0;  ///< absolute, as in the tables' paper
   std::uint64_t seed = 1;
