@@ -136,6 +136,7 @@ int run(const Options& options) {
   const auto begin = std::chrono::steady_clock::now();
   Stage stage(options.output);
   Demo demo{.rig = options.rig.description(),
+            .measured_valves = options.rig.plant == "mpye",
             .span_Pa = 0.0,
             .record_s = options.seconds,
             .volume_swing = options.rig.volume_swing,

@@ -31,6 +31,8 @@ struct DemoChamber {
 
 struct Demo {
   trace::RigDescription rig;
+  bool measured_valves =
+      true;  ///< the plant's valves follow measured tables, which the model does not contain
   double span_Pa = 0.0;
   double record_s = 0.0;
   double volume_swing = 0.0;

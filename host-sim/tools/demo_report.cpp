@@ -108,8 +108,8 @@ LineChart change_chart(const Demo& demo, std::size_t chamber) {
 LineChart drift_chart(const Demo& demo) {
   LineChart chart{.title = "Drift of free runs, all chambers",
                   .caption =
-                      "Standard deviation over 48 starts of the error of a free run, against the time since "
-                      "its start.",
+                      "Standard deviation over 48 starts of the error of a free run, against the time "
+                      "since its start.",
                   .x = {"Time since start", "s"},
                   .y = {"Standard deviation", "% of span"}};
   for (std::size_t c = 0; c < demo.chamber.size(); ++c) {
@@ -183,7 +183,9 @@ report::Table tracking_table(const Demo& demo) {
 report::Table parameter_table(const Demo& demo) {
   using identify::ParameterFit;
   report::Table table{
-      .caption = "Parameters and their standard errors (↓ ↑: at the lower, upper bound, where there is none)",
+      .caption =
+          "Parameters and their standard errors (↓ ↑: at the lower, upper bound, where there is "
+          "none)",
       .columns = {"Parameter"},
       .rows = {}};
   for (std::size_t c = 0; c < demo.chamber.size(); ++c) table.columns.push_back(chamber_name(c));
@@ -212,51 +214,66 @@ report::Table parameter_table(const Demo& demo) {
   return table;
 }
 
+/// Why free runs drift on this rig.
+std::string drift_note(const Demo& demo) {
+  std::string text =
+      "The models in use are fitted to free runs of 0.2 s, which regulates better than a "
+      "fit to 2 s and drifts more.";
+  if (demo.measured_valves) {
+    text +=
+        " The valves follow measured tables with a dead band of more than 1 V, where nine parameters "
+        "only come close.";
+  }
+  if (demo.volume_swing > 0.0) {
+    text +=
+        " The volumes move, and there the published model is wrong: it shifts the steady pressure by "
+        "c4 v' whatever the pressure is, while in the physics compression acts as -kappa p v'/v. No "
+        "fit can remove that; run with --volume-swing 0 to see what remains.";
+  }
+  return text;
+}
+
+/// What the standard errors and c_gamma mean on this rig.
+std::string parameter_note(const Demo& demo) {
+  std::string text =
+      "Standard errors take the prediction errors as white noise; where the model does not "
+      "fit they are lower bounds. c_gamma, the width of the kink at the null, is chosen "
+      "among 0.1 (the paper's), 0.2, 0.4, 0.8 and 1.6 V by the free-run error.";
+  if (demo.measured_valves) {
+    text += " These valves have a dead band of more than 1 V, and the paper's value is far off on them.";
+  }
+  return text;
+}
+
 void add_prediction(report::Page& page, const Demo& demo) {
   const auto [best, worst] = best_and_worst(
       demo.chamber.size(), [&](std::size_t c) { return demo.chamber[c].drift.worst_std_percent; });
   page.section("Prediction in free run")
       .paragraph(
-          "The model gets the measured command and volume, and from the start of each run on carries its own "
-          "pressure "
-          "along; every 2 s it starts again from the measurement. The record is one that no fit has seen. "
-          "The paper's "
-          "Fig. 12 shows the same for one chamber of its robot, and hardly any drift.")
+          "The model gets the measured command and volume, and from the start of each run on carries its "
+          "own pressure along; every 2 s it starts again from the measurement. The record is one that no "
+          "fit has seen. The paper's Fig. 12 shows the same for one chamber of its robot, and hardly any "
+          "drift.")
       .row({free_run_chart(demo, best), free_run_chart(demo, worst)})
       .paragraph(
-          "Left the chamber that drifts least, right the one that drifts most. Here the runs do part: errors "
-          "add up "
-          "because nothing pulls a free run back. The regulator looks two ticks ahead and is corrected by "
-          "the "
-          "measurement at each of them, which is why it follows so much better than this prediction does.");
+          "Left the chamber that drifts least, right the one that drifts most. Here the runs do part: "
+          "errors add up because nothing pulls a free run back. The regulator looks two ticks ahead and is "
+          "corrected by the measurement at each of them, which is why it follows so much better than this "
+          "prediction does.");
   page.section("Drift")
       .paragraph(
           "The error of free runs against the time since their start. The paper's Fig. 13, of 76 chambers, "
-          "stays below "
-          "10 % of span and mostly below 4 %. A curve that levels off means that the model errs, but does "
-          "not run away.")
+          "stays below 10 % of span and mostly below 4 %. A curve that levels off means that the model "
+          "errs, but does not run away.")
       .chart(drift_chart(demo))
-      .note(
-          "These chambers drift more than the paper's, for three reasons. Their valves follow measured "
-          "tables with a "
-          "dead band of more than 1 V, where nine parameters only come close. The models in use are fitted "
-          "to free "
-          "runs of 0.2 s, which regulates better than a fit to 2 s and drifts more. And where volumes move, "
-          "the "
-          "published model shifts the steady pressure by c4 v' whatever the pressure is, while in the "
-          "physics "
-          "compression acts as -kappa p v'/v: no fit can remove that. The run with --volume-swing 0 tells "
-          "the shares "
-          "apart.");
+      .note(drift_note(demo));
   const auto [near, far] = best_and_worst(
       demo.chamber.size(), [&](std::size_t c) { return demo.chamber[c].fit.rms_one_step_kPa; });
   page.section("One tick ahead")
       .paragraph(
-          "How far the pressure moves within one tick of 10 ms, measured and predicted. The paper's Fig. 11 "
-          "shows the "
-          "two nearly on top of each other. This is the prediction that the regulator inverts, so it is the "
-          "one that "
-          "decides how well a reference is followed.")
+          "How far the pressure moves within one tick of 10 ms, measured and predicted. The paper's Fig. "
+          "11 shows the two nearly on top of each other. This is the prediction that the regulator "
+          "inverts, so it is the one that decides how well a reference is followed.")
       .row({change_chart(demo, near), change_chart(demo, far)});
 }
 
@@ -264,34 +281,22 @@ void add_models(report::Page& page, const Demo& demo) {
   const auto [steady, rate] = steady_and_rate_charts(demo);
   page.section("The models")
       .paragraph(
-          "A chamber's pressure goes to s with rate r: p' = (s - p) r. Both depend on the command u; s rises "
-          "from "
-          "ambient to supply pressure around the valve's null, r has its minimum there, where both ports are "
-          "nearly "
-          "shut. Larger chambers have the smaller r.")
+          "A chamber's pressure goes to s with rate r: p' = (s - p) r. Both depend on the command u; s "
+          "rises from ambient to supply pressure around the valve's null, r has its minimum there, where "
+          "both ports are nearly shut. Larger chambers have the smaller r.")
       .chart(steady)
       .chart(rate)
       .table(parameter_table(demo))
-      .note(
-          "Standard errors take the prediction errors as white noise. The valve here follows measured tables "
-          "that the "
-          "model does not contain, so they are lower bounds. c_gamma, the width of the kink at the null, is "
-          "chosen "
-          "among 0.1 (the paper's), 0.2, 0.4, 0.8 and 1.6 V by the free-run error: these valves have a dead "
-          "band of "
-          "more than 1 V, and the paper's value is far off on them.");
+      .note(parameter_note(demo));
 }
 
 void add_tracking(report::Page& page, const Demo& demo) {
   report::Section& overview = page.section("Tracking");
   overview.paragraph(
       "The board inverts the model at each tick for the command that brings the pressure to the reference "
-      "one tick "
-      "later, knows the reference two ticks ahead from the set-point stream, and removes what the model "
-      "misses by a "
-      "disturbance estimate. Everything crosses the simulated CAN bus: set points at 100 Hz to the board, "
-      "pressures "
-      "back. The first half second of each reference is left out of the figures.");
+      "one tick later, knows the reference two ticks ahead from the set-point stream, and removes what the "
+      "model misses by a disturbance estimate. Everything crosses the simulated CAN bus: set points at 100 "
+      "Hz to the board, pressures back. The first half second of each reference is left out of the figures.");
   overview.table(tracking_table(demo));
   report::BarChart bars{.title = "Tracking error by chamber",
                         .caption = "Steps are left out: no valve can follow a jump.",
@@ -310,10 +315,8 @@ void add_tracking(report::Page& page, const Demo& demo) {
   report::Section& curves = page.section("References and commands");
   curves.paragraph(
       "For each reference the chamber that follows it worst: the others do better. Where the command rests "
-      "at 3 or 7 "
-      "V or leaps from one to the other, the valve gives all it has, and what error is left there belongs to "
-      "the "
-      "valve and not to the model.");
+      "at 3 or 7 V or leaps from one to the other, the valve gives all it has, and what error is left "
+      "there belongs to the valve and not to the model.");
   for (const DemoTracked& tracked : demo.tracked) {
     const auto [best, worst] =
         best_and_worst(tracked.chamber.size(), [&](std::size_t c) { return tracked.chamber[c].rmse_Pa; });
@@ -345,10 +348,9 @@ double worst_drift_percent(const Demo& demo) {
 report::Page demo_page(const Demo& demo) {
   report::Page page(fmt::format("{} chambers, identified and regulated over CAN", demo.chamber.size()));
   page.lead(fmt::format(
-      "A simulated board with {} valves that follow measured tables, and chambers {}. Everything below "
-      "crossed the "
-      "simulated CAN bus: recording, models, set points.",
-      demo.chamber.size(),
+      "A simulated board with {} valves {}, and chambers {}. Everything below crossed the simulated CAN "
+      "bus: recording, models, set points.",
+      demo.chamber.size(), demo.measured_valves ? "that follow measured tables" : "of thin-plate orifices",
       demo.volume_swing > 0.0 ? fmt::format("whose volumes move by {:.0f} %", 100.0 * demo.volume_swing)
                               : "with volumes at rest"));
   double overshoot_Pa = 0.0;
@@ -389,10 +391,9 @@ report::Page demo_page(const Demo& demo) {
              fmt::format(
                  "First recording: {:g} s, the board excites its valves at random within pressure limits.",
                  demo.record_s),
-             fmt::format(
-                 "Second: {:g} s, regulated with the first models to random references; it gives the models "
-                 "in use, because its commands are those of regulation.",
-                 demo.record_s),
+             fmt::format("Second: {:g} s, regulated with the first models to random references; it gives the "
+                         "models in use, because its commands are those of regulation.",
+                         demo.record_s),
              "Third: as the second with another seed, for prediction only.",
              fmt::format("Bus: {} frames in {:.0f} s of simulated time, {:.1f} % of 1 Mbit/s.",
                          demo.bus_frames, demo.simulated_s, 100.0 * demo.bus_load)});

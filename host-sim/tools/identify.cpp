@@ -157,9 +157,13 @@ Command add_identify(CLI::App& program) {
       ->check(CLI::Range(0.02, 60.0))
       ->capture_default_str();
   app->add_flag("!--no-free-run", options->free_run, "Stop after the fit of the next tick (default: refine)");
-  app->add_option("--predict", options->predict, "Predict these logs in free runs of 2 s, and tell the error")
+  app->add_option("--predict", options->predict,
+                  "Predict these logs in free runs of 2 s, and tell the "
+                  "error")
       ->type_name("LOG.csv");
-  app->add_option("--chamber", options->chamber, "Chamber of the board, from 1 (default: N of chamber-N.csv)")
+  app->add_option("--chamber", options->chamber,
+                  "Chamber of the board, from 1 (default: N of "
+                  "chamber-N.csv)")
       ->check(CLI::Range(1, 8));
   app->add_option("-o,--out", options->out, "Model file to write")->type_name("FILE")->capture_default_str();
   options->output.add_to(*app);

@@ -55,8 +55,7 @@ trace::RigDescription RigChoice::description() const {
   const auto& sampling = description.sampling;
   if (sampling.rate_Hz != kRate_Hz || sampling.pressure_average_s != 1.0 / kRate_Hz) {
     throw trace::InputError(fmt::format(
-        "{}: [sampling] rate_Hz = {:g}, pressure_average_s = {:g}, expected 100 and 0.01: those of a "
-        "board",
+        "{}: [sampling] rate_Hz = {:g}, pressure_average_s = {:g}, expected 100 and 0.01: those of a board",
         rig_file, sampling.rate_Hz, sampling.pressure_average_s));
   }
   return description;
