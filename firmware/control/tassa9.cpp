@@ -79,7 +79,6 @@ void Tassa9::configure(std::span<const Scalar, kParameters> parameters, Scalar c
     node_slopes_[i] = at_node.by_V;
     if (i + 1 < kNodes && node_V_[i] != node_V_[i + 1]) apart_ |= std::uint64_t{1} << i;
   }
-  decays_ = {};
 }
 
 Tassa9::Curve Tassa9::curve(Scalar command_V) const noexcept {
@@ -224,17 +223,6 @@ Tassa9::Miss Tassa9::closest(const Tick& tick, Scalar wanted_kPa, Miss best, Mis
   return best;
 }
 
-void Tassa9::remember_decays(const Tick& tick) const noexcept {
-  const Scalar rate_gain = tick.rate_gain;
-  const Scalar rate_shift = tick.rate_shift;
-  if (rate_gain == decays_.rate_gain && rate_shift == decays_.rate_shift) return;
-  std::array<Scalar, kNodes> done;
-  for (std::size_t i = 0; i < kNodes; ++i) {
-    done[i] = numeric::decay(rate_gain * node_opening_V_[i] + rate_shift);
-  }
-  decays_ = {.rate_gain = rate_gain, .rate_shift = rate_shift, .done = done};
-}
-
 namespace {
 
 using Nodes = std::array<Scalar, Tassa9::kNodes>;
@@ -305,16 +293,19 @@ Inverse Tassa9::inverse(Scalar pressure_kPa, Scalar target_kPa, const ChamberMot
   // How far each tabulated command misses. p(t+h) rises with the command almost everywhere, but near the null
   // r may fall faster than s rises: up to a few stretches of either slope, told apart here by their signs at
   // the nodes.
-  remember_decays(now);
+  std::array<Scalar, kNodes> done;
+  for (std::size_t i = 0; i < kNodes; ++i) {
+    done[i] = numeric::decay(now.rate_gain * node_opening_V_[i] + now.rate_shift);
+  }
   std::array<Scalar, kNodes> miss_kPa;
   for (std::size_t i = 0; i < kNodes; ++i) {
     const Scalar steady_kPa = node_steady_kPa_[i] + now.steady_shift_kPa;
-    miss_kPa[i] = (steady_kPa - pressure_kPa) * decays_.done[i] - wanted_kPa;
+    miss_kPa[i] = (steady_kPa - pressure_kPa) * done[i] - wanted_kPa;
   }
   const auto at_node = [&](std::size_t i) noexcept -> Miss {
     const std::size_t k = place(i);
     const CurveAndSlopes at{{node_steady_kPa_[k], node_opening_V_[k]}, node_slopes_[i]};
-    return {.command_V = node_V_[i], .kPa = miss_kPa[k], .by_V = slope(now, at, decays_.done[k])};
+    return {.command_V = node_V_[i], .kPa = miss_kPa[k], .by_V = slope(now, at, done[k])};
   };
 
   Miss found{};

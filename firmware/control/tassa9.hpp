@@ -1,12 +1,13 @@
 // The 9-parameter model of chamber pressure.
 //
-//   p' = (s - p) r                                                       (6), (10f)
-//   u^ = u - c1                                                          (10a)
-//   s  = c_b + c_s g(c2 u^ + c3 u^3) + c4 v'     g(x) = x/sqrt(x^2 + 1)   (8), (10b), (10c)   (u^3: u^ cubed)
-//   r  = (c7 k + c5 v') / (1 + c6 v)             k = sqrt(u^2 + c_gamma^2) - c_gamma + c9 + c8 u^   (9),
-//   (10d), (10e) p(t+h) = s + (p(t) - s) e^(-r h)                                     (7) mean of p over the
-//   tick = s + (p(t) - s) (1 - e^(-r h))/(r h)        (integral of (7)) c_b = (P_c + P_r)/2, c_s = (P_c -
-//   P_r)/2, c_gamma = 0.1 V in the paper
+//   p' = (s - p) r                                                                (6), (10f)
+//   u^ = u - c1                                                                   (10a)
+//   s  = c_b + c_s g(c2 u^ + c3 u^ u^ u^) + c4 v',   g(x) = x/sqrt(x^2 + 1)        (8), (10b), (10c)
+//   k  = sqrt(u^ u^ + c_gamma^2) - c_gamma + c9 + c8 u^                           (9), (10d)
+//   r  = (c7 k + c5 v') / (1 + c6 v)                                              (10e)
+//   p(t+h) = s + (p(t) - s) e^(-r h)                                              (7)
+//   mean of p over the tick = s + (p(t) - s) (1 - e^(-r h))/(r h)                 integral of (7)
+//   c_b = (P_c + P_r)/2,  c_s = (P_c - P_r)/2,  c_gamma = 0.1 V in the paper
 //
 // Units: p, s, P [kPa]; u [V]; v [mL]; v' [mL/s]; h [s]; c1 [V], c2 [1/V], c3 [1/V^3], c4 [kPa s/mL], c5
 // [1/mL], c6 [1/mL], c7 [1/(V s)], c8 [1], c9 [V].
@@ -92,7 +93,6 @@ class Tassa9 final : public PressureModel {
   Miss refine(const Tick& tick, Scalar wanted_kPa, Miss low, Miss high) const noexcept;
   Miss closest(const Tick& tick, Scalar wanted_kPa, Miss best, Miss other) const noexcept;
 
-  void remember_decays(const Tick& tick) const noexcept;
   std::size_t crossing(const std::array<Scalar, kNodes>& miss_kPa, Scalar near_V) const noexcept;
   std::size_t beside(std::size_t node, bool above) const noexcept;
 
@@ -103,15 +103,6 @@ class Tassa9 final : public PressureModel {
   std::array<Scalar, kNodes> node_opening_V_{};
   std::array<Slopes, kNodes> node_slopes_{};
   std::uint64_t apart_ = 0;  ///< bit i: nodes i and i + 1 differ
-
-  /// 1 - e^-rh at the nodes, and for which motion: a regulator inverts twice a tick with one motion. A model
-  /// belongs to one thread.
-  struct Decays {
-    Scalar rate_gain = 0;
-    Scalar rate_shift = 0;
-    std::array<Scalar, kNodes> done{};
-  };
-  mutable Decays decays_;
 };
 
 }  // namespace plenum::control
