@@ -1,23 +1,21 @@
 // Pressure regulator of one chamber: model inversion as feedforward, and estimates of what the model misses.
 //
 // Each tick, at its start:
-//   1. observe  the pressure measured over the tick just past (a mean: it lags by half a tick) corrects the
-//   estimate
-//               of the pressure now, p^, and three estimates of what the model misses:
+//   1. observe  The pressure measured over the tick just past (a mean: it lags by half a tick) corrects the estimate of the
+//               pressure now and three estimates of what the model misses:
 //                 d      a steady disturbance [kPa a tick]: leaks, supply, sensor offset
-//                 theta  a share of the adiabatic compression -p v' h/v [1]: the published model puts v'
-//                 elsewhere c(u)   a correction of the valve curve (CommandTrim)
+//                 theta  a share of the adiabatic compression -p v' h/v [1]: the published model puts v' elsewhere
+//                 c(u)   a correction of the valve curve (CommandTrim)
 //               Each is moved along its sensitivity, weighted by how far it is believed to be off:
 //                 step_i = m_i^2 phi_i e / (noise^2 + sum_j m_j^2 phi_j^2),   phi_i = d mean / d estimate_i
-//               the first step of a Kalman filter with the deviations m_i. (Normalising each estimate on its
-//               own was tried: the estimates then chase each other.)
-//   2. predict  the valve answers a command `valve_delay_ticks` late; the pressure is carried over that delay
-//   with the
+//               the first step of a Kalman filter with the deviations m_i. (Normalising each estimate on its own was
+//               tried: the estimates then chase each other.)
+//   2. predict  The valve answers a command `valve_delay_ticks` late; the pressure is carried over that delay with the
 //               command that still acts (a Smith predictor).
-//   3. invert   the command that takes it, in one tick of action, to
-//                  target = reference + share of the present error that may stay - disturbance
-//               the reference being the one for the end of that action, known in advance where the set-point
-//               stream has preview.
+//   3. invert   The command that takes it, in one tick of action, to
+//                 target = reference + share of the present error that may stay - disturbance
+//               The reference is the one for the end of that action, known in advance where the set-point stream has
+//               preview.
 //
 // The estimates move with the command that was really sent, after limits: at a limit nothing winds up. The
 // observer runs whether or not the regulator drives, so that it takes over without a bump. All estimates are
