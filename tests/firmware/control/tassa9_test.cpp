@@ -93,7 +93,7 @@ TEST(Tassa9, DerivativesAreTheLimitsOfDifferences) {
       const auto [s, r] = testing::reference(at, u_at);
       return s + (static_cast<double>(at.pressure_kPa) - s) * std::exp(-r * 0.01);
     };
-    const auto [s, r] = testing::reference(chamber, u);
+    const double r = testing::reference(chamber, u).rate_per_s;
     if (r < 0.01 || r * 0.01 > 20.0) continue;  // outside, the exponent is limited
     ++checked;
     const auto difference = [&](float RandomChamber::*member, float step) {
