@@ -271,9 +271,13 @@ void add_prediction(report::Page& page, const Demo& demo) {
       demo.chamber.size(), [&](std::size_t c) { return demo.chamber[c].fit.rms_one_step_kPa; });
   page.section("One tick ahead")
       .paragraph(
-          "How far the pressure moves within one tick of 10 ms, measured and predicted. The paper's Fig. "
-          "11 shows the two nearly on top of each other. This is the prediction that the regulator "
-          "inverts, so it is the one that decides how well a reference is followed.")
+          "How far the pressure moves within one tick of 10 ms, measured and predicted: what the regulator "
+          "inverts. "
+          "The paper says of its Fig. 11 that the main features are captured. So they are here, but high "
+          "peaks come out "
+          "too low, and while a pressure is held the model may expect it to move by a few kPa a tick; the "
+          "board's "
+          "disturbance estimate takes that out.")
       .row({change_chart(demo, near), change_chart(demo, far)});
 }
 
