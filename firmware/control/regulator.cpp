@@ -23,6 +23,13 @@ Scalar compression_kPa(Scalar pressure_kPa, const ChamberMotion& motion) noexcep
   return -pressure_kPa * motion.volume_rate_mL_s * kTick_s / max(motion.volume_mL, kSmallestVolume_mL);
 }
 
+/// No gas has less, no chamber has more. Without bounds a volume signal that jumps about multiplies the
+/// estimate by the compression it feigns, tick by tick, until it is not a number and stays so.
+Scalar believable_kPa(Scalar pressure_kPa) noexcept {
+  constexpr Scalar kMost_kPa = Scalar(10000);
+  return clamp(pressure_kPa, Scalar(0), kMost_kPa);
+}
+
 }  // namespace
 
 void Regulator::configure(const Config& config) noexcept {
@@ -54,21 +61,29 @@ Scalar Regulator::disturbance_kPa(const ChamberMotion& motion) const noexcept {
   return steady_kPa_ + compression_ * compression_kPa(pressure_kPa_, motion);
 }
 
-Scalar Regulator::observe(const PressureModel& model, Scalar measured_kPa,
-                          const ChamberMotion& past) noexcept {
-  // Over the tick just past the older command acted until the valve's delay had passed, then the newer one.
+Prediction Regulator::past_tick(const PressureModel& model, const ChamberMotion& past) const noexcept {
+  // The older command acted until the valve's delay had passed, then the newer one.
   const Scalar delay = config_.valve_delay_ticks;
   const Scalar rest = Scalar(1) - delay;
   const Scalar disturbed_kPa = disturbance_kPa(past);
   const Prediction first = model.step(pressure_kPa_, before_V_, past, delay);
   const Prediction second = model.step(first.end_kPa, acting_V_, past, rest);
-  const Scalar mean_kPa = delay * first.mean_kPa + rest * second.mean_kPa + Scalar(0.5) * disturbed_kPa;
-  const Scalar residual_kPa = measured_kPa - mean_kPa;
+  return {.end_kPa = second.end_kPa + disturbed_kPa,
+          .mean_kPa = delay * first.mean_kPa + rest * second.mean_kPa + Scalar(0.5) * disturbed_kPa};
+}
 
+Scalar Regulator::observe(const PressureModel& model, Scalar measured_kPa,
+                          const ChamberMotion& past) noexcept {
+  const Prediction predicted = past_tick(model, past);
+  const Scalar residual_kPa = measured_kPa - predicted.mean_kPa;
   learn(model, residual_kPa, past);
   residual_level_kPa_ += kResidualForgetting * (numeric::abs(residual_kPa) - residual_level_kPa_);
-  pressure_kPa_ = second.end_kPa + disturbed_kPa + config_.pressure_gain * residual_kPa;
+  pressure_kPa_ = believable_kPa(predicted.end_kPa + config_.pressure_gain * residual_kPa);
   return residual_kPa;
+}
+
+void Regulator::coast(const PressureModel& model, const ChamberMotion& past) noexcept {
+  pressure_kPa_ = believable_kPa(past_tick(model, past).end_kPa);
 }
 
 void Regulator::learn(const PressureModel& model, Scalar residual_kPa, const ChamberMotion& past) noexcept {

@@ -1,21 +1,24 @@
 // Pressure regulator of one chamber: model inversion as feedforward, and estimates of what the model misses.
 //
 // Each tick, at its start:
-//   1. observe  The pressure measured over the tick just past (a mean: it lags by half a tick) corrects the estimate of the
-//               pressure now and three estimates of what the model misses:
+//   1. observe  The pressure measured over the tick just past (a mean: it lags by half a tick) corrects the
+//               estimate of the pressure now, and three estimates of what the model misses:
 //                 d      a steady disturbance [kPa a tick]: leaks, supply, sensor offset
-//                 theta  a share of the adiabatic compression -p v' h/v [1]: the published model puts v' elsewhere
+//                 theta  a share of the isothermal compression -p v' h/v [1]: the published model puts v'
+//                        elsewhere
 //                 c(u)   a correction of the valve curve (CommandTrim)
 //               Each is moved along its sensitivity, weighted by how far it is believed to be off:
-//                 step_i = m_i^2 phi_i e / (noise^2 + sum_j m_j^2 phi_j^2),   phi_i = d mean / d estimate_i
-//               the first step of a Kalman filter with the deviations m_i. (Normalising each estimate on its own was
-//               tried: the estimates then chase each other.)
-//   2. predict  The valve answers a command `valve_delay_ticks` late; the pressure is carried over that delay with the
-//               command that still acts (a Smith predictor).
-//   3. invert   The command that takes it, in one tick of action, to
+//                 step_i = m_i^2 phi_i e / (noise^2 + sum_j m_j^2 phi_j^2)
+//                 phi_i  = d mean / d estimate_i
+//               the first step of a Kalman filter with the deviations m_i. (Normalising each estimate on its
+//               own was tried: the estimates then chase each other.) Without a measurement the model carries
+//               the estimate on: coast().
+//   2. predict  The valve answers a command `valve_delay_ticks` late; the pressure is carried over that delay
+//               with the command that still acts (a Smith predictor).
+//   3. invert   Once a tick: the command that takes it, in one tick of action, to
 //                 target = reference + share of the present error that may stay - disturbance
-//               The reference is the one for the end of that action, known in advance where the set-point stream has
-//               preview.
+//               The reference is the one for the end of that action, known in advance where the set-point
+//               stream has preview.
 //
 // The estimates move with the command that was really sent, after limits: at a limit nothing winds up. The
 // observer runs whether or not the regulator drives, so that it takes over without a bump. All estimates are
@@ -51,11 +54,9 @@ class Regulator {
     /// The share of a tracking error that is left after one tick, [1]: caution. It grows with the residuals
     /// of late: where the model is known to miss, a full correction would be overdone.
     Scalar error_left = Scalar(0.1);
-    Scalar error_left_per_kPa =
-        Scalar(0.05);  ///< for each kPa of the mean residual of the last ten ticks or so
+    Scalar error_left_per_kPa = Scalar(0.05);  ///< for each kPa of their mean over the last ten ticks or so
     Scalar error_left_most = Scalar(0.8);
-    Scalar error_left_limit_kPa =
-        Scalar(10);  ///< the most that is left of any error: a step is answered at once
+    Scalar error_left_limit_kPa = Scalar(10);  ///< the most left of any error: a step is answered at once
   };
 
   struct Command {
@@ -72,6 +73,10 @@ class Regulator {
 
   /// Step 1. Returns the model residual: measured minus predicted mean of the tick just past [kPa].
   Scalar observe(const PressureModel& model, Scalar measured_kPa, const ChamberMotion& past) noexcept;
+
+  /// In place of observe() when the tick just past brought no measurement: the model carries the estimate
+  /// over it, and nothing is learned.
+  void coast(const PressureModel& model, const ChamberMotion& past) noexcept;
 
   /// Steps 2 and 3, closed loop.
   Command regulate(const PressureModel& model, const ReferenceShaper::Reference& reference,
@@ -94,6 +99,8 @@ class Regulator {
   /// The reference over the tick in which a command given now acts.
   Span acting_span(const ReferenceShaper::Reference& reference) const noexcept;
   Scalar disturbance_kPa(const ChamberMotion& motion) const noexcept;
+  /// The tick just past, from the estimate at its start and the commands that acted.
+  Prediction past_tick(const PressureModel& model, const ChamberMotion& past) const noexcept;
   void learn(const PressureModel& model, Scalar residual_kPa, const ChamberMotion& past) noexcept;
 
   Config config_;

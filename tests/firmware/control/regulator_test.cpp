@@ -9,6 +9,7 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <random>
 
 #include "firmware/control/tassa9.hpp"
 #include "tests/firmware/control/admissible.hpp"
@@ -204,6 +205,27 @@ TEST(Regulator, AKnownDelayOfTheValveIsCountedIn) {
   };
   EXPECT_LT(rms_with(0.4F), 0.2 * rms_with(0.0F))
       << "RMS [kPa] with " << rms_with(0.4F) << ", without " << rms_with(0);
+}
+
+TEST(Regulator, AVolumeSensorThatJumpsAboutNeverTakesItsStateOutOfTheNumbers) {
+  std::mt19937 random(77);
+  std::uniform_real_distribution<float> volume_mL(-50, 300), rate_mL_s(-30000, 30000);
+  for (int trial = 0; trial < 200; ++trial) {
+    Loop loop{Regulator::Config{}};
+    const auto motion = [&] {
+      return ChamberMotion{.volume_mL = volume_mL(random), .volume_rate_mL_s = rate_mL_s(random)};
+    };
+    for (int t = 0; t < 300; ++t) {
+      loop.regulator.observe(loop.model, 300, motion());
+      const float command_V =
+          loop.regulator.regulate(loop.model, {.now_kPa = 300, .next_kPa = 300, .after_kPa = 300}, motion())
+              .command_V;
+      loop.regulator.sent(command_V);
+      ASSERT_TRUE(std::isfinite(loop.regulator.pressure_kPa()) && std::isfinite(command_V))
+          << loop.regulator.pressure_kPa() << " kPa, " << command_V << " V, trial " << trial << ", tick "
+          << t;
+    }
+  }
 }
 
 TEST(Regulator, TakesOverFromAHeldCommandWithoutABump) {
