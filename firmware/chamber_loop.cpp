@@ -62,11 +62,14 @@ safety::FaultSet ChamberLoop::measure(const Measured& readings, bool regulation_
   }
 
   residual_kPa_ = 0;
-  if (seen.pressure_usable) {
+  pressure_fresh_ = seen.pressure_usable;
+  if (pressure_fresh_) {
     pressure_kPa_ = config::pressure_kPa(settings_, readings.pressure.mean_V);
     if (!pressure_seen_) regulator_.reset(pressure_kPa_, command_V_);
     pressure_seen_ = true;
     if (has_model()) residual_kPa_ = regulator_.observe(*model_, pressure_kPa_, volume_.past());
+  } else if (pressure_seen_ && has_model()) {
+    regulator_.coast(*model_, volume_.past());
   }
   return seen.causes;
 }
@@ -100,7 +103,8 @@ float ChamberLoop::driven_V(const Order& order, canopen::ChamberImage& image) no
   if (regulating) return regulated_V(order, image);
   image.feedforward_V = settings_.null_V;
   image.reference_Pa = pressure_kPa_ * kPa;
-  if (exciting) return excitation_.step(pressure_kPa_);
+  // The guard of the excitation lives on fresh pressures: without one the ports are shut.
+  if (exciting) return pressure_fresh_ ? excitation_.step(pressure_kPa_) : settings_.null_V;
   const safety::Drive resting = order.drive == safety::Drive::vent ? order.drive : safety::Drive::safe;
   return safety::resting_command_V(settings_, resting, order.must_vent);
 }

@@ -68,8 +68,9 @@ class ChamberLoop {
   float pressure_kPa_ = 0.0F;      ///< last usable measurement
   control::ChamberMotion motion_;  ///< of the tick at hand
   float residual_kPa_ = 0.0F;
-  float command_V_ = 0.0F;      ///< held over the tick just past
-  bool pressure_seen_ = false;  ///< a usable measurement has come since the start
+  float command_V_ = 0.0F;       ///< held over the tick just past
+  bool pressure_fresh_ = false;  ///< a usable measurement has come this tick
+  bool pressure_seen_ = false;   ///< a usable measurement has come since the start
   bool volume_seen_ = false;
   bool was_regulating_ = false;
   bool was_exciting_ = false;

@@ -279,6 +279,38 @@ TEST(BoardFault, ExcitationNeedsNoSetPoints) {
   EXPECT_EQ(bench.image().error_code, 0);
 }
 
+TEST(BoardFault, ExcitationWithoutAFreshPressureShutsTheValveForThatTick) {
+  Bench bench;
+  bench.board.start();
+  bench.session.write(object::kControlMode, 0, std::int8_t{-1});
+  bench.put(0, {1, 0});
+  bench.climb();
+  for (int round = 0; round < 50; ++round) {
+    bench.run(7);
+    const float last_V = bench.analog_in.reading[0].mean_V;
+    force(bench, 0, last_V, false);
+    bench.tick();
+    free_inputs(bench);
+    EXPECT_EQ(bench.analog_out.held_V[0], 5.0F) << "V, chamber 1, which was not seen, round " << round;
+    ASSERT_EQ(bench.state(), State::active);
+  }
+}
+
+TEST(BoardFault, APressureMissedForATickIsBridgedByTheModel) {
+  Bench bench;
+  bench.go_active(200.0);
+  for (int t = 0; t < 40; ++t) {
+    bench.setpoint_kPa += 3.0;
+    if (t >= 20 && t < 22) force(bench, 0, bench.analog_in.reading[0].mean_V, false);
+    bench.tick();
+    free_inputs(bench);
+    EXPECT_NEAR(bench.chamber[0].pressure_kPa, bench.chamber[1].pressure_kPa, 0.1)
+        << "kPa, chamber 1 against chamber 2, which missed nothing, tick " << t;
+    EXPECT_NEAR(bench.image().chamber[0].residual_Pa, bench.image().chamber[1].residual_Pa, 100.0F)
+        << "Pa, tick " << t;
+  }
+}
+
 TEST(BoardFault, LostFramesAreReportedForTheTickAndStopNothing) {
   Bench bench;
   bench.go_active(300.0);
