@@ -81,6 +81,7 @@ safety::FaultReport Controller::judge(const Inputs& inputs) noexcept {
                                       .outputs_ok = inputs.outputs_ok,
                                       .tick_late = inputs.tick_late,
                                       .supply_V = inputs.supply.mean_V,
+                                      .supply_fresh = inputs.supply.fresh,
                                       .bus_off = inputs.can == ports::CanState::bus_off,
                                       .error_passive = inputs.can == ports::CanState::error_passive,
                                       .frames_lost = inputs.frames_lost,

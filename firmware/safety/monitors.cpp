@@ -70,7 +70,8 @@ FaultSet BoardMonitor::step(const config::BoardSettings& settings, const Input& 
   setpoint_count_before_ = in.setpoint_count;
   const std::uint16_t silence = setpoint_silence_.step(in.setpoints_needed && !setpoint_came);
   const bool supply_watched = settings.supply_low_kPa > Scalar(0);
-  const bool supply_enough = config::supply_kPa(settings, in.supply_V) >= settings.supply_low_kPa;
+  const bool supply_enough =
+      in.supply_fresh && config::supply_kPa(settings, in.supply_V) >= settings.supply_low_kPa;
 
   FaultSet causes = 0;
   causes |= if_so(in.emergency_stop, Fault::emergency_stop);

@@ -35,8 +35,7 @@ class ChamberMonitor {
     bool pressure_fresh = false;  ///< a sample arrived in the tick
     Scalar position_V = 0;
     bool position_fresh = false;
-    Scalar residual_kPa =
-        0;  ///< measured minus predicted pressure of this tick; 0 while nothing is predicted
+    Scalar residual_kPa = 0;  ///< measured minus predicted, as known a tick ago; 0 while nothing is predicted
     bool regulation_asked = false;  ///< 6040h asks for HOLD or ACTIVE
     bool model_ready = false;       ///< this chamber has a model, or the control mode needs none
   };
@@ -61,6 +60,7 @@ class BoardMonitor {
     bool outputs_ok = true;       ///< every output took the last write
     bool tick_late = false;       ///< this tick began later than its deadline
     Scalar supply_V = 0;          ///< mean at the supply sensor's pin
+    bool supply_fresh = true;     ///< a sample arrived in the tick; an old one vouches for no supply
     bool bus_off = false;
     bool error_passive = false;
     bool frames_lost = false;          ///< a receive queue overflowed since the last tick

@@ -63,6 +63,7 @@ const std::vector<Injection> kInjections = {
      [](Bench& b) { b.digital.inputs.emergency_stop = false; }},
     {"SupplyLow", Fault::supply_low, 0, 20, [](Bench& b) { force(b, 16, 4.9F); }, free_inputs},
     {"SupplySensorNan", Fault::supply_low, 0, 20, [](Bench& b) { force(b, 16, kNaN); }, free_inputs},
+    {"SupplySensorStale", Fault::supply_low, 0, 20, [](Bench& b) { force(b, 16, 6.2F, false); }, free_inputs},
     // the answer to a tick's write is known in the next one
     {"OutputRefused", Fault::hardware, 0, 2, [](Bench& b) { b.analog_out.refuses = true; },
      [](Bench& b) { b.analog_out.refuses = false; }},
