@@ -29,7 +29,8 @@
 
 namespace plenum {
 
-/// What an installer sets. Each part has a validate(); a controller is made of settings that have passed it.
+/// What an installer sets. Board and chambers have a config::validate(); a controller is made of settings that
+/// have passed it.
 struct Settings {
   canopen::Config node;
   config::BoardSettings board;

@@ -9,8 +9,8 @@
 //   mean of p over the tick = s + (p(t) - s) (1 - e^(-r h))/(r h)                 integral of (7)
 //   c_b = (P_c + P_r)/2,  c_s = (P_c - P_r)/2,  c_gamma = 0.1 V in the paper
 //
-// Units: p, s, P [kPa]; u [V]; v [mL]; v' [mL/s]; h [s]; c1 [V], c2 [1/V], c3 [1/V^3], c4 [kPa s/mL], c5
-// [1/mL], c6 [1/mL], c7 [1/(V s)], c8 [1], c9 [V].
+// Units: p, s, P [kPa]; u [V]; v [mL]; v' [mL/s]; h [s]; c1 [V], c2 [1/V], c3 [1/V^3], c4 [kPa s/mL],
+// c5 [1/mL], c6 [1/mL], c7 [1/(V s)], c8 [1], c9 [V].
 //
 // Valid for every parameter set that config::validate() admits: k > 0 for every command, s rises with the
 // command.

@@ -1,7 +1,11 @@
 // Volume and its rate from the measured volume: a steady-state Kalman filter with constant acceleration.
 //
-//   x = (v, v', v''),  x+ = F x + noise on v'',  y = v + noise;  the measured volume is the mean over the
-//   tick just past, so y belongs to the middle of that tick, and so does x.
+//   x  = (v, v', v'')
+//   x+ = F x + noise on v''
+//   y  = v + noise
+//
+// The measured volume is the mean over the tick just past, so y belongs to the middle of that tick, and so
+// does x.
 //
 // A bare difference of the measured volume, as the paper takes, multiplies its noise by 1/h = 100 per second;
 // this estimate is what the tick at hand needs: volume and rate one tick ahead of the last measurement.

@@ -8,8 +8,8 @@
 //   const Supervisor::Output out = supervisor.step({control_word, ready, model_ready, report.reaction});
 //
 // Invariants (tests/firmware/safety explores every state with every input):
-//  - drive `active` only when no fault with a reaction stands, the models are there and D, H and M are
-//  commanded;
+//  - drive `active` only when no fault with a reaction stands, the models are there and D, H and M
+//    are commanded;
 //  - a fault with reaction safe or vent leaves drive `safe` or `vent` in the very tick in which it appears;
 //  - after a fault nothing moves before a reset, and no reset leads to ACTIVE.
 #pragma once
