@@ -14,8 +14,12 @@ SteadyAndRate at(const Tassa9& model, const Ticks& ticks, std::size_t row) {
   return steady_and_rate(model, ticks.command_V[row], ticks.volume_mL[row], ticks.volume_rate_mL_s[row]);
 }
 
+std::size_t rows_of(double every_s, double period_s) {
+  return static_cast<std::size_t>(std::max(1.0, std::round(every_s / period_s)));
+}
+
 std::vector<FreeRun> runs(const Tassa9& model, const Ticks& ticks, double every_s) {
-  const auto length = static_cast<std::size_t>(std::max(1.0, std::round(every_s / ticks.period_s)));
+  const std::size_t length = rows_of(every_s, ticks.period_s);
   std::vector<FreeRun> all;
   for (std::size_t start = 0; start + 1 < ticks.size(); start += length) {
     FreeRun run{start, predict_free_run_kPa(model, ticks, start, std::min(length, ticks.size() - 1 - start))};
@@ -71,9 +75,20 @@ double free_run_rms_kPa(const Tassa9& model, const trace::Log& log, double every
   return std::sqrt(square / static_cast<double>(log.size() - 1));
 }
 
+double held_start_rms_kPa(const trace::Log& log, double every_s) {
+  const std::size_t length = rows_of(every_s, log.period_s);
+  double square = 0.0;
+  for (std::size_t row = 1; row < log.size(); ++row) {
+    const std::size_t start = (row - 1) / length * length;
+    const double error_kPa = 1e-3 * (log.pressure_Pa[start] - log.pressure_Pa[row]);
+    square += error_kPa * error_kPa;
+  }
+  return std::sqrt(square / static_cast<double>(log.size() - 1));
+}
+
 Drift drift(const trace::Log& log, const Tassa9& model, std::size_t starts, double horizon_s) {
   const Ticks ticks = lay_out({log});
-  const auto horizon = static_cast<std::size_t>(std::max(1.0, std::round(horizon_s / ticks.period_s)));
+  const std::size_t horizon = rows_of(horizon_s, ticks.period_s);
   if (starts < 2 || ticks.size() < horizon + starts) {
     throw CannotIdentify(
         fmt::format("drift of {} starts over {} s: {} rows, expected at least 2 starts and {} rows", starts,

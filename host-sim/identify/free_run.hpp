@@ -38,6 +38,10 @@ std::vector<FreeRun> reinitialised_runs(const Tassa9& model, const trace::Log& l
 /// RMS of predicted minus measured over all re-initialised runs [kPa].
 double free_run_rms_kPa(const Tassa9& model, const trace::Log& log, double every_s = 2.0);
 
+/// The same for a prediction that knows nothing and holds the measured start of each run [kPa]: what a model
+/// must beat.
+double held_start_rms_kPa(const trace::Log& log, double every_s = 2.0);
+
 /// Errors of free runs against the time since their start, over all starts (Fig. 13), in percent of P_c -
 /// P_r.
 struct Drift {

@@ -45,6 +45,16 @@ TEST(FreeRun, ReinitialisedRunsCoverEveryRowButTheFirstOnce) {
   EXPECT_EQ(next, 949U);
 }
 
+TEST(FreeRun, HeldStartsErrByHowFarThePressureGoesFromEachStart) {
+  trace::Log log;
+  for (int k = 0; k < 6; ++k) {
+    log.time_s.push_back(0.01 * k);
+    log.pressure_Pa.push_back(101e3 + 1e3 * k);
+  }
+  // Runs of 2 ticks start at rows 0, 2 and 4: errors 1, 2, 1, 2, 1 kPa.
+  EXPECT_NEAR(held_start_rms_kPa(log, 0.02), std::sqrt(11.0 / 5.0), 1e-12);
+}
+
 TEST(FreeRun, RefusesToPredictBeyondTheLog) {
   const trace::Log log = record({});
   EXPECT_THROW(predict_free_run(Tassa9{}, log, 0, log.size()), CannotIdentify);
