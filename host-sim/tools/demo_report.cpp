@@ -5,32 +5,24 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
+#include "host-sim/tools/model_charts.hpp"
 #include "host-sim/trace/model_json.hpp"
 
 namespace plenum::host::tools {
 namespace {
 
-using report::Axis;
 using report::Curve;
 using report::Ink;
 using report::LineChart;
 using report::Stroke;
-using report::XyChart;
 
 constexpr double kGap = std::numeric_limits<double>::quiet_NaN();
-constexpr double kShown_s = 10.0;   ///< of a recording
-constexpr double kFreeRun_s = 2.0;  ///< re-initialised runs, as in Fig. 12
+constexpr double kShown_s = 10.0;  ///< of a recording
 constexpr std::size_t kChangeRows = 200;
 
 std::string chamber_name(std::size_t chamber) {
   return fmt::format("ch. {}", chamber + 1);
-}
-
-std::vector<double> scaled(std::vector<double> values, double factor) {
-  for (double& value : values) value *= factor;
-  return values;
 }
 
 trace::Log first_rows(const trace::Log& log, std::size_t count) {
@@ -38,14 +30,6 @@ trace::Log first_rows(const trace::Log& log, std::size_t count) {
   for (auto* column : {&cut.time_s, &cut.command_V, &cut.pressure_Pa, &cut.volume_m3, &cut.reference_Pa})
     column->resize(std::min(column->size(), count));
   return cut;
-}
-
-double mean(const std::vector<double>& values) {
-  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-}
-
-double to_hundredths(double value) {
-  return std::round(100.0 * value) / 100.0;
 }
 
 /// Chambers with the least and the largest value.
@@ -60,28 +44,13 @@ std::pair<std::size_t, std::size_t> best_and_worst(std::size_t count, Value valu
   return {best, worst};
 }
 
-/// Fig. 12: measured pressure, and predictions of 2 s that each start from it.
-LineChart free_run_chart(const Demo& demo, std::size_t chamber) {
+LineChart held_out_chart(const Demo& demo, std::size_t chamber) {
   const DemoChamber& of = demo.chamber[chamber];
   const trace::Log log =
       first_rows(of.held_out, static_cast<std::size_t>(kShown_s / of.held_out.period_s) + 1);
-  Curve predicted{"predicted, 2 s free runs", {}, {}};
-  for (const identify::FreeRun& run : identify::reinitialised_runs(of.fit.model, log, kFreeRun_s)) {
-    predicted.x.push_back(log.time_s[run.start_row]);
-    predicted.y.push_back(log.pressure_Pa[run.start_row] / 1e3);
-    for (std::size_t i = 0; i < run.pressure_Pa.size(); ++i) {
-      predicted.x.push_back(log.time_s[run.start_row + 1 + i]);
-      predicted.y.push_back(run.pressure_Pa[i] / 1e3);
-    }
-    predicted.x.push_back(predicted.x.back());
-    predicted.y.push_back(kGap);
-  }
-  return {
-      .title = fmt::format("Free runs, {}", chamber_name(chamber)),
-      .caption = fmt::format("RMS error over the whole held-out record: {:.1f} kPa.", of.free_run_rms_kPa),
-      .y = {"Pressure", "kPa"},
-      .curves = {{"measured", log.time_s, scaled(log.pressure_Pa, 1e-3), Stroke::kSolid, Ink::kNeutral},
-                 predicted}};
+  return free_run_chart(
+      of.fit.model, log, fmt::format("Free runs, {}", chamber_name(chamber)),
+      fmt::format("RMS error over the whole held-out record: {:.1f} kPa.", of.free_run_rms_kPa));
 }
 
 /// Fig. 11: how far the pressure moves in one tick.
@@ -119,31 +88,13 @@ LineChart drift_chart(const Demo& demo) {
   return chart;
 }
 
-std::pair<XyChart, XyChart> steady_and_rate_charts(const Demo& demo) {
-  XyChart steady{.title = "Where the pressure goes: s(u)",
-                 .caption = "Volume at its mean and at rest.",
-                 .x = {"Command", "V"},
-                 .y = {"Steady pressure s", "kPa"}};
-  XyChart rate{.title = "How fast it goes there: r(u)",
-               .caption = "Volume at its mean and at rest. Smallest at the valve's null.",
-               .x = {"Command", "V"},
-               .y = {"Rate r", "1/s"}};
+std::vector<ModelCurve> model_curves(const Demo& demo) {
+  std::vector<ModelCurve> curves;
   for (std::size_t c = 0; c < demo.chamber.size(); ++c) {
-    const double volume_mL = 1e6 * mean(demo.chamber[c].held_out.volume_m3);
-    Curve s{chamber_name(c), {}, {}};
-    Curve r{chamber_name(c), {}, {}};
-    for (int i = 0; i <= 200; ++i) {
-      const double command_V = 3.0 + 0.02 * i;
-      const auto at = identify::steady_and_rate(demo.chamber[c].fit.model, command_V, volume_mL, 0.0);
-      s.x.push_back(command_V);
-      s.y.push_back(at.steady_kPa);
-      r.x.push_back(command_V);
-      r.y.push_back(at.rate_per_s);
-    }
-    steady.curves.push_back(s);
-    rate.curves.push_back(r);
+    const DemoChamber& of = demo.chamber[c];
+    curves.push_back({chamber_name(c), of.fit.model, 1e6 * mean(of.held_out.volume_m3)});
   }
-  return {steady, rate};
+  return curves;
 }
 
 report::Row tracking_charts(const DemoTracked& tracked, std::size_t chamber) {
@@ -181,7 +132,6 @@ report::Table tracking_table(const Demo& demo) {
 }
 
 report::Table parameter_table(const Demo& demo) {
-  using identify::ParameterFit;
   report::Table table{
       .caption =
           "Parameters and their standard errors (↓ ↑: at the lower, upper bound, where there is "
@@ -192,14 +142,7 @@ report::Table parameter_table(const Demo& demo) {
   for (std::size_t i = 0; i < identify::kFree; ++i) {
     std::vector<report::Cell> row{std::string(trace::kTassa9Names[i])};
     for (const DemoChamber& chamber : demo.chamber) {
-      const ParameterFit& of = chamber.fit.parameters[i];
-      const char* mark = of.held                                    ? " (held)"
-                         : of.at_bound == ParameterFit::Bound::low  ? " ↓"
-                         : of.at_bound == ParameterFit::Bound::high ? " ↑"
-                                                                    : "";
-      row.emplace_back(std::isfinite(of.standard_error)
-                           ? fmt::format("{:.3g} ± {:.1g}", of.value, of.standard_error)
-                           : fmt::format("{:.3g}{}", of.value, mark));
+      row.emplace_back(parameter_cell(chamber.fit.parameters[i]));
     }
     table.rows.push_back(row);
   }
@@ -254,7 +197,7 @@ void add_prediction(report::Page& page, const Demo& demo) {
           "own pressure along; every 2 s it starts again from the measurement. The record is one that no "
           "fit has seen. The paper's Fig. 12 shows the same for one chamber of its robot, and hardly any "
           "drift.")
-      .row({free_run_chart(demo, best), free_run_chart(demo, worst)})
+      .row({held_out_chart(demo, best), held_out_chart(demo, worst)})
       .paragraph(
           "Left the chamber that drifts least, right the one that drifts most. Here the runs do part: "
           "errors add up because nothing pulls a free run back. The regulator looks two ticks ahead and is "
@@ -282,14 +225,15 @@ void add_prediction(report::Page& page, const Demo& demo) {
 }
 
 void add_models(report::Page& page, const Demo& demo) {
-  const auto [steady, rate] = steady_and_rate_charts(demo);
+  constexpr CommandRange kCommands{3.0, 7.0};
+  const std::vector<ModelCurve> curves = model_curves(demo);
   page.section("The models")
       .paragraph(
           "A chamber's pressure goes to s with rate r: p' = (s - p) r. Both depend on the command u; s "
           "rises from ambient to supply pressure around the valve's null, r has its minimum there, where "
           "both ports are nearly shut. Larger chambers have the smaller r.")
-      .chart(steady)
-      .chart(rate)
+      .chart(steady_chart(curves, kCommands, "Volume at its mean and at rest."))
+      .chart(rate_chart(curves, kCommands, "Volume at its mean and at rest. Smallest at the valve's null."))
       .table(parameter_table(demo))
       .note(parameter_note(demo));
 }

@@ -6,6 +6,8 @@
 #include "host-sim/identify/free_run.hpp"
 #include "host-sim/identify/profile.hpp"
 #include "host-sim/tools/command.hpp"
+#include "host-sim/tools/identify_report.hpp"
+#include "host-sim/tools/model_charts.hpp"
 #include "host-sim/tools/output.hpp"
 #include "host-sim/trace/input_error.hpp"
 #include "host-sim/trace/log_csv.hpp"
@@ -27,6 +29,7 @@ struct Options {
   bool free_run = true;
   unsigned chamber = 0;
   std::string out = "model.json";
+  std::string report;
   Output output;
 };
 
@@ -50,6 +53,16 @@ trace::Log log_of(const std::string& file, const Options& options, const trace::
       options.rig_file.empty() ? trace::read_log(file, &notices) : trace::read_log(file, rig, &notices);
   for (const std::string& notice : notices) fmt::print(stderr, "plenum identify: {}\n", notice);
   return log;
+}
+
+/// The files read as logs, each with its name but not its folder: a page holds no path.
+std::vector<NamedLog> logs_of(const std::vector<std::string>& files, const Options& options,
+                              const trace::RigDescription& rig) {
+  std::vector<NamedLog> logs;
+  for (const std::string& file : files) {
+    logs.push_back({std::filesystem::path(file).filename().string(), log_of(file, options, rig)});
+  }
+  return logs;
 }
 
 /// The number of the chamber that a log is of, where its name says so: chamber-3.csv.
@@ -77,13 +90,6 @@ double kink_width_V(const std::string& text) {
   return value;
 }
 
-const char* mark_of(const ParameterFit& parameter) {
-  if (parameter.held) return "held";
-  if (parameter.at_bound == ParameterFit::Bound::low) return "at its lower bound";
-  if (parameter.at_bound == ParameterFit::Bound::high) return "at its upper bound";
-  return parameter.identifiable ? "" : "poorly known";
-}
-
 void print_fit(const Output& output, const identify::Tassa9Fit& fit, double stretch_s) {
   for (std::size_t i = 0; i < identify::kFree; ++i) {
     const ParameterFit& parameter = fit.parameters[i];
@@ -99,21 +105,25 @@ void print_fit(const Output& output, const identify::Tassa9Fit& fit, double stre
 }
 
 int run(const Options& options) {
-  const std::optional<double> c_gamma_V =
-      options.c_gamma == "auto" ? std::nullopt : std::optional(kink_width_V(options.c_gamma));
-  const trace::RigDescription rig = rig_of(options);
-  require_writable(options.out);
-  std::vector<trace::Log> logs;
-  for (const std::string& file : options.logs) logs.push_back(log_of(file, options, rig));
-  std::vector<trace::Log> others;
-  for (const std::string& file : options.predict) others.push_back(log_of(file, options, rig));
-
   identify::FitOptions how;
   how.stretch_s = options.stretch_s;
   how.refine_free_run = options.free_run;
-  if (c_gamma_V) how.c_gamma_V = *c_gamma_V;
-  const identify::Tassa9Fit fit =
-      c_gamma_V ? identify::fit_tassa9(logs, rig, how) : identify::fit_tassa9_profiled(logs, rig, how);
+  const bool profiled = options.c_gamma == "auto";
+  if (!profiled) how.c_gamma_V = kink_width_V(options.c_gamma);
+  const trace::RigDescription rig = rig_of(options);
+  require_writable(options.out);
+  if (!options.report.empty()) require_writable(options.report);
+  Identified identified{.fit = {},
+                        .stretch_s = options.free_run ? options.stretch_s : 0.0,
+                        .fitted = logs_of(options.logs, options, rig),
+                        .predicted = logs_of(options.predict, options, rig),
+                        .ventilator = options.format == kRespiraworks};
+  std::vector<trace::Log> logs;
+  for (const NamedLog& of : identified.fitted) logs.push_back(of.log);
+
+  identified.fit =
+      profiled ? identify::fit_tassa9_profiled(logs, rig, how) : identify::fit_tassa9(logs, rig, how);
+  const identify::Tassa9Fit& fit = identified.fit;
 
   const std::optional<unsigned> chamber =
       options.chamber != 0 ? std::optional(options.chamber) : chamber_in_name(options.logs.front());
@@ -122,12 +132,22 @@ int run(const Options& options) {
   print_fit(options.output, fit, options.stretch_s);
 
   Json predicted = Json::array();
-  for (std::size_t i = 0; i < others.size(); ++i) {
-    const double rms_kPa = identify::free_run_rms_kPa(fit.model, others[i]);
-    options.output.print("predicts {}: RMS {:.3f} kPa in free runs of 2 s\n", options.predict[i], rms_kPa);
-    predicted.push_back({{"file", options.predict[i]}, {"rms_free_run_2_s_kPa", number(rms_kPa)}});
+  for (std::size_t i = 0; i < options.predict.size(); ++i) {
+    const trace::Log& log = identified.predicted[i].log;
+    const double rms_kPa = identify::free_run_rms_kPa(fit.model, log, kFreeRun_s);
+    const double held_kPa = identify::held_start_rms_kPa(log, kFreeRun_s);
+    options.output.print(
+        "predicts {}: RMS {:.3f} kPa in free runs of 2 s; {:.3f} kPa by holding their start pressure\n",
+        options.predict[i], rms_kPa, held_kPa);
+    predicted.push_back({{"file", options.predict[i]},
+                         {"rms_free_run_2_s_kPa", number(rms_kPa)},
+                         {"rms_start_held_2_s_kPa", number(held_kPa)}});
   }
   options.output.print("model: {}\n", options.out);
+  if (!options.report.empty()) {
+    identify_page(identified).write(options.report);
+    options.output.print("report: {}\n", options.report);
+  }
   Json result = Json::parse(trace::format_model(model));
   result["file"] = options.out;
   result["predicted"] = predicted;
@@ -166,8 +186,12 @@ Command add_identify(CLI::App& program) {
                   "chamber-N.csv)")
       ->check(CLI::Range(1, 8));
   app->add_option("-o,--out", options->out, "Model file to write")->type_name("FILE")->capture_default_str();
+  app->add_option("--report", options->report,
+                  "Page to write: predictions against the logs, parameters, curves (default: none)")
+      ->type_name("FILE.html");
   options->output.add_to(*app);
-  app->footer(example("  plenum identify --rig first/rig.toml first/chamber-1.csv -o model-1.json"));
+  app->footer(example(
+      "  plenum identify --rig first/rig.toml first/chamber-1.csv -o model-1.json --report fit-1.html"));
   return {app, [options] { return run(*options); }};
 }
 

@@ -69,6 +69,7 @@ int main(int argc, char** argv) {
     const auto command = chosen();
     if (command == commands.end() && argc > 1 && argv[1][0] != '-') {
       std::vector<std::string> names;
+      names.reserve(commands.size());
       for (const tools::Command& one : commands) names.push_back(one.app->get_name());
       return fail(tools::kBadInput, "plenum",
                   fmt::format("'{}' is no command, expected {}", argv[1], fmt::join(names, ", ")));

@@ -116,6 +116,18 @@ class BadInput(Plenum):
         self.refused(2, "demo", "--report", "nowhere/page.html", says=["nowhere", "no such folder"])
         self.refused(2, "demo", "--report", ".", says=["is a folder"])
 
+    def test_a_fit_that_cannot_write_its_page_or_fails_writes_nothing(self):
+        self.write("still.csv", LOG + "".join(f"{k / 100},5,200000,0.001\n" for k in range(300)))
+        self.refused(2, "identify", "still.csv", "--report", "nowhere/page.html", says=["nowhere", "no such folder"])
+        self.refused(2, "identify", "still.csv", "--report", ".", says=["is a folder"])
+        self.refused(3, "identify", "still.csv", "--report", "page.html", says=["no excitation"])
+
+    def test_a_store_below_a_file_is_refused(self):
+        self.write("file", "")
+        self.write("model.json", model(1))
+        self.refused(2, "upload", "--store", "file/store", *SMALL, "model.json", says=["file/store", "expected a folder"])
+        self.refused(2, "regulate", "--store", "file/store", *SMALL, says=["file/store", "no such folder"])
+
     def test_a_board_without_models_does_not_regulate(self):
         self.refused(2, "regulate", "--store", "nowhere", says=["nowhere", "no such folder"])
         (self.folder / "empty").mkdir()
@@ -208,12 +220,21 @@ class Measured(Plenum):
     def test_ventilator_runs_are_fitted_and_predict_others(self):
         data = Path(TOP) / "tests/data/respiraworks"
         result = json.loads(self.done("identify", "--format", "respiraworks", "--stretch", 2, *(data / f"ctl_OXY_{i}.csv" for i in (1, 3, 5)),
-                                      "--predict", *(data / f"ctl_OXY_{i}.csv" for i in (2, 4, 6)), "--json", "-"))
+                                      "--predict", *(data / f"ctl_OXY_{i}.csv" for i in (2, 4, 6)), "--report", "page.html",
+                                      "--json", "-"))
         errors = [one["rms_free_run_2_s_kPa"] for one in result["predicted"]]
         self.assertEqual(len(errors), 3)
         # holding the start pressure errs by 0.78, 1.58 and 1.16 kPa there (README.md of host-sim/identify)
         for error, held in zip(errors, (0.78, 1.58, 1.16)):
             self.assertLess(error, 0.6 * held)
+        self.assertEqual([round(one["rms_start_held_2_s_kPa"], 2) for one in result["predicted"]], [0.78, 1.58, 1.16])
+        page = (self.folder / "page.html").read_text(encoding="utf-8")
+        for i in range(1, 7):
+            self.assertIn(f"<figure><h3>ctl_OXY_{i}.csv", page)
+            self.assertIn(f"<figure><h3>Error, ctl_OXY_{i}.csv", page)
+        for text in ["s(u)", "r(u)", "Standard error", "at its lower bound", "What these data can and cannot identify"]:
+            self.assertIn(text, page)
+        self.assertNotIn(str(data), page, "a page holds no path")
 
 
 if __name__ == "__main__":
