@@ -54,7 +54,8 @@ void add_logs(report::Section& section, const identify::Tassa9& model, const std
                        fmt::format("RMS error {:.3g} kPa; holding the start pressure {:.3g} kPa.",
                                    identify::free_run_rms_kPa(model, of.log, kFreeRun_s),
                                    identify::held_start_rms_kPa(of.log, kFreeRun_s)));
-    report::LineChart error = free_run_error_chart(model, of.log, fmt::format("Error, {}", of.name), "");
+    report::LineChart error =
+        free_run_error_chart(model, of.log, fmt::format("Error, {}", of.name), "Predicted minus measured.");
     pressure.group = of.name;
     error.group = of.name;
     section.row({pressure, error});
@@ -101,7 +102,8 @@ void add_ventilator(report::Page& page) {
            "valve.",
            "Not c4 and c5, held at 0: the equivalent volume does not move. c6 is known from very few "
            "volumes and also carries whatever else differs between runs.",
-           "Not the valves' null: the closed loop never shows it, so c1 and c9 end at bounds.",
+           "Not the valves' null: the closed loop never shows it, and c1 and c9 end at bounds or mean "
+           "nothing.",
            "Not resistance: airway pressure contains resistance times flow, which one equation cannot have. "
            "Runs of higher resistance are predicted worse.",
            "Biased: the controller closes the loop on this very pressure, so that command and disturbance "
