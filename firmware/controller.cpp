@@ -3,8 +3,6 @@
 namespace plenum {
 namespace {
 
-constexpr std::uint32_t kTick_us = static_cast<std::uint32_t>(config::kTick_s * 1e6F + 0.5F);
-
 /// Each chamber is excited by a sequence of its own.
 std::uint32_t chamber_seed(std::uint32_t board_seed, std::size_t chamber) noexcept {
   constexpr std::uint32_t kGoldenRatio = 0x9E3779B9U;
@@ -70,12 +68,13 @@ Outputs Controller::step(const Inputs& inputs) noexcept {
   image_.supply_Pa = config::supply_kPa(settings_.board, inputs.supply.mean_V) * 1000.0F;
   ++image_.tick_count;
   image_.overrun_count += inputs.tick_late ? 1U : 0U;
-  node_.tick(kTick_us);
+  node_.tick(config::kTick_us);
   return outputs;
 }
 
 safety::FaultReport Controller::judge(const Inputs& inputs) noexcept {
-  const bool following = last_drive_ == safety::Drive::active && model_needed();
+  // In excitation there are no set points: there the master shows by its SYNC that it is still there.
+  const std::uint32_t master_count = model_needed() ? image_.setpoint_count : image_.sync_count;
   const safety::FaultSet board_causes =
       monitor_.step(settings_.board, {.emergency_stop = inputs.digital.emergency_stop,
                                       .outputs_ok = inputs.outputs_ok,
@@ -86,8 +85,8 @@ safety::FaultReport Controller::judge(const Inputs& inputs) noexcept {
                                       .error_passive = inputs.can == ports::CanState::error_passive,
                                       .frames_lost = inputs.frames_lost,
                                       .setpoint_lost = image_.setpoint_lost && model_needed(),
-                                      .setpoint_count = image_.setpoint_count,
-                                      .setpoints_needed = following});
+                                      .setpoint_count = master_count,
+                                      .setpoints_needed = last_drive_ == safety::Drive::active});
   constexpr std::uint16_t kRegulates = safety::control_bit::kD | safety::control_bit::kH;
   const bool asked = (image_.control_word & kRegulates) == kRegulates;
   safety::ChamberFaults causes{};

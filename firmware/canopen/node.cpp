@@ -231,6 +231,7 @@ void Node::receive_sync(const CanFrame& frame) noexcept {
   ++device_.counters.received;
   ++device_.counters.sync;
   if (state_ != NmtState::operational) return;
+  ++device_.image.sync_count;
   for (Rpdo& rpdo : device_.communication.rpdo) {
     if (rpdo.latched) apply(rpdo);
   }

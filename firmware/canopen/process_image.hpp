@@ -50,6 +50,7 @@ struct ProcessImage {
   std::uint16_t control_word = 0;                                ///< 6040h
   ControlMode control_mode = ControlMode::pressure_closed_loop;  ///< 6043h
   ExcitationImage excitation;                                    ///< 2310h
+  std::uint32_t sync_count = 0;  ///< counts SYNCs taken while operational: the watchdog's food in excitation
   std::uint32_t setpoint_count = 0;  ///< counts set-point PDOs accepted: the watchdog's food
   bool setpoint_lost = false;        ///< the RPDO event timer (1400h:5) ran out while 6040h asks for ACTIVE
   std::uint8_t preview_ticks = 0;    ///< 2160h: a set point is to be met this many ticks after its SYNC

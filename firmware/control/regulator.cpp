@@ -132,8 +132,9 @@ Regulator::Command Regulator::regulate(const PressureModel& model,
 
   planned_ = true;
   planned_model_V_ = inverse.command_V;
-  planned_V_ =
-      clamp(inverse.command_V + trim_.at(inverse.command_V), config_.command_low_V, config_.command_high_V);
+  // Where the model is at its limit so is the valve: a learned correction does not take full opening away.
+  const Scalar trim_V = inverse.saturated ? Scalar(0) : trim_.at(inverse.command_V);
+  planned_V_ = clamp(inverse.command_V + trim_V, config_.command_low_V, config_.command_high_V);
   // What of the rise the measurement asked for, beyond that of the reference, in volts at the slope here.
   const Scalar correction_kPa = (target_kPa - start_kPa) - (wanted.to_kPa - wanted.from_kPa);
   const Scalar slope =

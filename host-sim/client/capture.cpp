@@ -115,7 +115,7 @@ std::vector<CapturedRow> capture(Session& session, const CaptureOptions& options
   session.nmt(canopen::NmtCommand::start);
   session.enable();
   recorder.restart();
-  const auto count = static_cast<std::size_t>(options.seconds / kCycle_s + 0.5);
+  const auto count = static_cast<std::size_t>(std::lround(options.seconds / kCycle_s));
   // One cycle more than rows: the answer to the last SYNC may come after it.
   for (std::size_t k = 0; k <= count; ++k) {
     recorder.cycle();
@@ -156,7 +156,7 @@ std::vector<CapturedRow> follow(Session& session, std::span<const std::vector<do
   constexpr double kPaPerMbar = 100.0;
   for (std::size_t c = 0; c < options.chambers; ++c) {
     const auto hold = static_cast<std::uint16_t>(object::kHoldSetpoint + object::kChamberStride * c);
-    session.write(hold, 1, static_cast<std::int16_t>(reference_Pa[c].front() / kPaPerMbar + 0.5));
+    session.write(hold, 1, static_cast<std::int16_t>(std::lround(reference_Pa[c].front() / kPaPerMbar)));
   }
   session.nmt(canopen::NmtCommand::start);
   session.request_state(canopen::word::kDisabled);
@@ -191,7 +191,7 @@ std::vector<CapturedRow> follow(Session& session, std::span<const std::vector<do
 std::vector<std::vector<double>> random_references(unsigned chambers, double seconds, double low_Pa,
                                                    double high_Pa, std::uint32_t seed) {
   require_chambers(chambers);
-  const auto count = static_cast<std::size_t>(seconds / kCycle_s + 0.5);
+  const auto count = static_cast<std::size_t>(std::lround(seconds / kCycle_s));
   std::mt19937 bits(seed);  // its sequence is the standard's; a distribution's is not
   const auto unit = [&bits] { return static_cast<double>(bits()) / 4294967296.0; };
   std::vector<std::vector<double>> references(chambers);

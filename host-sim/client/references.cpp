@@ -66,7 +66,7 @@ class BandLimited {
 
 std::vector<std::vector<double>> references(const ReferenceShape& shape, unsigned chambers, double seconds) {
   require_possible(shape);
-  const auto count = static_cast<std::size_t>(seconds / kCycle_s + 0.5);
+  const auto count = static_cast<std::size_t>(std::lround(seconds / kCycle_s));
   std::mt19937 bits(shape.seed);  // its sequence is the standard's; a distribution's is not
   std::vector<std::vector<double>> result(chambers);
   for (unsigned chamber = 0; chamber < chambers; ++chamber) {

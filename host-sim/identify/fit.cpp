@@ -236,6 +236,7 @@ BoxSolution explore(const Coordinates& coordinates, const Tassa9& given, const H
     }
   }
   std::vector<BoxSolution> looks;
+  looks.reserve(starts.size());
   for (const Tassa9& start : starts) {
     looks.push_back(
         minimise(part, Error::one_step, coordinates.of(start), held, kLookIterations, kLookTolerance));

@@ -58,8 +58,8 @@ constexpr double kShrinkAtMost = 0.1;
 
 }  // namespace
 
-ChamberPlant::ChamberPlant(Valve valve, const ChamberConfig& config, const VolumeMotion& volume)
-    : valve_(std::move(valve)),
+ChamberPlant::ChamberPlant(const Valve& valve, const ChamberConfig& config, const VolumeMotion& volume)
+    : valve_(valve),
       gas_(config.gas),
       volume_(volume),
       supply_Pa_(config.supply_Pa),

@@ -57,7 +57,7 @@ struct Interval {
 class ChamberPlant {
  public:
   /// Throws std::invalid_argument naming the field when a figure of `config` is out of range.
-  ChamberPlant(Valve valve, const ChamberConfig& config, const VolumeMotion& volume);
+  ChamberPlant(const Valve& valve, const ChamberConfig& config, const VolumeMotion& volume);
 
   /// Moves on by `duration_s` > 0 with `command_V` held. Throws std::invalid_argument when either is not
   /// finite.

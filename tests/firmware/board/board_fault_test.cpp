@@ -275,9 +275,24 @@ TEST(BoardFault, ExcitationNeedsNoSetPoints) {
   bench.put(0, {1, 0});
   bench.climb();
   bench.streaming = false;
-  bench.run(300);
+  for (int tick = 0; tick < 300; ++tick) {
+    bench.put(0x80, {});  // SYNC alone
+    bench.run(1);
+  }
   EXPECT_EQ(bench.state(), State::active);
   EXPECT_EQ(bench.image().error_code, 0);
+}
+
+TEST(BoardFault, ExcitationEndsWithTheMastersSync) {
+  Bench bench;
+  bench.board.start();
+  bench.session.write(object::kControlMode, 0, std::int8_t{-1});
+  bench.put(0, {1, 0});
+  bench.climb();
+  bench.streaming = false;
+  bench.run(20);
+  EXPECT_EQ(bench.image().error_code, 0x8250);
+  EXPECT_THAT(bench.analog_out.held_V, Each(5.0F)) << "V: the safe output of every chamber";
 }
 
 TEST(BoardFault, ExcitationWithoutAFreshPressureShutsTheValveForThatTick) {
