@@ -59,6 +59,7 @@ trace::Log log_of(const std::string& file, const Options& options, const trace::
 std::vector<NamedLog> logs_of(const std::vector<std::string>& files, const Options& options,
                               const trace::RigDescription& rig) {
   std::vector<NamedLog> logs;
+  logs.reserve(files.size());
   for (const std::string& file : files) {
     logs.push_back({std::filesystem::path(file).filename().string(), log_of(file, options, rig)});
   }

@@ -94,9 +94,8 @@ void add_ventilator(report::Page& page) {
           "Runs of a ventilator on a test lung: inlet and exhaust valve move together and count as one "
           "command of 0 to 10 V; the lung counts as a rigid chamber of equivalent volume.")
       .list(
-          {"They can: tell how airway pressure answers the command over 2 s; the table above says by how "
-           "much "
-           "that beats holding the start pressure.",
+          {"They can: tell how airway pressure answers the command over 2 s; by how much that beats "
+           "holding the start pressure is in the table above.",
            "Not the supply: it was not recorded, and the pressures stay below 4 kPa gauge. The supply that "
            "the fit assumes is a free scale, and c1, c2, c3, c7 change with it: they say nothing of the "
            "valve.",
