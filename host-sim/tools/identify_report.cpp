@@ -93,20 +93,12 @@ void add_ventilator(report::Page& page) {
       .paragraph(
           "Runs of a ventilator on a test lung: inlet and exhaust valve move together and count as one "
           "command of 0 to 10 V; the lung counts as a rigid chamber of equivalent volume.")
-      .list(
-          {"They can: tell how airway pressure answers the command over 2 s; by how much that beats "
-           "holding the start pressure is in the table above.",
-           "Not the supply: it was not recorded, and the pressures stay below 4 kPa gauge. The supply that "
-           "the fit assumes is a free scale, and c1, c2, c3, c7 change with it: they say nothing of the "
-           "valve.",
-           "Not c4 and c5, held at 0: the equivalent volume does not move. c6 is known from very few "
-           "volumes and also carries whatever else differs between runs.",
-           "Not the valves' null: the closed loop never shows it, and c1 and c9 end at bounds or mean "
-           "nothing.",
-           "Not resistance: airway pressure contains resistance times flow, which one equation cannot have. "
-           "Runs of higher resistance are predicted worse.",
-           "Biased: the controller closes the loop on this very pressure, so that command and disturbance "
-           "are correlated."});
+      .list({"They can: foretell the airway pressure over 2 s from the command, as the table measures.",
+             "Not the supply: it was not recorded, and c1, c2, c3, c7 scale with the one assumed.",
+             "Not c4 and c5, held at 0: the equivalent volume does not move.",
+             "Not the valves' null: the closed loop never shows it; c1 and c9 end at bounds.",
+             "Not resistance: pressure contains resistance times flow, which one equation lacks.",
+             "Biased: the loop was closed on this pressure; command and disturbance correlate."});
 }
 
 std::string fitted_to(const Identified& identified) {
