@@ -2,19 +2,23 @@
 #pragma once
 
 #include <cmath>
+#include <cstdint>
+#include <functional>
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "host-sim/client/link.hpp"
 #include "host-sim/rig/rig.hpp"
 
 namespace plenum::host::tools {
 
-class RigLink final : public client::Link {
+class RigLink : public client::Link {
  public:
-  /// The rig must outlive the link.
-  explicit RigLink(rig::Rig& rig, const std::string& name = "master") : rig_(rig), port_(rig.attach(name)) {}
+  /// The rig must outlive the link. `on_tick` is called after each tick of the boards that waiting runs.
+  explicit RigLink(rig::Rig& rig, const std::string& name = "master", std::function<void()> on_tick = {})
+      : rig_(rig), port_(rig.attach(name)), on_tick_(std::move(on_tick)) {}
 
   void send(const client::CanFrame& frame) override {
     if (!port_.send(frame))
@@ -27,7 +31,9 @@ class RigLink final : public client::Link {
     while (true) {
       if (port_.receive(frame)) return frame;
       if (rig_.now_ns() >= until_ns) return std::nullopt;
+      const std::uint64_t ticks = rig_.ticks();
       rig_.advance(until_ns);
+      if (on_tick_ && rig_.ticks() != ticks) on_tick_();
     }
   }
 
@@ -36,6 +42,7 @@ class RigLink final : public client::Link {
  private:
   rig::Rig& rig_;
   ports::SimulatedCanPort& port_;
+  std::function<void()> on_tick_;
 };
 
 }  // namespace plenum::host::tools

@@ -51,32 +51,15 @@ using Series = std::vector<double>;
 using Plants = std::array<plant::ChamberPlant, kChambers>;
 
 /// The simulated rig as seen by the client, keeping the plants' true state at every tick.
-class WatchedLink final : public client::Link {
+class WatchedLink : public tools::RigLink {
  public:
-  explicit WatchedLink(rig::Rig& rig) : rig_(rig), port_(rig.attach("master")) {}
-  void send(const client::CanFrame& frame) override {
-    if (!port_.send(frame)) throw std::runtime_error("transmit queue full");
-  }
-  std::optional<client::CanFrame> receive(double timeout_s) override {
-    const std::uint64_t until_ns = rig_.now_ns() + static_cast<std::uint64_t>(std::llround(timeout_s * 1e9));
-    client::CanFrame frame;
-    while (true) {
-      if (port_.receive(frame)) return frame;
-      if (rig_.now_ns() >= until_ns) return std::nullopt;
-      const std::uint64_t ticks = rig_.ticks();
-      rig_.advance(until_ns);
-      if (rig_.ticks() == ticks || !keep) continue;
-      for (unsigned c = 0; c < kChambers; ++c) truth[c].push_back(rig_.board(0).plant(c));
-    }
-  }
-  double now_s() const override { return rig_.now_s(); }
+  explicit WatchedLink(rig::Rig& rig)
+      : tools::RigLink(rig, "master", [this, &rig] {
+          for (unsigned c = 0; keep && c < kChambers; ++c) truth[c].push_back(rig.board(0).plant(c));
+        }) {}
 
   bool keep = false;
   std::array<std::vector<plant::ChamberPlant>, kChambers> truth;  ///< before the command of that tick
-
- private:
-  rig::Rig& rig_;
-  ports::SimulatedCanPort& port_;
 };
 
 trace::Log log_of(const std::vector<client::CapturedRow>& rows, unsigned chamber) {

@@ -1,5 +1,5 @@
 // A PC and one board on a simulated bus: the board's tick runs every 10 ms of virtual time. Its controller is
-// a stub of the few lines below; node, parameter slots, bus and client are the real ones.
+// a stand-in of the few lines below; node, parameter slots, bus and client are the real ones.
 #pragma once
 
 #include <algorithm>
@@ -68,7 +68,7 @@ class BoardOnBus : public Link {
   canopen::Node node;
   std::uint64_t next_tick_ns = kTick_ns;
   bool deaf = false;                ///< the board says nothing
-  std::function<void()> each_tick;  ///< runs after the stub controller
+  std::function<void()> each_tick;  ///< runs after the stand-in for the controller
 
  private:
   void hear() {
