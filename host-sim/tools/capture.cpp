@@ -60,9 +60,7 @@ int run(const Options& options) {
 Command add_capture(CLI::App& program) {
   const auto options = std::make_shared<Options>();
   CLI::App* app = program.add_subcommand("capture", "Record a board's chambers over CAN, for identification");
-  add_bus(*app, options->bus);
-  app->add_option("--store", options->store, "Folder that keeps the models of the simulated board")
-      ->type_name("DIR");
+  add_board(*app, options->bus, options->store);
   options->rig.add_to(*app);
   app->add_option("--seconds", options->seconds, "Length of the recording [s]")
       ->check(CLI::Range(1.0, 36000.0))

@@ -47,10 +47,7 @@ int run(const Options& options) {
 Command add_download(CLI::App& program) {
   const auto options = std::make_shared<Options>();
   CLI::App* app = program.add_subcommand("download", "Read the models of a board over CAN into model files");
-  add_bus(*app, options->bus);
-  app->add_option("--store", options->store, "Folder that keeps the models of the simulated board")
-      ->type_name("DIR")
-      ->required();
+  add_board(*app, options->bus, options->store)->required();
   options->rig.add_to(*app);
   app->add_option("-o,--out", options->out, "Folder for model-N.json")
       ->type_name("DIR")

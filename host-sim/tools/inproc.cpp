@@ -78,9 +78,11 @@ rig::RigConfig RigChoice::config(const std::optional<std::filesystem::path>& sto
   return config;
 }
 
-void add_bus(CLI::App& app, std::string& bus) {
+CLI::Option* add_board(CLI::App& app, std::string& bus, std::string& store) {
   app.add_option("--bus", bus, "Where the board is: inproc, a rig simulated inside this program")
       ->capture_default_str();
+  return app.add_option("--store", store, "Folder that keeps the models of the simulated board")
+      ->type_name("DIR");
 }
 
 void require_inproc(const std::string& bus) {

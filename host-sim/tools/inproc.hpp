@@ -35,7 +35,8 @@ struct RigChoice {
 };
 
 /// --bus. Throws std::invalid_argument for a bus that this program does not reach.
-void add_bus(CLI::App& app, std::string& bus);
+/// --bus and --store: where the board is and what it keeps. Returns the option --store.
+CLI::Option* add_board(CLI::App& app, std::string& bus, std::string& store);
 void require_inproc(const std::string& bus);
 
 /// Throws InputError when there is no such folder: a board without models is no use to who names one.

@@ -81,10 +81,7 @@ Command add_regulate(CLI::App& program) {
   const auto options = std::make_shared<Options>();
   CLI::App* app = program.add_subcommand(
       "regulate", "Let a board regulate its chambers to a reference at 100 Hz, and record how well it does");
-  add_bus(*app, options->bus);
-  app->add_option("--store", options->store, "Folder that keeps the models of the simulated board")
-      ->type_name("DIR")
-      ->required();
+  add_board(*app, options->bus, options->store)->required();
   options->rig.add_to(*app);
   app->add_option("--reference", options->kind, "What to follow")
       ->check(CLI::IsMember({"sine", "steps", "trapezoid", "random"}))

@@ -80,10 +80,7 @@ Command add_upload(CLI::App& program) {
   const auto options = std::make_shared<Options>();
   CLI::App* app = program.add_subcommand(
       "upload", "Hand models to a board over CAN: all or none; read back and compared");
-  add_bus(*app, options->bus);
-  app->add_option("--store", options->store, "Folder that keeps the models of the simulated board")
-      ->type_name("DIR")
-      ->required();
+  add_board(*app, options->bus, options->store)->required();
   options->rig.add_to(*app);
   app->add_option("--chamber", options->chamber,
                   "Chamber of the board, from 1 (default: the one in the file)")
