@@ -1,0 +1,110 @@
+#include "host-sim/diagnose/gap_json.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace plenum::host::diagnose {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json rounded(double value) {
+  if (!std::isfinite(value)) return nullptr;
+  return std::stod(fmt::format("{:.5g}", value));
+}
+
+Json kPa(double pressure_Pa) {
+  return rounded(1e-3 * pressure_Pa);
+}
+
+Json to_json(const Estimate& of) {
+  Json json{{"value", rounded(of.value)}, {"ci95", {rounded(of.low95), rounded(of.high95)}}};
+  if (of.at_bound) json["at_bound"] = true;
+  return json;
+}
+
+Json to_json(const std::vector<Estimate>& parameters) {
+  Json json = Json::object();
+  for (const Estimate& of : parameters) json[of.name] = to_json(of);
+  return json;
+}
+
+Json to_json(const NamedEffect& of) {
+  return {{"id", of.id},
+          {"confidence", rounded(of.confidence)},
+          {"gap_without_kPa", kPa(of.gap_without_Pa)},
+          {"gap_with_kPa", kPa(of.gap_with_Pa)},
+          {"parameters", to_json(of.parameters)},
+          {"aliases", of.aliases},
+          {"share", rounded(of.share)}};
+}
+
+Json to_json(const Candidate& of) {
+  return {{"id", of.id},
+          {"heldout_kPa", kPa(of.heldout_Pa)},
+          {"confidence", rounded(of.confidence)},
+          {"parameters", to_json(of.parameters)}};
+}
+
+Json to_json(const std::optional<Blame>& of) {
+  if (!of) return nullptr;
+  return {{"id", of->equation}, {"confidence", rounded(of->confidence)}};
+}
+
+Json to_json(const RegimeShare& of) {
+  return {{"regime", of.regime}, {"share", rounded(of.share)}};
+}
+
+Json to_json(const std::optional<NextExperiment>& of) {
+  if (!of) return nullptr;
+  return {{"excitation", of->excitation},
+          {"why", of->why},
+          {"separates", of->separates},
+          {"power", rounded(of->power)}};
+}
+
+Json to_json(const std::vector<CalibratedFigure>& calibration) {
+  Json json = Json::object();
+  for (const CalibratedFigure& of : calibration) {
+    Json figure{{"configured", rounded(of.configured)}};
+    figure.update(to_json(of.fitted));
+    json[of.name] = figure;
+  }
+  return json;
+}
+
+Json to_json(const Detectable& of) {
+  return {{"id", of.id}, {"parameter", of.parameter}, {"smallest", rounded(of.smallest)}};
+}
+
+template <class One>
+Json each(const std::vector<One>& all) {
+  Json json = Json::array();
+  for (const One& one : all) json.push_back(to_json(one));
+  return json;
+}
+
+}  // namespace
+
+nlohmann::ordered_json to_json(const GapReport& report) {
+  return {{"schema", "plenum-gap/1"},
+          {"gap_kPa",
+           {{"as_configured", kPa(report.as_configured_Pa)},
+            {"recalibrated", kPa(report.recalibrated_Pa)},
+            {"with_effects", kPa(report.with_effects_Pa)},
+            {"noise_floor", kPa(report.noise_floor_Pa)}}},
+          {"closed_fraction", rounded(report.closed_fraction)},
+          {"verdict", name_of(report.verdict)},
+          {"effects", each(report.effects)},
+          {"candidates", each(report.candidates)},
+          {"equation", to_json(report.equation)},
+          {"where", each(report.where)},
+          {"next_experiment", to_json(report.next)},
+          {"gap_p_value", rounded(report.gap_p_value)},
+          {"calibration", to_json(report.calibration)},
+          {"detectable", each(report.detectable)},
+          {"alias_classes", report.alias_classes}};
+}
+
+}  // namespace plenum::host::diagnose
