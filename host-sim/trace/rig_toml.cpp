@@ -91,7 +91,8 @@ void check_together(const RigDescription& rig, std::string_view where) {
   }
 }
 
-double number_of(const toml::node& node, const Key& key, std::string_view where) {
+double number_of(const toml::node& node, std::string_view where, std::string_view name,
+                 std::string_view expected) {
   if (const auto* real = node.as_floating_point()) return real->get();
   if (const auto* whole = node.as_integer()) return static_cast<double>(whole->get());
   std::string_view kind = "something else";
@@ -99,8 +100,48 @@ double number_of(const toml::node& node, const Key& key, std::string_view where)
   if (node.is_boolean()) kind = "a boolean";
   if (node.is_array()) kind = "an array";
   if (node.is_table()) kind = "a table";
-  throw InputError(fmt::format("{}: {}.{} is {}, expected a number from {} to {}", where, key.table, key.name,
-                               kind, key.low, key.high));
+  throw InputError(fmt::format("{}: {} is {}, expected {}", where, name, kind, expected));
+}
+
+constexpr std::string_view kEffects = "effects";
+
+/// A name that TOML takes unquoted, and a C++ identifier could be.
+void check_effect_name(std::string_view name, std::string_view where) {
+  const auto letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
+  const auto allowed = [&](char c) { return letter(c) || (c >= '0' && c <= '9') || c == '_'; };
+  if (name.empty() || !letter(name.front()) || !std::all_of(name.begin(), name.end(), allowed)) {
+    throw InputError(
+        fmt::format("{}: '{}' in [effects], expected a name of letters, digits and _", where, name));
+  }
+}
+
+void check_effect_figure(std::string_view id, std::string_view name, double value, std::string_view where) {
+  check_effect_name(id, where);
+  check_effect_name(name, where);
+  if (!std::isfinite(value)) {
+    throw InputError(fmt::format("{}: effects.{}.{} = {}, expected a finite number", where, id, name, value));
+  }
+}
+
+void parse_effects(const toml::table& effects, std::string_view file, RigDescription& rig) {
+  for (const auto& [id_key, id_node] : effects) {
+    const std::string_view id = id_key.str();
+    const std::string where = fmt::format("{}: line {}", file, id_key.source().begin.line);
+    check_effect_name(id, where);
+    const auto* figures = id_node.as_table();
+    if (figures == nullptr) {
+      throw InputError(
+          fmt::format("{}: effects.{} is a value, expected a table [effects.{}]", where, id, id));
+    }
+    auto& read = rig.effects[std::string(id)];
+    for (const auto& [name_key, node] : *figures) {
+      const std::string_view name = name_key.str();
+      const std::string at = fmt::format("{}: line {}", file, name_key.source().begin.line);
+      const double value = number_of(node, at, fmt::format("effects.{}.{}", id, name), "a finite number");
+      check_effect_figure(id, name, value, at);
+      read[std::string(name)] = value;
+    }
+  }
 }
 
 }  // namespace
@@ -119,15 +160,19 @@ RigDescription parse_rig(std::string_view text, std::string_view file) {
   for (const auto& [table_key, table_node] : document) {
     const std::string_view table = table_key.str();
     const std::string where = fmt::format("{}: line {}", file, table_key.source().begin.line);
-    if (names_of(table).empty()) {
+    if (names_of(table).empty() && table != kEffects) {
       throw InputError(
           fmt::format("{}: unknown table or key '{}', expected [sampling], [gas], [supply], [ambient], "
-                      "[valve] or [sensor]",
+                      "[valve], [sensor] or [effects.ID]",
                       where, table));
     }
     const auto* entries = table_node.as_table();
     if (entries == nullptr)
       throw InputError(fmt::format("{}: '{}' is a value, expected a table", where, table));
+    if (table == kEffects) {
+      parse_effects(*entries, file, rig);
+      continue;
+    }
     for (const auto& [entry_key, entry_node] : *entries) {
       const std::string_view name = entry_key.str();
       const std::string at = fmt::format("{}: line {}", file, entry_key.source().begin.line);
@@ -136,7 +181,8 @@ RigDescription parse_rig(std::string_view text, std::string_view file) {
         throw InputError(
             fmt::format("{}: unknown key '{}' in [{}], expected {}", at, name, table, names_of(table)));
       }
-      const double value = number_of(entry_node, *key, at);
+      const double value = number_of(entry_node, at, fmt::format("{}.{}", table, name),
+                                     fmt::format("a number from {} to {}", key->low, key->high));
       check_range(*key, value, at);
       key->of(rig) = value;
       has_average = has_average || name == "pressure_average_s";
@@ -166,6 +212,10 @@ std::string format_rig(const RigDescription& rig) {
     if (!key.meaning.empty()) text += fmt::format("  # {}", key.meaning);
     text += '\n';
   }
+  for (const auto& [id, figures] : rig.effects) {
+    text += fmt::format("\n[effects.{}]\n", id);
+    for (const auto& [name, value] : figures) text += fmt::format("{} = {}\n", name, value);
+  }
   return text;
 }
 
@@ -173,6 +223,10 @@ void write_rig(const std::filesystem::path& path, const RigDescription& rig) {
   RigDescription copy = rig;
   for (const Key& key : kKeys) check_range(key, key.of(copy), "rig to write");
   check_together(copy, "rig to write");
+  for (const auto& [id, figures] : rig.effects) {
+    check_effect_name(id, "rig to write");
+    for (const auto& [name, value] : figures) check_effect_figure(id, name, value, "rig to write");
+  }
   write_whole_file(path, format_rig(rig));
 }
 

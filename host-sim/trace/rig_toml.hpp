@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <string_view>
 
@@ -35,11 +36,16 @@ struct RigDescription {
   struct Sensor {
     double pressure_noise_Pa = 100.0;  ///< standard deviation of one row's pressure
   } sensor;
+  /// What the rig has beyond the nominal model: figures by the effect's id and their name, which carries the
+  /// unit ("spool_lag": {"natural_frequency_Hz": 9.8}). Which ids and figures there are, and what they may
+  /// be, is for the catalogue of effects to say; here a name has only its form.
+  std::map<std::string, std::map<std::string, double>> effects;
 };
 
 /// Reads a rig. Throws InputError naming file, line, table and key, the value found and the allowed range,
 /// for: a syntax error, an unknown table or key, a value that is not a finite number or is out of range, a
-/// missing sampling.rate_Hz, an averaging time longer than a tick, a supply that is not above ambient.
+/// missing sampling.rate_Hz, an averaging time longer than a tick, a supply that is not above ambient; in
+/// [effects.ID] for a name that is not made of letters, digits and _, and for anything but finite numbers.
 RigDescription read_rig(const std::filesystem::path& path);
 
 /// As read_rig, from memory; `file` is the name used in errors.

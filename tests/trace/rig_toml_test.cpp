@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "host-sim/trace/input_error.hpp"
 
 namespace plenum::host::trace {
@@ -71,8 +73,25 @@ TEST(RigToml, ThePrintedValuesAreARigThatReadsBackToTheSamePrint) {
   rig.sampling.rate_Hz = 1000.0 / 3.0;
   rig.sampling.pressure_average_s = 0.001;
   rig.valve.transition_m2 = 1.0 / 3.0 * 1e-7;
+  rig.effects = {{"spool_lag", {{"natural_frequency_Hz", 9.8}, {"damping", 1.0 / 3.0}}},
+                 {"dead_time", {{"delay_s", 1e-5}}}};
   const std::string text = format_rig(rig);
   EXPECT_EQ(format_rig(parse_rig(text, "rig.toml")), text);
+}
+
+TEST(RigToml, HoldsTheFiguresOfEffectsByIdAndName) {
+  const RigDescription rig = parse_rig(
+      "[sampling]\nrate_Hz = 100\n[effects.spool_lag]\nnatural_frequency_Hz = 9.8\n"
+      "[effects.volume_error]\noffset_m3 = -1e-5\nscale = 2\n",
+      "rig.toml");
+  const std::map<std::string, std::map<std::string, double>> expected{
+      {"spool_lag", {{"natural_frequency_Hz", 9.8}}},
+      {"volume_error", {{"offset_m3", -1e-5}, {"scale", 2.0}}}};
+  EXPECT_EQ(rig.effects, expected);
+}
+
+TEST(RigToml, OfANominalRigPrintsNoEffects) {
+  EXPECT_EQ(format_rig(RigDescription{}).find("effects"), std::string::npos);
 }
 
 struct BadRig {
@@ -111,6 +130,19 @@ INSTANTIATE_TEST_SUITE_P(
         BadRig{"AveragesMoreThanATick",
                kRate + "pressure_average_s = 0.02\n",
                {"sampling.pressure_average_s = 0.02"}},
+        BadRig{"AnEffectThatIsANumber",
+               kRate + "[effects]\nspool_lag = 9.8\n",
+               {"line 4", "effects.spool_lag", "[effects.spool_lag]"}},
+        BadRig{"AnEffectsFigureThatIsAString",
+               kRate + "[effects.spool_lag]\nnatural_frequency_Hz = \"9.8\"\n",
+               {"line 4", "effects.spool_lag.natural_frequency_Hz", "a string"}},
+        BadRig{"AnEffectsFigureThatIsNotFinite",
+               kRate + "[effects.spool_lag]\nnatural_frequency_Hz = inf\n",
+               {"line 4", "effects.spool_lag.natural_frequency_Hz = inf", "finite"}},
+        BadRig{"AnEffectWithABadName",
+               kRate + "[effects.\"spool lag\"]\n",
+               {"line 3", "'spool lag'", "letters"}},
+        BadRig{"AFigureWithABadName", kRate + "[effects.spool_lag]\n9 = 1\n", {"line 4", "'9'", "letters"}},
         BadRig{"SupplyBelowAmbient",
                kRate + "[supply]\npressure_Pa = 100000\n",
                {"supply.pressure_Pa = 100000"}}),
@@ -120,6 +152,11 @@ TEST(RigToml, RefusesToWriteWhatItWouldNotRead) {
   RigDescription rig;
   rig.valve.discharge_coefficient = 2.0;
   EXPECT_THROW(write_rig("never.toml", rig), InputError);
+  RigDescription with_effect;
+  with_effect.effects = {{"spool_lag", {{"natural_frequency_Hz", std::nan("")}}}};
+  EXPECT_THROW(write_rig("never.toml", with_effect), InputError);
+  with_effect.effects = {{"spool lag", {}}};
+  EXPECT_THROW(write_rig("never.toml", with_effect), InputError);
 }
 
 }  // namespace
