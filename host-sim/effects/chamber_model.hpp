@@ -1,0 +1,290 @@
+// The chamber with its valve, and whichever effects are on: the one place where the effects meet.
+//
+//   p' = n (R T (a_c(x) phi(P, p) - a_r(x) phi(p, Q) - leak)/v - p v'/v)                       (1)-(4)
+//
+// `N` is a number or lanes of numbers. A tick is cut into equal steps. In each, command, volume and areas are taken
+// at its middle, and the pressure moves by the exponential rule with the chord of its rate,
+//   p1 = p + h phi_1(h J) f(p),   S = (f(p1) - f(p))/(p1 - p),   p+ = p + h phi_1(h S) f(p),
+//   mean = p + h phi_2(h S) f(p):
+// stable at any step, exact where the rate is linear in p, second order elsewhere; the chord settles on the right
+// end where the rate is a square root, at equal pressures. Source: "Modeling and Identification of Pneumatic
+// Actuators" (1)-(4); Hochbruck and Ostermann, Acta Numerica 19 (2010).
+#pragma once
+
+#include "host-sim/effects/catalogue.hpp"
+#include "host-sim/plant/gas.hpp"
+
+namespace plenum::host::effects {
+
+/// What is known of the rig and not fitted.
+struct Surroundings {
+  plant::Gas gas;
+  double supply_Pa = 700000.0;
+  double ambient_Pa = 101325.0;
+  double discharge_coefficient = 0.72;
+};
+
+struct Timing {
+  double tick_s = 0.01;
+  double average_s = 0.01;  ///< the sensor's mean is over this time before the end of a tick; 0: an instant
+  int steps = 4;            ///< of a tick
+};
+
+template <class N>
+class ChamberModel {
+ public:
+  /// `figures` must outlive the model. The chamber begins at rest: spool on `command_V`, gas at wall temperature.
+  ChamberModel(const Surroundings& around, const Timing& timing, EffectSet on, const N* figures,
+               const N& start_Pa, double command_V, double volume_m3);
+
+  /// One tick with `command_V` held; returns the sensor's reading at its end. `volume_m3`: at the ends of the steps,
+  /// one more than there are steps.
+  N tick(double command_V, const double* volume_m3);
+
+  const N& pressure_Pa() const { return pressure_Pa_; }
+
+ private:
+  struct Openings {
+    N inlet_m2, exhaust_m2;
+  };
+  struct Flow {
+    N flow, by_upstream, by_downstream;
+  };
+  struct Balance {
+    N rate, slope, inlet, exhaust;
+  };
+
+  bool on(Id id) const { return (on_ >> id & 1U) != 0; }
+  N effective_command(double command_V, int step);
+  Openings openings(const N& command_V) const;
+  Flow plate(const N& first_Pa, const N& second_Pa) const;
+  Balance balance(const N& pressure_Pa, const Openings& open, const N& supply_Pa, const N& behind_Pa) const;
+  N step(const Openings& open, const N& volume_m3, const N& squeeze_1_s);
+
+  Timing timing_;
+  EffectSet on_;
+  const N* valve_;
+  double gas_J_kg_, step_s_;
+  double alpha_, critical_, choked_;  ///< (11), 1/theta of (13), phi at choking for each Pa over alpha
+  N supply_Pa_, ambient_Pa_;
+  N pressure_Pa_;
+
+  DeadTime<N> dead_time_;
+  ValveHysteresis<N> hysteresis_;
+  SpoolLag<N> spool_;
+  NullDrift<N> null_drift_;
+  AreaShape<N> area_shape_;
+  FlowFunction<N> flow_function_;
+  SupplyDroop<N> supply_droop_;
+  ExhaustBackpressure<N> backpressure_;
+  ChamberLeak<N> leak_;
+  TubeDynamics<N> tube_;
+  HeatTransfer<N> heat_;
+  VolumeError<N> volume_error_;
+  SensorLag<N> sensor_lag_;
+  SensorBias<N> sensor_bias_;
+};
+
+template <class N>
+ChamberModel<N>::ChamberModel(const Surroundings& around, const Timing& timing, EffectSet on,
+                              const N* figures, const N& start_Pa, double command_V, double volume_m3)
+    : timing_(timing),
+      on_(on),
+      valve_(figures),
+      gas_J_kg_(around.gas.specific_gas_constant_J_kg_K() * around.gas.temperature_K),
+      step_s_(timing.tick_s / timing.steps),
+      supply_Pa_(around.supply_Pa),
+      ambient_Pa_(around.ambient_Pa),
+      pressure_Pa_(start_Pa) {
+  const plant::ThinPlateConstants plate =
+      plant::thin_plate_constants(around.gas, around.discharge_coefficient);
+  alpha_ = plate.alpha_s_m;
+  critical_ = 1.0 / plate.theta;
+  choked_ = plate.beta_s_m / plate.alpha_s_m;
+  const auto x = [&](Id id) { return figures + first_figure(id); };
+  dead_time_.prepare(x(kIdDeadTime), timing.tick_s, command_V);
+  hysteresis_.prepare(x(kIdValveHysteresis), command_V);
+  spool_.prepare(x(kIdSpoolLag), 0.5 * step_s_, command_V);
+  null_drift_.prepare(x(kIdNullDrift), timing.tick_s);
+  area_shape_.prepare(x(kIdAreaShape));
+  flow_function_.prepare(x(kIdFlowFunction));
+  supply_droop_.prepare(x(kIdSupplyDroop), step_s_);
+  backpressure_.prepare(x(kIdExhaustBackpressure), step_s_);
+  leak_.prepare(x(kIdChamberLeak), ambient_Pa_);
+  tube_.prepare(x(kIdTubeDynamics), gas_J_kg_, around.gas.kappa, step_s_, start_Pa);
+  volume_error_.prepare(x(kIdVolumeError));
+  const N volume = on_ & (1U << kIdVolumeError) ? volume_error_.volume(volume_m3) : N(volume_m3);
+  heat_.prepare(x(kIdHeatTransfer), around.gas.specific_gas_constant_J_kg_K(),
+                start_Pa * volume * (1.0 / gas_J_kg_));
+  sensor_lag_.prepare(x(kIdSensorLag), step_s_, start_Pa);
+  sensor_bias_.prepare(x(kIdSensorBias), around.ambient_Pa);
+}
+
+template <class N>
+N ChamberModel<N>::effective_command(double command_V, int step) {
+  N u = on(kIdDeadTime) ? dead_time_.mean(static_cast<double>(step) / timing_.steps,
+                                          static_cast<double>(step + 1) / timing_.steps)
+                        : N(command_V);
+  if (on(kIdValveHysteresis)) u = hysteresis_.follow(u);
+  if (on(kIdSpoolLag)) {
+    const N middle = spool_.follow(u);
+    spool_.follow(u);
+    u = middle;
+  }
+  if (on(kIdNullDrift)) u = null_drift_.at(u);
+  return u;
+}
+
+/// (3), with a gain a port and the width w.
+template <class N>
+typename ChamberModel<N>::Openings ChamberModel<N>::openings(const N& command_V) const {
+  N inlet_V = command_V - valve_[kOpenAbove];
+  N exhaust_V = valve_[kExhaustBelow] - command_V;
+  if (on(kIdAreaShape)) {
+    inlet_V = area_shape_.inlet(inlet_V);
+    exhaust_V = area_shape_.exhaust(exhaust_V);
+  }
+  const N w2 = valve_[kTransition] * valve_[kTransition];
+  const N to_supply = valve_[kInletGain] * inlet_V - valve_[kInletLeak];
+  const N to_ambient = valve_[kExhaustGain] * exhaust_V - valve_[kExhaustLeak];
+  return {valve_[kInletLeak] + 0.5 * (root(to_supply * to_supply + w2) + to_supply),
+          valve_[kExhaustLeak] + 0.5 * (root(to_ambient * to_ambient + w2) + to_ambient)};
+}
+
+/// phi(p_1, p_2) of (1b) over a square metre, with its slopes. Within 1e-4 of equal pressures the root of (1c) goes
+/// over into its chord.
+template <class N>
+typename ChamberModel<N>::Flow ChamberModel<N>::plate(const N& first_Pa, const N& second_Pa) const {
+  constexpr double kLaminar = 3e-5;
+  const auto backwards = first_Pa < second_Pa;
+  const N up = larger(first_Pa, second_Pa);
+  const N ratio = smaller(first_Pa, second_Pa) / up;
+  const N r = larger(on(kIdFlowFunction) ? flow_function_.ratio(ratio) : ratio, N(critical_));
+  // G = q^5 w, q = r^(1/7), w = sqrt(1 - q^2)
+  N s = 1.3417914215325433 + r * (-0.6825335151030851 + r * (0.48550449020479086 - r * 0.14480858119683884));
+  const N s2 = s * s;
+  const N s4 = s2 * s2;
+  const N e = 1.0 - r * s4 * s2 * s;
+  s *= 1.0 + e * (1.0 / 7.0 + e * (4.0 / 49.0 + e * (20.0 / 343.0)));
+  const N t2 = s * s;
+  const N q = r * t2 * t2 * t2;
+  const N q2 = q * q;
+  const N q4 = q2 * q2;
+  const N w2 = (1.0 + q) * (1.0 - r) / (q4 * q2 + (1.0 + q) * (1.0 + q2 + q4));
+  const N per_w = 1.0 / root(larger(w2, N(kLaminar)));
+  N G = q4 * q * w2 * per_w;
+  // dG/dr = (5 w^2 - q^2)/(7 q^2 w); zero where choked, the chord's where laminar
+  N by_ratio = select(w2 < N(kLaminar), -0.2857 * per_w, (5.0 * w2 - q2) / (7.0 * q2) * per_w);
+  by_ratio = select(r > N(critical_), by_ratio, N(0.0));
+  if (on(kIdFlowFunction)) {
+    const N factor = flow_function_.factor(G * (1.0 / choked_), ratio);
+    G = G * factor;
+    by_ratio = by_ratio * factor;
+  }
+  const N flow = alpha_ * up * G;
+  const N by_down = alpha_ * by_ratio;
+  const N by_up = alpha_ * (G - ratio * by_ratio);
+  return {select(backwards, -flow, flow), select(backwards, -by_down, by_up),
+          select(backwards, -by_up, by_down)};
+}
+
+/// Net mass flow [kg/s] through valve and leak, its slope in the pressure at the valve, and the ports' flows.
+template <class N>
+typename ChamberModel<N>::Balance ChamberModel<N>::balance(const N& pressure_Pa, const Openings& open,
+                                                           const N& supply_Pa, const N& behind_Pa) const {
+  const Flow inlet = plate(supply_Pa, pressure_Pa);
+  const Flow exhaust = plate(pressure_Pa, behind_Pa);
+  const N in = open.inlet_m2 * inlet.flow;
+  const N out = open.exhaust_m2 * exhaust.flow;
+  return {in - out, open.inlet_m2 * inlet.by_downstream - open.exhaust_m2 * exhaust.by_upstream, in, out};
+}
+
+/// One step: moves the pressure, returns its mean.
+template <class N>
+N ChamberModel<N>::step(const Openings& open, const N& volume_m3, const N& squeeze_1_s) {
+  const N supply = on(kIdSupplyDroop) ? supply_droop_.supply(supply_Pa_) : supply_Pa_;
+  const N behind = on(kIdExhaustBackpressure) ? backpressure_.behind(ambient_Pa_) : ambient_Pa_;
+  const N begin = pressure_Pa_;
+  const N n = on(kIdHeatTransfer) ? heat_.exponent() : N(1.4);
+  const N per_mass = n * gas_J_kg_ / volume_m3;  // Pa for a kilogram
+  N compression = n * squeeze_1_s;
+  N pull(0.0);  // of the heat on the rate, at p = 0
+  if (on(kIdHeatTransfer)) {
+    compression += heat_.relaxation_1_s();
+    pull = heat_.relaxation_1_s() * heat_.mass_kg() * gas_J_kg_ / volume_m3;
+  }
+
+  N inlet, exhaust, net, mean;
+  if (on(kIdTubeDynamics)) {
+    inlet = N(0.0);
+    exhaust = N(0.0);
+    const auto valve = [&](const N& at_valve_Pa) {
+      const Balance b = balance(at_valve_Pa, open, supply, behind);
+      inlet += 0.5 * b.inlet;
+      exhaust += 0.5 * b.exhaust;
+      return b;
+    };
+    const N leak = on(kIdChamberLeak) ? leak_.flow(begin) : N(0.0);
+    const auto moved = tube_.advance(begin, {per_mass, pull - per_mass * leak, compression}, valve);
+    net = moved.mean_flow_kg_s - leak;
+    pressure_Pa_ = moved.end_Pa;
+    mean = moved.mean_Pa;
+  } else {
+    const auto with_leak = [&](Balance b, const N& p) {
+      if (on(kIdChamberLeak)) {
+        b.rate -= leak_.flow(p);
+        b.slope -= leak_.slope(p);
+      }
+      return b;
+    };
+    const Balance first = with_leak(balance(begin, open, supply, behind), begin);
+    const N f = per_mass * first.rate - compression * begin + pull;
+    const N J = per_mass * first.slope - compression;
+    const N trial = larger(begin + step_s_ * exponential(step_s_ * J).phi_1 * f, N(1e3));
+    const Balance second = with_leak(balance(trial, open, supply, behind), trial);
+    const N f_trial = per_mass * second.rate - compression * trial + pull;
+    const N way = trial - begin;
+    const N chord =
+        select(magnitude(way) < N(0.1), J, (f_trial - f) / select(magnitude(way) < N(0.1), N(1.0), way));
+    const Exponential<N> z = exponential(smaller(step_s_ * chord, N(1.0)));
+    pressure_Pa_ = larger(begin + step_s_ * z.phi_1 * f, N(1e3));
+    mean = begin + step_s_ * z.phi_2 * f;
+    inlet = 0.5 * (first.inlet + second.inlet);
+    exhaust = 0.5 * (first.exhaust + second.exhaust);
+    net = 0.5 * (first.rate + second.rate);
+  }
+  if (on(kIdSupplyDroop)) supply_droop_.draw(inlet);
+  if (on(kIdExhaustBackpressure)) backpressure_.vent(exhaust, ambient_Pa_);
+  if (on(kIdHeatTransfer)) heat_.gain(step_s_ * net);
+  return mean;
+}
+
+template <class N>
+N ChamberModel<N>::tick(double command_V, const double* volume_m3) {
+  if (on(kIdDeadTime)) dead_time_.hold(command_V);
+  N sum(0.0);
+  N reading(0.0);
+  // the sensor's mean is over the last `counted` steps, at least one
+  const int counted =
+      std::clamp(static_cast<int>(std::lround(timing_.average_s / step_s_)), 1, timing_.steps);
+  for (int i = 0; i < timing_.steps; ++i) {
+    const Openings open = openings(effective_command(command_V, i));
+    const double logged = 0.5 * (volume_m3[i] + volume_m3[i + 1]);
+    const double rate = (volume_m3[i + 1] - volume_m3[i]) / step_s_;
+    const N volume = on(kIdVolumeError) ? volume_error_.volume(logged) : N(logged);
+    const N begin = pressure_Pa_;
+    N mean = step(open, volume, rate / volume);
+    N end = pressure_Pa_;
+    if (on(kIdSensorLag)) {
+      mean = sensor_lag_.follow(begin, end, mean);
+      end = sensor_lag_.reading_Pa();
+    }
+    if (i >= timing_.steps - counted) sum += mean;
+    reading = end;
+  }
+  if (on(kIdNullDrift)) null_drift_.end_tick();
+  if (timing_.average_s > 0.0) reading = sum * (1.0 / counted);
+  return on(kIdSensorBias) ? sensor_bias_.reading(reading) : reading;
+}
+
+}  // namespace plenum::host::effects

@@ -1,0 +1,49 @@
+// What an entry of the catalogue says of itself. How it acts stands beside it, in the effect's own file.
+#pragma once
+
+#include <limits>
+#include <span>
+#include <string_view>
+
+namespace plenum::host::effects {
+
+/// The equation of the chamber in which an effect lives.
+enum class Equation { command, valve_area, mass_flow, supply, energy, sensor };
+
+constexpr std::string_view name_of(Equation equation) {
+  constexpr std::string_view kNames[] = {"command", "valve_area", "mass_flow", "supply", "energy", "sensor"};
+  return kNames[static_cast<int>(equation)];
+}
+
+/// How a parameter enters a calculation. A frequency that vanishes at infinity enters by its reciprocal, which
+/// vanishes at zero, where it can be differentiated.
+enum class Coordinate { linear, reciprocal };
+
+struct Parameter {
+  std::string_view name;  ///< with its unit: natural_frequency_Hz
+  std::string_view what;
+  double low = 0.0;             ///< least value allowed, in the unit of the name
+  double high = 0.0;            ///< greatest
+  double vanishes_at = 0.0;     ///< with this value the effect is gone; in a shape parameter: its plain value
+  double typical_change = 0.0;  ///< of the coordinate: what a search takes as one step
+  Coordinate coordinate = Coordinate::linear;
+
+  double coordinate_of(double value) const { return coordinate == Coordinate::linear ? value : 1.0 / value; }
+  double value_of(double at) const { return coordinate == Coordinate::linear ? at : 1.0 / at; }
+  double least() const { return coordinate == Coordinate::linear ? low : 1.0 / high; }
+  double greatest() const { return coordinate == Coordinate::linear ? high : 1.0 / low; }
+  double neutral() const { return coordinate_of(vanishes_at); }
+};
+
+struct Effect {
+  std::string_view id;
+  Equation equation;
+  std::string_view summary;
+  std::string_view formula;
+  std::string_view source;
+  std::span<const Parameter> parameters;
+};
+
+inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+}  // namespace plenum::host::effects

@@ -1,0 +1,37 @@
+// Free runs of the chamber over a log: eight sets of figures at once, fed with command and volume only.
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "host-sim/effects/catalogue.hpp"
+#include "host-sim/effects/chamber_model.hpp"
+
+namespace plenum::host::effects {
+
+/// What drives a run: the command held from each row to the next, and the volume at the ends of the model's steps,
+/// of which the first of each tick is at its row.
+struct Drive {
+  std::vector<double> command_V;
+  std::vector<double> volume_m3;  ///< (rows - 1) * steps + 1
+  Timing timing;
+};
+
+/// From volumes at the rows, 2 at least, and as many commands. Between rows the volume follows the parabola whose
+/// curvature is the mean of those at both rows: a straight line would err by 1e-4 of a volume swinging at 1 Hz.
+Drive make_drive(std::span<const double> command_V, std::span<const double> volume_m3, const Timing& timing);
+
+/// One of the chambers that run side by side.
+struct Run {
+  Figures figures;
+  double start_Pa = 0.0;  ///< at the first row
+};
+
+/// Readings of `runs` (1 to kLanes), row by row, lane by lane: readings[row * kLanes + lane]; row 0 is start_Pa.
+/// `readings` is as long as rows * kLanes. Lanes beyond `runs` repeat the first. Takes the widest instructions that
+/// the processor has.
+void free_run(const Surroundings& around, const Drive& drive, EffectSet on, std::span<const Run> runs,
+              std::span<double> readings);
+
+}  // namespace plenum::host::effects

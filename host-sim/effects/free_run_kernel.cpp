@@ -1,0 +1,28 @@
+#include "host-sim/effects/free_run_kernel.hpp"
+
+namespace plenum::host::effects {
+
+void PLENUM_KERNEL(const Surroundings& around, const Drive& drive, EffectSet on, std::span<const Run> runs,
+                   std::span<double> readings) {
+  using N = Lanes<PLENUM_INSTRUCTION_SET>;
+  std::array<N, kFigures> figures;
+  N start;
+  for (int i = 0; i < kLanes; ++i) {
+    const Run& run = runs[static_cast<std::size_t>(i) < runs.size() ? static_cast<std::size_t>(i) : 0];
+    for (std::size_t k = 0; k < kFigures; ++k) set_lane(figures[k], i, run.figures[k]);
+    set_lane(start, i, run.start_Pa);
+  }
+  ChamberModel<N> model(around, drive.timing, on, figures.data(), start, drive.command_V.front(),
+                        drive.volume_m3.front());
+  double* out = readings.data();
+  const auto put = [&](const N& reading) {
+    for (int i = 0; i < kLanes; ++i) *out++ = lane(reading, i);
+  };
+  put(start);
+  const auto steps = static_cast<std::size_t>(drive.timing.steps);
+  for (std::size_t row = 0; row + 1 < drive.command_V.size(); ++row) {
+    put(model.tick(drive.command_V[row], drive.volume_m3.data() + row * steps));
+  }
+}
+
+}  // namespace plenum::host::effects

@@ -1,0 +1,77 @@
+// spool_lag: the spool follows its command as a damped mass on a spring.
+//
+//   x'' = w^2 (u - x) - 2 zeta w x'
+//
+// u command, x effective command [V]; w = 2 pi f natural frequency [rad/s]; zeta damping [-].
+// Assumptions: linear, no stop. Vanishes at f -> infinity. Numerical treatment: closed form for a command held
+// over half a step: (x - u, x'/w) is multiplied by the exponential of a 2x2 matrix, which is found once a run.
+// Source: "Mathematical and Intelligent Modeling of Electropneumatic Servo Actuator Systems" (1).
+#pragma once
+
+#include <array>
+#include <complex>
+#include <numbers>
+
+#include "host-sim/effects/effect.hpp"
+#include "host-sim/effects/lanes.hpp"
+
+namespace plenum::host::effects {
+
+inline constexpr std::array<Parameter, 2> kSpoolLagParameters{{
+    {"natural_frequency_Hz", "of the spool on its spring", 2.0, 500.0, kInfinity, 0.02,
+     Coordinate::reciprocal},
+    {"damping", "damping ratio", 0.3, 2.0, 0.8, 0.3},
+}};
+inline constexpr Effect kSpoolLag{"spool_lag",
+                                  Equation::command,
+                                  "the valve's spool follows the command late, as a damped second-order lag",
+                                  "x'' = w^2 (u - x) - 2 zeta w x', w = 2 pi f",
+                                  "Electropneumatic servo (1)",
+                                  kSpoolLagParameters};
+
+template <class N>
+class SpoolLag {
+ public:
+  /// `x`: 1/f [s] and zeta; `half_step_s`: what one call of follow() spans.
+  void prepare(const N* x, double half_step_s, double command_V) {
+    for (int i = 0; i < kLanesOf<N>; ++i) {
+      const double tau_s = lane(x[0], i) * (0.5 / std::numbers::pi);
+      const auto e = over(tau_s > 0.0 ? half_step_s / tau_s : kInfinity, lane(x[1], i));
+      set_lane(own_, i, e[0]);
+      set_lane(speed_to_place_, i, e[1]);
+      set_lane(place_to_speed_, i, e[2]);
+      set_lane(speed_own_, i, e[3]);
+    }
+    place_V_ = N(command_V);
+    speed_V_ = N(0.0);
+  }
+
+  /// Half a step with `command` held.
+  N follow(const N& command) {
+    const N off = place_V_ - command;
+    place_V_ = command + own_ * off + speed_to_place_ * speed_V_;
+    speed_V_ = place_to_speed_ * off + speed_own_ * speed_V_;
+    return place_V_;
+  }
+
+ private:
+  /// exp(z [[0, 1], [-1, -2 zeta]]), row by row.
+  static std::array<double, 4> over(double z, double zeta) {
+    if (z > 700.0) return {};
+    // distinct poles, real or complex; near critical damping the poles are moved apart by 1e-4
+    const double apart = std::abs(zeta * zeta - 1.0) < 1e-8 ? zeta + 1e-4 : zeta;
+    const std::complex<double> half_gap = std::sqrt(std::complex<double>(apart * apart - 1.0));
+    const std::complex<double> a = -apart + half_gap;
+    const std::complex<double> b = -apart - half_gap;
+    const std::complex<double> ea = std::exp(a * z);
+    const std::complex<double> eb = std::exp(b * z);
+    const double sine = ((ea - eb) / (a - b)).real();
+    const double cosine = ((a * eb - b * ea) / (a - b)).real();
+    return {cosine, sine, -sine, cosine - 2.0 * apart * sine};
+  }
+
+  N own_{}, speed_to_place_{}, place_to_speed_{}, speed_own_{};
+  N place_V_{}, speed_V_{};
+};
+
+}  // namespace plenum::host::effects
