@@ -4,23 +4,23 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace plenum::host::identify {
 namespace {
 
-constexpr Eigen::Index kN = static_cast<Eigen::Index>(kFree);
-using Matrix9 = Eigen::Matrix<double, kFree, kFree>;
-
 enum class Side { free, low, high };
+template <int kSize>
+using Sides = Eigen::Matrix<Side, kSize, 1, 0, (kSize > 0 ? kSize : kMostVariables), 1>;
 
 /// Newton direction of the free variables from `d`, zero for the others.
-Vector9 newton_direction(const Matrix9& H, const Vector9& slope, const std::array<Side, kFree>& side) {
-  Matrix9 reduced = H;
-  Vector9 rhs = -slope;
-  for (Eigen::Index i = 0; i < kN; ++i) {
-    if (side[static_cast<std::size_t>(i)] == Side::free) continue;
+template <int kSize>
+BoxVector<kSize> newton_direction(const BoxMatrix<kSize>& H, const BoxVector<kSize>& slope,
+                                  const Sides<kSize>& side) {
+  BoxMatrix<kSize> reduced = H;
+  BoxVector<kSize> rhs = -slope;
+  for (Eigen::Index i = 0; i < slope.size(); ++i) {
+    if (side[i] == Side::free) continue;
     reduced.row(i).setZero();
     reduced.col(i).setZero();
     reduced(i, i) = 1.0;
@@ -31,22 +31,24 @@ Vector9 newton_direction(const Matrix9& H, const Vector9& slope, const std::arra
 
 }  // namespace
 
-Vector9 quadratic_in_box(const Matrix9& H, const Vector9& g, const Vector9& low, const Vector9& high) {
-  // Each pass either fixes one more variable, frees the worst one, or ends; 60 is far above what 9 variables
-  // need.
+template <int kSize>
+BoxVector<kSize> quadratic_in_box(const BoxMatrix<kSize>& H, const BoxVector<kSize>& g,
+                                  const BoxVector<kSize>& low, const BoxVector<kSize>& high) {
+  // Each pass either fixes one more variable, frees the worst one, or ends; 60 is far above what these
+  // sizes need.
   constexpr int kMostPasses = 60;
-  std::array<Side, kFree> side{};
-  Vector9 d = Vector9::Zero();
-  for (Eigen::Index i = 0; i < kN; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    if (high[i] <= 0.0 && g[i] <= 0.0) side[k] = Side::high;
-    if (low[i] >= 0.0 && (g[i] >= 0.0 || high[i] <= low[i])) side[k] = Side::low;
+  const Eigen::Index size = g.size();
+  Sides<kSize> side = Sides<kSize>::Constant(size, Side::free);
+  BoxVector<kSize> d = BoxVector<kSize>::Zero(size);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    if (high[i] <= 0.0 && g[i] <= 0.0) side[i] = Side::high;
+    if (low[i] >= 0.0 && (g[i] >= 0.0 || high[i] <= low[i])) side[i] = Side::low;
   }
   for (int pass = 0; pass < kMostPasses; ++pass) {
-    const Vector9 direction = newton_direction(H, g + H * d, side);
+    const BoxVector<kSize> direction = newton_direction<kSize>(H, g + H * d, side);
     double reach = 1.0;
     Eigen::Index blocking = -1;
-    for (Eigen::Index i = 0; i < kN; ++i) {
+    for (Eigen::Index i = 0; i < size; ++i) {
       if (direction[i] == 0.0) continue;
       const double room = ((direction[i] > 0.0 ? high[i] : low[i]) - d[i]) / direction[i];
       if (room < reach) {
@@ -57,15 +59,15 @@ Vector9 quadratic_in_box(const Matrix9& H, const Vector9& g, const Vector9& low,
     d += reach * direction;
     if (blocking >= 0) {
       const bool up = direction[blocking] > 0.0;
-      side[static_cast<std::size_t>(blocking)] = up ? Side::high : Side::low;
+      side[blocking] = up ? Side::high : Side::low;
       d[blocking] = up ? high[blocking] : low[blocking];
       continue;
     }
-    const Vector9 slope = g + H * d;
+    const BoxVector<kSize> slope = g + H * d;
     Eigen::Index wrong = -1;
     double worst = 1e-12 * g.cwiseAbs().maxCoeff();
-    for (Eigen::Index i = 0; i < kN; ++i) {
-      const Side at = side[static_cast<std::size_t>(i)];
+    for (Eigen::Index i = 0; i < size; ++i) {
+      const Side at = side[i];
       if (at == Side::free || high[i] <= low[i]) continue;
       const double pull = at == Side::low ? -slope[i] : slope[i];
       if (pull > worst) {
@@ -74,7 +76,7 @@ Vector9 quadratic_in_box(const Matrix9& H, const Vector9& g, const Vector9& low,
       }
     }
     if (wrong < 0) break;
-    side[static_cast<std::size_t>(wrong)] = Side::free;
+    side[wrong] = Side::free;
   }
   return d;
 }
@@ -86,14 +88,18 @@ namespace {
 /// (Dennis, Gay and Welsch 1981). Used only while it has predicted the last step better than Gauss-Newton
 /// did. On chambers that the model does not fit exactly it cuts the iterations near the minimum by half or
 /// more.
+template <int kSize>
 class Curvature {
  public:
-  void learn(const Vector9& step, const Vector9& slope_change, const Matrix9& H_there) {
-    const Vector9 missing = slope_change - H_there * step;
+  using Vector = BoxVector<kSize>;
+  using Matrix = BoxMatrix<kSize>;
+  explicit Curvature(Eigen::Index size) : S_(Matrix::Zero(size, size)) {}
+  void learn(const Vector& step, const Vector& slope_change, const Matrix& H_there) {
+    const Vector missing = slope_change - H_there * step;
     const double known = step.dot(S_ * step);
     const double wanted = step.dot(missing);
     if (std::abs(known) > std::abs(wanted)) S_ *= std::abs(wanted / known);
-    const Vector9 rest = missing - S_ * step;
+    const Vector rest = missing - S_ * step;
     const double along = rest.dot(step);
     if (std::abs(along) > 1e-6 * rest.norm() * step.norm()) S_ += rest * rest.transpose() / along;
   }
@@ -102,50 +108,57 @@ class Curvature {
   }
   void stop_using() { in_use_ = false; }
   bool in_use() const { return in_use_; }
-  const Matrix9& matrix() const { return S_; }
+  const Matrix& matrix() const { return S_; }
 
  private:
-  Matrix9 S_ = Matrix9::Zero();
+  Matrix S_;
   bool in_use_ = false;
 };
 
-double promise(const Matrix9& H, const Vector9& g, const Vector9& d) {
+template <class Matrix, class Vector>
+double promise(const Matrix& H, const Vector& g, const Vector& d) {
   return -(2.0 * g.dot(d) + d.dot(H * d));
 }
 
-bool positive(const Matrix9& H) {
+template <class Matrix>
+bool positive(const Matrix& H) {
   return H.llt().info() == Eigen::Success;
 }
 
 }  // namespace
 
-BoxSolution minimise_in_box(const BoxProblem& problem, const Vector9& start, int most_iterations,
-                            double tolerance) {
+template <int kSize>
+BoxSolution<kSize> minimise_in_box(const BoxProblem<kSize>& problem, const BoxVector<kSize>& start,
+                                   int most_iterations, double tolerance) {
+  using Vector = BoxVector<kSize>;
+  using Matrix = BoxMatrix<kSize>;
+  const Eigen::Index size = start.size();
   constexpr double kLongestStep =
       1.0;  // of each variable: they are of order one, and the model is not that linear
   constexpr double kShortestStep = 1e-9;
   constexpr double kLeastDamping = 1e-7;
   constexpr double kMostDamping = 1e12;
   constexpr double kAfterRefusal = 1e-3;
-  BoxSolution solution;
+  BoxSolution<kSize> solution;
   solution.z = start;
-  Gram gram = problem.gram(solution.z);
-  solution.squares = gram(kN, kN);
-  Curvature curvature;
+  BoxGram<kSize> gram = problem.gram(solution.z);
+  solution.squares = gram(size, size);
+  Curvature<kSize> curvature(size);
   double lambda = 1e-3;
   double growth = 2.0;
   for (solution.iterations = 1; solution.iterations <= most_iterations; ++solution.iterations) {
-    const Matrix9 H = gram.topLeftCorner<kFree, kFree>();
-    const Vector9 g = gram.col(kN).head<kFree>();
-    const Vector9 scale = H.diagonal().cwiseMax(1e-9 * H.diagonal().maxCoeff());
-    const Matrix9 damping = (lambda * scale).asDiagonal();
-    Matrix9 model = H;
+    const Matrix H = gram.topLeftCorner(size, size);
+    const Vector g = gram.col(size).head(size);
+    const Vector scale = H.diagonal().cwiseMax(1e-9 * H.diagonal().maxCoeff());
+    const Matrix damping = (lambda * scale).asDiagonal();
+    Matrix model = H;
     if (curvature.in_use()) {
       model += curvature.matrix();
-      if (!positive(model + damping)) model = H;
+      if (!positive<Matrix>(model + damping)) model = H;
     }
-    const Vector9 d = quadratic_in_box(model + damping, g, (problem.low - solution.z).cwiseMax(-kLongestStep),
-                                       (problem.high - solution.z).cwiseMin(kLongestStep));
+    const Vector d =
+        quadratic_in_box<kSize>(model + damping, g, (problem.low - solution.z).cwiseMax(-kLongestStep),
+                                (problem.high - solution.z).cwiseMin(kLongestStep));
     const double promised = promise(model, g, d);  // fall of the sum of squares
     if (!(promised > tolerance * solution.squares) && lambda <= 1.0) {
       solution.converged = true;
@@ -160,24 +173,24 @@ BoxSolution minimise_in_box(const BoxProblem& problem, const Vector9& start, int
           fmt::format("converged: the next step is below {:.0e} in every scaled variable", kShortestStep);
       return solution;
     }
-    const Vector9 trial = (solution.z + d).cwiseMax(problem.low).cwiseMin(problem.high);
+    const Vector trial = (solution.z + d).cwiseMax(problem.low).cwiseMin(problem.high);
     const double squares = problem.squares(trial);
     const double fall = solution.squares - squares;
     const double gain = fall / promised;
     if (std::isfinite(squares) && gain > 1e-4) {
-      const Vector9 taken = trial - solution.z;
+      const Vector taken = trial - solution.z;
       gram = problem.gram(trial);
-      const Matrix9 H_there = gram.topLeftCorner<kFree, kFree>();
-      curvature.judge(fall, promise(H, g, taken), promise(H + curvature.matrix(), g, taken));
+      const Matrix H_there = gram.topLeftCorner(size, size);
+      curvature.judge(fall, promise(H, g, taken), promise(Matrix(H + curvature.matrix()), g, taken));
       const bool had_curvature = !curvature.matrix().isZero(0.0);
-      curvature.learn(taken, gram.col(kN).head<kFree>() - g, H_there);
+      curvature.learn(taken, gram.col(size).head(size) - g, H_there);
       if (!had_curvature)
-        curvature.judge(fall, promise(H, g, taken), promise(H + curvature.matrix(), g, taken));
+        curvature.judge(fall, promise(H, g, taken), promise(Matrix(H + curvature.matrix()), g, taken));
       if (gain > 0.75) lambda = std::max(0.1 * lambda, kLeastDamping);
       if (gain < 0.25) lambda *= 2.0;
       growth = 2.0;
       solution.z = trial;
-      solution.squares = gram(kN, kN);
+      solution.squares = gram(size, size);
     } else if (curvature.in_use()) {
       curvature.stop_using();
     } else {
@@ -194,5 +207,17 @@ BoxSolution minimise_in_box(const BoxProblem& problem, const Vector9& start, int
   solution.stop = fmt::format("stopped after the {} iterations allowed, not converged", most_iterations);
   return solution;
 }
+
+template BoxSolution<kFree> minimise_in_box<kFree>(const BoxProblem<kFree>&, const BoxVector<kFree>&, int,
+                                                   double);
+template BoxVector<kFree> quadratic_in_box<kFree>(const BoxMatrix<kFree>&, const BoxVector<kFree>&,
+                                                  const BoxVector<kFree>&, const BoxVector<kFree>&);
+template BoxSolution<Eigen::Dynamic> minimise_in_box<Eigen::Dynamic>(const BoxProblem<Eigen::Dynamic>&,
+                                                                     const BoxVector<Eigen::Dynamic>&, int,
+                                                                     double);
+template BoxVector<Eigen::Dynamic> quadratic_in_box<Eigen::Dynamic>(const BoxMatrix<Eigen::Dynamic>&,
+                                                                    const BoxVector<Eigen::Dynamic>&,
+                                                                    const BoxVector<Eigen::Dynamic>&,
+                                                                    const BoxVector<Eigen::Dynamic>&);
 
 }  // namespace plenum::host::identify

@@ -1,7 +1,7 @@
 // Levenberg-Marquardt within a box, on the Gram matrix of the Jacobian and the errors.
 //
 //   each iteration minimises  f + g.d + d.(H + lambda D) d/2  over  low <= z + d <= high,  H = J^T J, g = J^T
-//   e, D = diag H exactly, by a primal active-set method on n <= 9 unknowns; lambda by the gain ratio
+//   e, D = diag H exactly, by a primal active-set method on n unknowns; lambda by the gain ratio
 //   (Nielsen 1999); D never shrinks (More 1978).
 //
 // Each step is also held within one unit of every variable: the variables are scaled to be of order one, and
@@ -25,18 +25,30 @@
 
 namespace plenum::host::identify {
 
-using Vector9 = Eigen::Matrix<double, kFree, 1>;
+/// Most variables of a problem whose size is known only at run time.
+inline constexpr int kMostVariables = 32;
 
-/// A sum of squares of 9 variables. A variable whose low and high are equal is held.
+/// Vectors and matrices of a problem of `kSize` variables; Eigen::Dynamic: up to kMostVariables. They never allocate.
+template <int kSize>
+using BoxVector = Eigen::Matrix<double, kSize, 1, 0, (kSize > 0 ? kSize : kMostVariables), 1>;
+template <int kSize, int kMost = (kSize > 0 ? kSize : kMostVariables)>
+using BoxMatrix = Eigen::Matrix<double, kSize, kSize, 0, kMost, kMost>;
+/// Of [J e]: one larger than the matrix.
+template <int kSize>
+using BoxGram = BoxMatrix<(kSize > 0 ? kSize + 1 : Eigen::Dynamic), (kSize > 0 ? kSize : kMostVariables) + 1>;
+
+/// A sum of squares. A variable whose low and high are equal is held.
+template <int kSize>
 struct BoxProblem {
-  std::function<double(const Vector9&)> squares;  ///< sum of squared errors
-  std::function<Gram(const Vector9&)> gram;       ///< Gram matrix of [J e] by the variables
-  Vector9 low;
-  Vector9 high;
+  std::function<double(const BoxVector<kSize>&)> squares;       ///< sum of squared errors
+  std::function<BoxGram<kSize>(const BoxVector<kSize>&)> gram;  ///< Gram matrix of [J e] by the variables
+  BoxVector<kSize> low;
+  BoxVector<kSize> high;
 };
 
+template <int kSize>
 struct BoxSolution {
-  Vector9 z = Vector9::Zero();
+  BoxVector<kSize> z;
   double squares = 0.0;
   int iterations = 0;  ///< evaluations of the Gram matrix and trial steps that were refused
   bool converged = false;
@@ -44,12 +56,16 @@ struct BoxSolution {
 };
 
 /// From `start`, which must lie within the box. Stops when the model promises less than
-/// `tolerance` of the sum of squares, or a step of less than 1e-9.
-BoxSolution minimise_in_box(const BoxProblem& problem, const Vector9& start, int most_iterations,
-                            double tolerance);
+/// `tolerance` of the sum of squares, or a step of less than 1e-9. For kFree variables and for Eigen::Dynamic.
+template <int kSize>
+BoxSolution<kSize> minimise_in_box(const BoxProblem<kSize>& problem, const BoxVector<kSize>& start,
+                                   int most_iterations, double tolerance);
 
 /// argmin of g.d + d.H d/2 over low <= d <= high for positive definite H; 0 must lie within.
-Vector9 quadratic_in_box(const Eigen::Matrix<double, kFree, kFree>& H, const Vector9& g, const Vector9& low,
-                         const Vector9& high);
+template <int kSize>
+BoxVector<kSize> quadratic_in_box(const BoxMatrix<kSize>& H, const BoxVector<kSize>& g,
+                                  const BoxVector<kSize>& low, const BoxVector<kSize>& high);
+
+using Vector9 = BoxVector<static_cast<int>(kFree)>;
 
 }  // namespace plenum::host::identify

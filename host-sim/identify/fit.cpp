@@ -117,9 +117,9 @@ struct Coordinates {
 /// Parameters that these logs cannot speak of; they stay at 0.
 using Held = std::array<bool, kFree>;
 
-BoxSolution minimise(const Coordinates& coordinates, Error error, const Vector9& start, const Held& held,
-                     int most_iterations, double tolerance = kTolerance) {
-  BoxProblem problem;
+BoxSolution<kFree> minimise(const Coordinates& coordinates, Error error, const Vector9& start,
+                            const Held& held, int most_iterations, double tolerance = kTolerance) {
+  BoxProblem<kFree> problem;
   problem.squares = [&](const Vector9& z) {
     return sum_of_squares(error, coordinates.shape(z), coordinates.bench);
   };
@@ -220,8 +220,8 @@ constexpr int kLookIterations = 60;
 /// The least one-step minimum that the given start and the fixed ones lead to: each is followed on a part of
 /// the data, the two best on all of it. Two, because two minima may change places between the part and the
 /// whole.
-BoxSolution explore(const Coordinates& coordinates, const Tassa9& given, const Held& held,
-                    int most_iterations) {
+BoxSolution<kFree> explore(const Coordinates& coordinates, const Tassa9& given, const Held& held,
+                           int most_iterations) {
   const Ticks& ticks = *coordinates.bench.ticks;
   Coordinates part = coordinates;
   part.bench.every =
@@ -235,28 +235,28 @@ BoxSolution explore(const Coordinates& coordinates, const Tassa9& given, const H
       starts.back().c[8] += tilt_depth_V(tilt, coordinates.bench.c_gamma_V);
     }
   }
-  std::vector<BoxSolution> looks;
+  std::vector<BoxSolution<kFree>> looks;
   looks.reserve(starts.size());
   for (const Tassa9& start : starts) {
     looks.push_back(
         minimise(part, Error::one_step, coordinates.of(start), held, kLookIterations, kLookTolerance));
   }
   std::sort(looks.begin(), looks.end(),
-            [](const BoxSolution& a, const BoxSolution& b) { return a.squares < b.squares; });
-  const BoxSolution& first = looks.front();
-  const auto other = std::find_if(looks.begin(), looks.end(), [&](const BoxSolution& look) {
+            [](const BoxSolution<kFree>& a, const BoxSolution<kFree>& b) { return a.squares < b.squares; });
+  const BoxSolution<kFree>& first = looks.front();
+  const auto other = std::find_if(looks.begin(), looks.end(), [&](const BoxSolution<kFree>& look) {
     return look.squares > first.squares * (1.0 + kSameMinimum);
   });
-  BoxSolution best = minimise(coordinates, Error::one_step, first.z, held, most_iterations);
+  BoxSolution<kFree> best = minimise(coordinates, Error::one_step, first.z, held, most_iterations);
   if (other != looks.end()) {
-    const BoxSolution second = minimise(coordinates, Error::one_step, other->z, held, most_iterations);
+    const BoxSolution<kFree> second = minimise(coordinates, Error::one_step, other->z, held, most_iterations);
     if (second.squares < best.squares) best = second;
   }
   return best;
 }
 
 /// Fills in everything that follows from the minimum: errors, covariance, bounds, condition.
-void report(const Coordinates& coordinates, Error error, const BoxSolution& solution, const Held& held,
+void report(const Coordinates& coordinates, Error error, const BoxSolution<kFree>& solution, const Held& held,
             Tassa9Fit& fit) {
   const Bench& bench = coordinates.bench;
   const Shape q = coordinates.shape(solution.z);
@@ -369,9 +369,10 @@ Tassa9Fit fit_tassa9(const std::vector<trace::Log>& logs, const trace::RigDescri
     start.c[6] /= 1.0 + start.c[5] * coordinates.bench.mean_volume_mL;
     start.c[5] = 0.0;
   }
-  BoxSolution solution = options.explore ? explore(coordinates, start, held, options.most_iterations)
-                                         : minimise(coordinates, Error::one_step, coordinates.of(start), held,
-                                                    options.most_iterations);
+  BoxSolution<kFree> solution =
+      options.explore
+          ? explore(coordinates, start, held, options.most_iterations)
+          : minimise(coordinates, Error::one_step, coordinates.of(start), held, options.most_iterations);
   Error last = Error::one_step;
   int iterations = solution.iterations;
   if (options.refine_free_run) {
