@@ -24,5 +24,6 @@ Command add_upload(CLI::App& program);
 Command add_download(CLI::App& program);
 Command add_regulate(CLI::App& program);
 Command add_demo(CLI::App& program);
+Command add_blind(CLI::App& program);
 
 }  // namespace plenum::host::tools

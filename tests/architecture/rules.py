@@ -18,6 +18,8 @@ MAY_INCLUDE = {
     "host-sim/ports": ["firmware/ports", "host-sim/plant", "host-sim/effects"],
     "host-sim/rig": ["firmware", "host-sim/ports", "host-sim/plant", "host-sim/effects", "host-sim/trace"],
     "host-sim/trace": [],
+    # The judge of diagnose shares no physics with what it judges.
+    "host-sim/blind": ["host-sim/trace"],
     "host-sim/identify": ["host-sim/plant", "host-sim/effects", "host-sim/trace"],
     "host-sim/diagnose": ["host-sim/identify", "host-sim/effects", "host-sim/trace"],
     # The socketcand and SocketCAN doors: the driver of the board is the one exception.
