@@ -10,10 +10,7 @@
 
 namespace plenum::host::tools {
 
-struct NamedLog {
-  std::string name;
-  trace::Log log;
-};
+using trace::NamedLog;
 
 struct Identified {
   identify::Tassa9Fit fit;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
 #include <vector>
 
 namespace plenum::host::trace {
@@ -21,6 +22,12 @@ struct Log {
   std::vector<double> reference_Pa;
 
   std::size_t size() const { return time_s.size(); }
+};
+
+/// A log and what messages and pages call it: its file's name.
+struct NamedLog {
+  std::string name;
+  Log log;
 };
 
 }  // namespace plenum::host::trace

@@ -1,0 +1,408 @@
+#include "host-sim/diagnose/log_check.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+
+#include "host-sim/trace/input_error.hpp"
+
+namespace plenum::host::diagnose {
+namespace {
+
+using trace::InputError;
+using trace::RigDescription;
+
+constexpr double kKappa = 1.4;
+/// Choked flow of dry air per area, pressure and 1/sqrt(temperature) [kg sqrt(K)/(m2 s Pa)].
+constexpr double kChoked = 0.0404;
+constexpr double kGasConstant_J_per_kg_K = 287.06;
+/// Over which a pressure's rate is taken: long enough for noise to average out, short against a fill.
+constexpr double kRateOver_s = 0.05;
+
+double quantile(std::vector<double> values, double share) {
+  const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + at, values.end());
+  return values[static_cast<std::size_t>(at)];
+}
+
+double least(const std::vector<double>& values) {
+  return *std::min_element(values.begin(), values.end());
+}
+
+double greatest(const std::vector<double>& values) {
+  return *std::max_element(values.begin(), values.end());
+}
+
+double span_Pa(const RigDescription& rig) {
+  return rig.supply.pressure_Pa - rig.ambient.pressure_Pa;
+}
+
+std::size_t rate_rows(const trace::Log& log) {
+  return std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(kRateOver_s / log.period_s)));
+}
+
+/// More rows than a glitch or the edge of a transient has.
+bool many(std::ptrdiff_t rows, const trace::Log& log) {
+  return static_cast<double>(rows) > std::max(0.01 * static_cast<double>(log.size()), 0.1 / log.period_s);
+}
+
+// ---- rate
+
+void require_rate(const NamedLog& of, const RigDescription& rig) {
+  const double rate_Hz = 1.0 / of.log.period_s;
+  if (std::abs(rate_Hz - rig.sampling.rate_Hz) > 1e-3 * rig.sampling.rate_Hz) {
+    throw InputError(fmt::format("{}: column time_s: {:.6g} Hz, expected the rig's sampling.rate_Hz = {:.6g}",
+                                 of.name, rate_Hz, rig.sampling.rate_Hz));
+  }
+}
+
+// ---- pressure
+
+struct Unit {
+  const char* name;
+  double in_Pa;
+};
+/// The larger first: 1 to 7 could be hPa of a tiny gauge pressure, but is bar.
+constexpr std::array<Unit, 7> kUnits{{{"MPa", 1e6},
+                                      {"bar", 1e5},
+                                      {"psi", 6894.757},
+                                      {"kPa", 1e3},
+                                      {"hPa (mbar)", 100.0},
+                                      {"cmH2O", 98.0665},
+                                      {"Pa", 1.0}}};
+
+/// How far below ambient a sound reading may be, beyond what growth of the volume explains: sensors err.
+constexpr double kBelowAmbient = 0.7;
+/// How far above the supply: it may be off, and sensors err.
+constexpr double kAboveSupply = 1.5;
+
+/// The pressure of each row, were it `gain` p + `reference_Pa`, if the chamber still had the least (or the
+/// greatest) volume that it had before: one that is closed goes below ambient as it grows, and above the supply
+/// as it shrinks.
+struct VolumeFree {
+  std::vector<double> low_Pa;
+  std::vector<double> high_Pa;
+};
+VolumeFree volume_free(const trace::Log& log, double gain, double reference_Pa) {
+  VolumeFree result;
+  double least_m3 = log.volume_m3.front();
+  double greatest_m3 = least_m3;
+  for (std::size_t i = 0; i < log.size(); ++i) {
+    least_m3 = std::min(least_m3, log.volume_m3[i]);
+    greatest_m3 = std::max(greatest_m3, log.volume_m3[i]);
+    const double p = gain * log.pressure_Pa[i] + reference_Pa;
+    result.low_Pa.push_back(p * std::pow(log.volume_m3[i] / least_m3, kKappa));
+    result.high_Pa.push_back(p * std::pow(log.volume_m3[i] / greatest_m3, kKappa));
+  }
+  return result;
+}
+
+/// What the numbers of this log would be in range as; empty where no unit of the table makes sense of them.
+std::string likeness(const trace::Log& log, const RigDescription& rig) {
+  const auto fits = [&](double in_Pa, double reference_Pa) {
+    const VolumeFree p = volume_free(log, in_Pa, reference_Pa);
+    return quantile(p.low_Pa, 0.005) >= kBelowAmbient * rig.ambient.pressure_Pa &&
+           quantile(p.high_Pa, 0.995) <= kAboveSupply * rig.supply.pressure_Pa;
+  };
+  for (const Unit& unit : kUnits) {
+    if (unit.in_Pa > 1.0 && fits(unit.in_Pa, 0.0)) return fmt::format("looks like {}, ", unit.name);
+  }
+  for (const Unit& unit : kUnits) {
+    if (fits(unit.in_Pa, rig.ambient.pressure_Pa)) {
+      return fmt::format("looks like gauge pressure in {}, ", unit.name);
+    }
+  }
+  return "";
+}
+
+void require_pressure(const NamedLog& of, const RigDescription& rig) {
+  const trace::Log& log = of.log;
+  const double ambient_Pa = rig.ambient.pressure_Pa;
+  const double low_Pa = least(log.pressure_Pa);
+  const double high_Pa = greatest(log.pressure_Pa);
+  const std::string range = fmt::format("{:.6g} to {:.6g}", low_Pa, high_Pa);
+  const VolumeFree p = volume_free(log, 1.0, 0.0);
+  const auto below = std::count_if(p.low_Pa.begin(), p.low_Pa.end(),
+                                   [&](double one) { return one < kBelowAmbient * ambient_Pa; });
+  const auto above = std::count_if(p.high_Pa.begin(), p.high_Pa.end(),
+                                   [&](double one) { return one > kAboveSupply * rig.supply.pressure_Pa; });
+  if (quantile(log.pressure_Pa, 0.995) < 0.2 * ambient_Pa || many(below, log)) {
+    throw InputError(
+        fmt::format("{}: column pressure_Pa: {}, {}expected absolute pressure in Pa, ambient is {:.6g}",
+                    of.name, range, likeness(log, rig), ambient_Pa));
+  }
+  if (many(above, log)) {
+    throw InputError(fmt::format(
+        "{}: column pressure_Pa: {}, far above the supply, expected absolute pressure in Pa up to the rig's "
+        "supply.pressure_Pa = {:.6g}",
+        of.name, range, rig.supply.pressure_Pa));
+  }
+  if (low_Pa <= 0.0) {
+    const auto row =
+        std::min_element(log.pressure_Pa.begin(), log.pressure_Pa.end()) - log.pressure_Pa.begin();
+    throw InputError(
+        fmt::format("{}: row {}, column pressure_Pa: {:.6g}, expected absolute pressure, above 0", of.name,
+                    row + 1, low_Pa));
+  }
+}
+
+void require_supply(const NamedLog& of, const RigDescription& rig) {
+  if (of.log.supply_Pa.empty()) return;
+  const double median_Pa = quantile(of.log.supply_Pa, 0.5);
+  if (median_Pa > 0.3 * rig.supply.pressure_Pa && median_Pa < 3.0 * rig.supply.pressure_Pa) return;
+  throw InputError(
+      fmt::format("{}: column supply_Pa: median {:.6g}, expected absolute pressure in Pa near the rig's "
+                  "supply.pressure_Pa = {:.6g}",
+                  of.name, median_Pa, rig.supply.pressure_Pa));
+}
+
+// ---- command
+
+void require_command(const NamedLog& of, const RigDescription& rig) {
+  constexpr double kHighest_V = 12.0;  ///< a valve for 0 to 10 V or -10 to 10 V, and a margin
+  const double low_V = least(of.log.command_V);
+  const double high_V = greatest(of.log.command_V);
+  const auto refuse = [&](const char* likeness) {
+    throw InputError(fmt::format(
+        "{}: column command_V: {:.6g} to {:.6g}, {}, expected volts, the rig's ports open below {:.6g} and "
+        "above {:.6g} V",
+        of.name, low_V, high_V, likeness, rig.valve.exhaust_below_V, rig.valve.open_above_V));
+  };
+  if (high_V > kHighest_V || low_V < -kHighest_V) {
+    refuse(high_V > 105.0 || low_V < -105.0 ? "too large" : "looks like per cent");
+  }
+  const bool moves = high_V - low_V > 0.05;
+  if (moves && high_V <= 1.05 && low_V >= -1.05 && rig.valve.exhaust_below_V > 1.5) {
+    refuse("looks normalised to 1");
+  }
+}
+
+// ---- volume
+
+/// Choked flow through the widest opening of this log, at the rig's figures, as the pV it could move [Pa m3/s].
+double nominal_capacity_Pa_m3_s(const trace::Log& log, const RigDescription& rig) {
+  const RigDescription::Valve& valve = rig.valve;
+  constexpr double kLeastOpening_V = 1.0;  ///< so that leaks of closed ports do not count as the capacity
+  const double inlet_V = std::max(greatest(log.command_V) - valve.open_above_V, kLeastOpening_V);
+  const double exhaust_V = std::max(valve.exhaust_below_V - least(log.command_V), kLeastOpening_V);
+  const double area_m2 = valve.discharge_coefficient * std::max(valve.inlet_area_per_V_m2 * inlet_V,
+                                                                valve.exhaust_area_per_V_m2 * exhaust_V);
+  return kKappa * kGasConstant_J_per_kg_K * std::sqrt(rig.gas.temperature_K) * kChoked * area_m2 *
+         rig.supply.pressure_Pa;
+}
+
+/// Flow that the log shows, V p' + kappa p V', as a multiple of what the valve could pass; nearly the greatest.
+double flow_over_capacity(const trace::Log& log, const RigDescription& rig) {
+  const std::size_t n = rate_rows(log);
+  if (log.size() < n + 2) return 0.0;
+  std::vector<double> flows;
+  flows.reserve(log.size() - n);
+  for (std::size_t i = 0; i + n < log.size(); ++i) {
+    const double volume_m3 = 0.5 * (log.volume_m3[i] + log.volume_m3[i + n]);
+    const double pressure_Pa = 0.5 * (log.pressure_Pa[i] + log.pressure_Pa[i + n]);
+    flows.push_back(std::abs(volume_m3 * (log.pressure_Pa[i + n] - log.pressure_Pa[i]) +
+                             kKappa * pressure_Pa * (log.volume_m3[i + n] - log.volume_m3[i])) /
+                    (static_cast<double>(n) * log.period_s));
+  }
+  return quantile(std::move(flows), 0.99) / nominal_capacity_Pa_m3_s(log, rig);
+}
+
+void require_positive_volume(const NamedLog& of) {
+  const auto& volume_m3 = of.log.volume_m3;
+  const auto row = std::find_if(volume_m3.begin(), volume_m3.end(), [](double v) { return !(v > 0.0); });
+  if (row == volume_m3.end()) return;
+  throw InputError(fmt::format("{}: row {}, column volume_m3: {:.6g}, expected above 0", of.name,
+                               row - volume_m3.begin() + 1, *row));
+}
+
+void require_volume(const NamedLog& of, const RigDescription& rig) {
+  constexpr double kLeast_m3 = 1e-6;
+  constexpr double kGreatest_m3 = 0.1;
+  // Data sheets are off by less: pressure that moves so much faster belongs to a smaller chamber.
+  constexpr double kImpossibleFlow = 50.0;
+  const double low_m3 = least(of.log.volume_m3);
+  const double high_m3 = greatest(of.log.volume_m3);
+  const double flow = flow_over_capacity(of.log, rig);
+  if (low_m3 >= kLeast_m3 && high_m3 <= kGreatest_m3 && flow <= kImpossibleFlow) return;
+  const char* likeness = low_m3 < kLeast_m3             ? ""
+                         : flow > 1e3 * kImpossibleFlow ? "looks like millilitres, "
+                                                        : "looks like litres, ";
+  throw InputError(fmt::format("{}: column volume_m3: {:.6g} to {:.6g}, {}expected m3, {:g} to {:g}", of.name,
+                               low_m3, high_m3, likeness, kLeast_m3, kGreatest_m3));
+}
+
+// ---- information
+
+std::string names_of(const std::vector<NamedLog>& logs) {
+  return logs.size() == 1 ? logs.front().name
+                          : fmt::format("{} and {} more", logs.front().name, logs.size() - 1);
+}
+
+void require_length(const std::vector<NamedLog>& logs) {
+  double total_s = 0.0;
+  std::size_t rows = 0;
+  for (const NamedLog& of : logs) {
+    rows += of.log.size();
+    total_s += static_cast<double>(of.log.size()) * of.log.period_s;
+  }
+  if (total_s >= kShortest_s) return;
+  throw CannotDiagnose(fmt::format("{}: too short: {} rows, {:.3g} s, expected {:g} s at least",
+                                   names_of(logs), rows, total_s, kShortest_s));
+}
+
+void require_excitation(const std::vector<NamedLog>& logs, const RigDescription& rig) {
+  constexpr double kResting_V = 0.02;
+  double low_V = logs.front().log.command_V.front();
+  double high_V = low_V;
+  for (const NamedLog& of : logs) {
+    low_V = std::min(low_V, least(of.log.command_V));
+    high_V = std::max(high_V, greatest(of.log.command_V));
+  }
+  if (high_V - low_V < kResting_V) {
+    throw CannotDiagnose(
+        fmt::format("{}: no excitation: column command_V rests at {:.4g} V, expected a command that moves",
+                    names_of(logs), 0.5 * (low_V + high_V)));
+  }
+  if (low_V >= rig.valve.exhaust_below_V && high_V <= rig.valve.open_above_V) {
+    throw CannotDiagnose(
+        fmt::format("{}: no excitation: column command_V is {:.4g} to {:.4g} V and opens no port, expected "
+                    "below exhaust_below_V = {:.4g} or above open_above_V = {:.4g} of the rig",
+                    names_of(logs), low_V, high_V, rig.valve.exhaust_below_V, rig.valve.open_above_V));
+  }
+}
+
+double standard_deviation(const std::vector<double>& values) {
+  double mean = 0.0;
+  for (const double value : values) mean += value;
+  mean /= static_cast<double>(values.size());
+  double squares = 0.0;
+  for (const double value : values) squares += (value - mean) * (value - mean);
+  return std::sqrt(squares / static_cast<double>(values.size()));
+}
+
+/// White noise estimated from the steps between rows; a moving pressure adds to it.
+double step_noise(const std::vector<double>& values) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < values.size(); ++i) steps.push_back(std::abs(values[i] - values[i - 1]));
+  return steps.empty() ? 0.0 : 1.4826 * quantile(std::move(steps), 0.5) / std::sqrt(2.0);
+}
+
+bool moves(const trace::Log& log, const RigDescription& rig) {
+  const double deviation_Pa = standard_deviation(log.pressure_Pa);
+  if (deviation_Pa <= 3.0 * rig.sensor.pressure_noise_Pa) return false;
+  // The sensor may be noisier than its sheet says.
+  const bool small = greatest(log.pressure_Pa) - least(log.pressure_Pa) < 0.02 * span_Pa(rig);
+  return !(small && deviation_Pa < 3.0 * step_noise(log.pressure_Pa));
+}
+
+void require_movement(const std::vector<NamedLog>& logs, const RigDescription& rig) {
+  if (std::any_of(logs.begin(), logs.end(), [&](const NamedLog& of) { return moves(of.log, rig); })) return;
+  const trace::Log& first = logs.front().log;
+  throw CannotDiagnose(fmt::format(
+      "{}: no excitation: column pressure_Pa is {:.6g} to {:.6g} and does not move beyond noise "
+      "(sensor.pressure_noise_Pa = {:g}), expected a pressure that follows the command",
+      names_of(logs), least(first.pressure_Pa), greatest(first.pressure_Pa), rig.sensor.pressure_noise_Pa));
+}
+
+/// Whether the pressure at this row can go no further: it is at supply or ambient, or rests at the end of its
+/// range although a port is open.
+bool is_saturated(const trace::Log& log, std::size_t row, double low_Pa, double high_Pa,
+                  const RigDescription& rig) {
+  constexpr double kOpen_V = 0.3;  ///< beyond a threshold that may be off
+  const double p = log.pressure_Pa[row];
+  const double near_Pa = 0.01 * span_Pa(rig) + 3.0 * rig.sensor.pressure_noise_Pa;
+  if (std::abs(p - rig.supply.pressure_Pa) < near_Pa || std::abs(p - rig.ambient.pressure_Pa) < near_Pa) {
+    return true;
+  }
+  const double end_Pa = 0.02 * (high_Pa - low_Pa) + 3.0 * rig.sensor.pressure_noise_Pa;
+  return (log.command_V[row] > rig.valve.open_above_V + kOpen_V && high_Pa - p < end_Pa) ||
+         (log.command_V[row] < rig.valve.exhaust_below_V - kOpen_V && p - low_Pa < end_Pa);
+}
+
+void require_unsaturated(const std::vector<NamedLog>& logs, const RigDescription& rig) {
+  constexpr double kMost = 0.95;
+  std::size_t saturated = 0;
+  std::size_t rows = 0;
+  for (const NamedLog& of : logs) {
+    const double low_Pa = quantile(of.log.pressure_Pa, 0.005);
+    const double high_Pa = quantile(of.log.pressure_Pa, 0.995);
+    rows += of.log.size();
+    for (std::size_t i = 0; i < of.log.size(); ++i) {
+      if (is_saturated(of.log, i, low_Pa, high_Pa, rig)) ++saturated;
+    }
+  }
+  const double share = static_cast<double>(saturated) / static_cast<double>(rows);
+  if (share < kMost) return;
+  throw CannotDiagnose(fmt::format(
+      "{}: saturated: column pressure_Pa rests at supply, ambient or its own end in {:.1f} % of the "
+      "rows, expected less than {:g} %",
+      names_of(logs), 100.0 * share, 100.0 * kMost));
+}
+
+/// Whether the pressure runs into the level that it has from this row on: its last step is as large as those
+/// before. One that comes to rest at the supply or at ambient slows down first (as the square of the time left:
+/// the last two rows make a third of the way of the two before).
+bool runs_in(const std::vector<double>& pressure_Pa, std::size_t row, double least_step_Pa) {
+  if (row < 4) return false;
+  const double last_Pa = std::abs(pressure_Pa[row] - pressure_Pa[row - 2]);
+  return last_Pa > least_step_Pa && last_Pa > 0.45 * std::abs(pressure_Pa[row - 2] - pressure_Pa[row - 4]);
+}
+
+/// Rows at `level_Pa` to the last bit, after running into it: a sensor at the end of its range.
+std::ptrdiff_t clipped_rows(const trace::Log& log, double level_Pa, double least_step_Pa) {
+  const auto& p = log.pressure_Pa;
+  const auto at_level = [&](double one) { return one == level_Pa; };
+  std::ptrdiff_t rows = 0;
+  auto from = std::find_if(p.begin(), p.end(), at_level);
+  while (from != p.end()) {
+    const auto to = std::find_if_not(from, p.end(), at_level);
+    const bool long_enough = static_cast<double>(to - from) * log.period_s >= kRateOver_s;
+    if (long_enough && runs_in(p, static_cast<std::size_t>(from - p.begin()), least_step_Pa))
+      rows += to - from;
+    from = std::find_if(to, p.end(), at_level);
+  }
+  return rows;
+}
+
+void require_unclipped(const NamedLog& of, const RigDescription& rig) {
+  const double near_Pa = 0.03 * span_Pa(rig);
+  const auto is_near = [&](double one, double other) { return std::abs(one - other) < near_Pa; };
+  for (const double level_Pa : {greatest(of.log.pressure_Pa), least(of.log.pressure_Pa)}) {
+    if (is_near(level_Pa, rig.supply.pressure_Pa) || is_near(level_Pa, rig.ambient.pressure_Pa)) continue;
+    const std::ptrdiff_t rows = clipped_rows(of.log, level_Pa, 0.005 * span_Pa(rig));
+    if (!many(rows, of.log)) continue;
+    throw CannotDiagnose(fmt::format(
+        "{}: saturated: column pressure_Pa is cut off at {:.6g} in {:.1f} % of the rows, expected a "
+        "sensor within its range",
+        of.name, level_Pa, 100.0 * static_cast<double>(rows) / static_cast<double>(of.log.size())));
+  }
+}
+
+}  // namespace
+
+void require_units(const std::vector<NamedLog>& logs, const RigDescription& rig) {
+  if (logs.empty()) throw InputError("no log, expected one at least");
+  for (const NamedLog& of : logs) {
+    if (of.log.size() < 2) throw InputError(fmt::format("{}: no rows, expected one a tick", of.name));
+    require_rate(of, rig);
+    require_command(of, rig);
+    require_positive_volume(of);
+    require_pressure(of, rig);
+    require_supply(of, rig);
+    require_volume(of, rig);
+  }
+}
+
+void require_diagnosable(const std::vector<NamedLog>& logs, const RigDescription& rig) {
+  require_units(logs, rig);
+  require_length(logs);
+  require_excitation(logs, rig);
+  require_movement(logs, rig);
+  require_unsaturated(logs, rig);
+  for (const NamedLog& of : logs) require_unclipped(of, rig);
+}
+
+}  // namespace plenum::host::diagnose

@@ -1,0 +1,34 @@
+// What a log must be before its gap is looked for. A diagnosis answers any log with a cause: one in the wrong
+// unit, of gauge pressure, or that hardly moves would get a wrong one.
+//
+// The thresholds leave room for what a diagnosis is to find: a supply or a sensor gain that is off by a fifth,
+// a bias of 10 kPa, valve areas that are off by tens of times, pressures below ambient because a closed
+// chamber grows.
+#pragma once
+
+#include <vector>
+
+#include "host-sim/diagnose/cannot_diagnose.hpp"
+#include "host-sim/trace/log.hpp"
+#include "host-sim/trace/rig_toml.hpp"
+
+namespace plenum::host::diagnose {
+
+using trace::NamedLog;
+
+/// Logs shorter than this together tell too little [s].
+inline constexpr double kShortest_s = 3.0;
+
+/// Units, reference and rate of each log. Throws trace::InputError naming the log, the column, what was
+/// found, what it looks like, and what was expected, for: another rate than the rig's; pressure in kPa, bar,
+/// MPa, psi, hPa or cmH2O, gauge pressure, pressure far above the supply; volume in litres or millilitres, not
+/// positive, or outside 1 mL to 100 L; command in per cent, normalised, or otherwise no volts; a supply_Pa
+/// column far from the rig's supply.
+void require_units(const std::vector<NamedLog>& logs, const trace::RigDescription& rig);
+
+/// As require_units; then, of the logs taken together, throws CannotDiagnose: shorter than kShortest_s; a
+/// command that rests or opens no port; a pressure that does not move beyond noise; 95 % of the rows saturated
+/// (at supply or ambient, or still although a port is open); a sensor that clips.
+void require_diagnosable(const std::vector<NamedLog>& logs, const trace::RigDescription& rig);
+
+}  // namespace plenum::host::diagnose
