@@ -20,7 +20,8 @@ namespace plenum::host::blind {
 // ---- command
 
 /// A coil in front of a spring-mass spool whose speed is limited:
-///   i' = (u - i)/tau,  x'' = w^2 (i - x) - 2 zeta w x',  |x'| <= slew,  tau = 0.1/w, w = 2 pi f.
+///   i' = (u - i)/tau,  x'' = w^2 (i - x) - 2 zeta w x',  tau = 0.1/w, w = 2 pi f,
+///   x'' times 1 - (x'/slew)^4 while it speeds up.
 /// Vanishes as f -> infinity.
 struct SpoolLag {
   double natural_frequency_Hz;

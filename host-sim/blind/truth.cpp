@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
+#include <utility>
 
 namespace plenum::host::blind {
 namespace {
@@ -125,11 +126,10 @@ double bouc_wen(const BoucWen& law, double z, double du) {
 
 class Integrator {
  public:
-  Integrator(const Machine& machine, double step_s)
+  explicit Integrator(const Machine& machine)
       : machine_(machine),
         d_(machine.departures),
         rig_(machine.rig),
-        step_s_(step_s),
         gas_(gas_at(rig_.gas.temperature_K)),
         elasticity_(kKappa * kGasConstant_J_kg_K * rig_.gas.temperature_K),
         law_(d_.flow_function ? &*d_.flow_function : nullptr) {
@@ -166,10 +166,9 @@ class Integrator {
     }
   }
 
-  /// One step from `time_s`; `command_V` is the command's mean over it.
-  void step(double time_s, double command_V) {
-    prepare(time_s, command_V);
-    const double h = step_s_;
+  /// One step of `h` seconds from `time_s` under one command.
+  void step(double time_s, double h, double command_V) {
+    prepare(time_s, h, command_V);
     const Volume middle = rigid() ? volume_ : volume_at(time_s + 0.5 * h);
     const Volume end = rigid() ? volume_ : volume_at(time_s + h);
     State k1, k2, k3, k4, y;
@@ -210,12 +209,12 @@ class Integrator {
   }
 
   /// What is held over a step: sources, drift, and laws without a rate of their own.
-  void prepare(double time_s, double command_V) {
-    const double middle_s = time_s + 0.5 * step_s_;
+  void prepare(double time_s, double h, double command_V) {
+    const double middle_s = time_s + 0.5 * h;
     if (d_.missed_steps) command_V = stepped(*d_.missed_steps, time_s, command_V);
     if (d_.bouc_wen) hysteresis_V_ = bouc_wen(*d_.bouc_wen, hysteresis_V_, command_V - command_V_);
     command_V_ = command_V;
-    held_V_ = d_.lugre ? slid(*d_.lugre, command_V) : command_V - hysteresis_V_;
+    held_V_ = d_.lugre ? slid(*d_.lugre, h, command_V) : command_V - hysteresis_V_;
     drift_V_ = d_.null_drift ? drift_V(*d_.null_drift, middle_s) : 0.0;
     source_Pa_ = rig_.supply.pressure_Pa;
     const Clutter& clutter = machine_.clutter;
@@ -245,15 +244,16 @@ class Integrator {
   }
 
   /// The spool's mean over a step. Bristles follow exactly for the speed of a substep, so that jumps of the
-  /// command cannot make them stiff; the spring is explicit, its lag of 3 substeps at the least.
-  double slid(const LuGre& law, double command_V) {
+  /// command cannot make them stiff; the spring is explicit, its lag of 30 substeps.
+  double slid(const LuGre& law, double h, double command_V) {
     if (law.half_width_V <= 0.0) return command_V;
-    constexpr int kSubsteps = 8;
-    const double dt = step_s_ / kSubsteps;
+    constexpr int kSubsteps = 16;
+    const double dt = h / kSubsteps;
     const double z0 = 0.5 * law.half_width_V;
     double sum = 0.0;
     for (int i = 0; i < kSubsteps; ++i) {
       const double speed = (command_V - slide_V_ - law.half_width_V * bristle_V_ / z0) / kLuGreLag_s;
+      if (std::abs(speed) < 1e-7) return slide_V_;  // it has come to rest
       const double slow = speed / kLuGreSpeed_V_s;
       const double reach = z0 * (1.0 + law.stribeck * std::exp(-slow * slow));
       bristle_V_ += (std::copysign(reach, speed) - bristle_V_) * -std::expm1(-std::abs(speed) * dt / reach);
@@ -322,7 +322,8 @@ class Integrator {
     dy[spool_] = 10.0 * w * (command_V - y[spool_]);
     dy[spool_ + 1] = std::clamp(y[spool_ + 2], -law.slew_V_s, law.slew_V_s);
     const double push = w * w * (y[spool_] - y[spool_ + 1]) - 2.0 * law.damping * w * y[spool_ + 2];
-    dy[spool_ + 2] = std::abs(y[spool_ + 2]) >= law.slew_V_s && push * y[spool_ + 2] > 0.0 ? 0.0 : push;
+    const double q = dy[spool_ + 1] / law.slew_V_s;
+    dy[spool_ + 2] = push * y[spool_ + 2] > 0.0 ? push * (1.0 - q * q * q * q) : push;
     return y[spool_ + 1];
   }
 
@@ -438,7 +439,6 @@ class Integrator {
   const Machine& machine_;
   const Departures& d_;
   const trace::RigDescription& rig_;
-  double step_s_;
   Gas gas_;
   double elasticity_;  // kappa R T
   const FlowFunction* law_;
@@ -480,17 +480,10 @@ class Late {
     from_.push_back(static_cast<double>(given_.size() - 1) * steps_a_tick_ + delay_ + jitter);
   }
 
-  /// Mean over step `n`, counted from the first row.
-  double over(long n) {
-    const auto begin = static_cast<double>(n);
-    while (at_ + 1 < given_.size() && from_[at_ + 1] <= begin) ++at_;
-    double sum = 0.0, done = begin;
-    std::size_t i = at_;
-    for (; i + 1 < given_.size() && from_[i + 1] < begin + 1.0; ++i) {
-      sum += given_[i] * (from_[i + 1] - done);
-      done = from_[i + 1];
-    }
-    return done == begin ? given_[i] : sum + given_[i] * (begin + 1.0 - done);
+  /// The command from `at` on and the moment up to which it acts, `until` at the latest; both in steps.
+  std::pair<double, double> from(double at, double until) {
+    while (at_ + 1 < given_.size() && from_[at_ + 1] <= at) ++at_;
+    return {given_[at_], at_ + 1 < given_.size() ? std::min(from_[at_ + 1], until) : until};
   }
 
  private:
@@ -547,12 +540,12 @@ Rows simulate(const Machine& machine, std::size_t rows, const Driver& driver, do
   const auto settle_ticks = static_cast<long>(std::ceil(kSettle_s / tick_s));
 
   Late late(machine, step_s, steps);
-  Integrator integrator(machine, step_s);
+  Integrator integrator(machine);
   Rows out;
   out.command_V.push_back(driver(0, machine.initial_Pa));
   late.ask(out.command_V.back());
-  const double first = late.over(-settle_ticks * steps);
-  integrator.start(machine.initial_Pa, first, -static_cast<double>(settle_ticks) * tick_s);
+  const auto begin = -static_cast<double>(settle_ticks * steps);
+  integrator.start(machine.initial_Pa, late.from(begin, 0.0).first, begin * step_s);
 
   for (long tick = -settle_ticks; tick < static_cast<long>(rows); ++tick) {
     if (tick >= 0) {
@@ -569,7 +562,12 @@ Rows simulate(const Machine& machine, std::size_t rows, const Driver& driver, do
       const long n = tick * steps + s;
       const bool counts = s >= steps - averaged;
       if (counts) sum += 0.5 * integrator.sensed_Pa();
-      integrator.step(static_cast<double>(n) * step_s, late.over(n));
+      // A command that changes within a step parts it: no step straddles a jump.
+      for (double at = static_cast<double>(n), end = at + 1.0; at < end;) {
+        const auto [command_V, until] = late.from(at, end);
+        integrator.step(at * step_s, (until - at) * step_s, command_V);
+        at = until;
+      }
       if (counts) sum += 0.5 * integrator.sensed_Pa();
     }
     if (tick + 1 >= 0) {

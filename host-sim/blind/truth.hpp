@@ -9,8 +9,8 @@
 // constant of air over its compressibility [J/(kg K)]; T temperature [K]; kappa 1.4.
 // Assumptions: one temperature, unless WallHeat; supply and ambient constant, unless a departure says otherwise.
 // Range: chambers of 20 mL to 1 L, 1 to 10 bar, ports to 12 mm2.
-// Numerical treatment: Runge-Kutta of order 4 at kStep_s; the command is its mean over a step, so that delays may
-// be any fraction of one; halving the step moves a row by less than 5 Pa (test). At pressure ratio 1 the flow's
+// Numerical treatment: Runge-Kutta of order 4 at kStep_s, a step being parted where the command jumps in it, so that
+// delays may be any fraction of one; halving the step moves a row by less than 5 Pa (test). At pressure ratio 1 the flow's
 // slope is infinite: there the result chatters by less than 1 Pa in the mean over a tick.
 // Source: "Modeling and Identification of Pneumatic Actuators", (1)-(4), (11)-(13), Table II.
 #pragma once
