@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "host-sim/blind/excitation.hpp"
+#include "host-sim/blind/recalibrate.hpp"
 
 namespace plenum::host::blind {
 namespace {
@@ -122,6 +123,15 @@ double rms_difference(const std::vector<double>& a, const std::vector<double>& b
   return std::sqrt(sum / static_cast<double>(a.size()));
 }
 
+/// What this departure alone leaves after recalibration.
+double alone_Pa(const std::string& id, const std::vector<Drawn>& drawn, Machine machine,
+                const Recalibration& recalibration, const Rows& rows) {
+  for (const Drawn& other : drawn) {
+    if (other.id != id) departure_kind(other.id).remove(machine.departures);
+  }
+  return recalibration.rest_Pa(simulate(machine, rows.command_V.size(), replay(rows.command_V)).pressure_Pa);
+}
+
 Json valve_json(const trace::RigDescription::Valve& valve) {
   return {{"open_above_V", valve.open_above_V},
           {"exhaust_below_V", valve.exhaust_below_V},
@@ -173,19 +183,31 @@ Case make_case(const Recipe& recipe) {
   label["kind"] = recipe.kind;
   label["tier"] = recipe.tier;
   label["seed"] = recipe.seed;
+  label["seconds"] = recipe.seconds;
   label["effects"] = Json::array();
-  for (const Drawn& one : drawn) {
-    Machine without = clean;
-    departure_kind(one.id).remove(without.departures);
-    const Rows rest = simulate(without, held.command_V.size(), same);
-    Json parameters = Json::object();
-    for (const Parameter& parameter : one.parameters) parameters[parameter.name] = parameter.value;
-    label["effects"].push_back({{"id", one.id},
-                                {"variant", one.variant},
-                                {"catalogued", departure_kind(one.id).catalogued},
-                                {"equation", departure_kind(one.id).equation},
-                                {"parameters", parameters},
-                                {"gap_Pa", rms_difference(truth.pressure_Pa, rest.pressure_Pa)}});
+  Machine nominal = clean;
+  nominal.departures = Departures{};
+  label["recalibrated_gap_Pa"] = 0.0;
+  if (!drawn.empty()) {
+    const Recalibration recalibration(nominal, held.command_V);
+    const double together_Pa = recalibration.rest_Pa(truth.pressure_Pa);
+    label["recalibrated_gap_Pa"] = together_Pa;
+    for (const Drawn& one : drawn) {
+      Machine without = clean;
+      departure_kind(one.id).remove(without.departures);
+      const Rows rest = simulate(without, held.command_V.size(), same);
+      Json parameters = Json::object();
+      for (const Parameter& parameter : one.parameters) parameters[parameter.name] = parameter.value;
+      label["effects"].push_back(
+          {{"id", one.id},
+           {"variant", one.variant},
+           {"catalogued", departure_kind(one.id).catalogued},
+           {"equation", departure_kind(one.id).equation},
+           {"parameters", parameters},
+           {"gap_Pa", rms_difference(truth.pressure_Pa, rest.pressure_Pa)},
+           {"alone_recalibrated_gap_Pa",
+            drawn.size() == 1 ? together_Pa : alone_Pa(one.id, drawn, clean, recalibration, held)}});
+    }
   }
   label["noise_floor_Pa"] = rms_difference(out.heldout.pressure_Pa, truth.pressure_Pa);
   label["pressure_noise_Pa"] = machine.rig.sensor.pressure_noise_Pa;

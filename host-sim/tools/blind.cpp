@@ -1,8 +1,10 @@
 #include <memory>
 
 #include "host-sim/blind/blind_set.hpp"
+#include "host-sim/blind/score.hpp"
 #include "host-sim/tools/command.hpp"
 #include "host-sim/tools/output.hpp"
+#include "host-sim/trace/input_error.hpp"
 
 namespace plenum::host::tools {
 namespace {
@@ -20,7 +22,7 @@ int generate(Generate& options) {
     Progress progress("making blind cases");
     blind::write_set(options.request, std::ref(progress));
   }
-  options.output.print("{} cases in {}, labels sealed in {}/labels\n", options.request.cases, options.out,
+  options.output.print("{} cases in {}, their labels in {}/labels\n", options.request.cases, options.out,
                        options.out);
   options.output.finish({{"folder", options.out},
                          {"cases", options.request.cases},
@@ -30,7 +32,7 @@ int generate(Generate& options) {
   return kDone;
 }
 
-CLI::App* declare_generate(CLI::App& blind, Generate& options) {
+CLI::App* declare(CLI::App& blind, Generate& options) {
   CLI::App* app =
       blind.add_subcommand("generate", "Make cases whose cause is sealed, by an independent simulation");
   auto& request = options.request;
@@ -50,21 +52,87 @@ CLI::App* declare_generate(CLI::App& blind, Generate& options) {
       ->check(CLI::Range(10.0, 100.0))
       ->capture_default_str();
   options.output.add_to(*app);
+  app->footer(example(
+      "  plenum blind generate --out set --cases 300 --seed 7    # set/case-0001 and so on, set/labels"));
+  return app;
+}
+
+struct Score {
+  std::string set;
+  std::string answers;
+  double detectable = blind::kDetectable;
+  Output output;
+};
+
+std::string share(const Json& value) {
+  if (value.at("percent").is_null()) return "  no case";
+  return fmt::format("{:6.1f} %  ({} of {})", value.at("percent").get<double>(),
+                     value.at("right").get<unsigned>(), value.at("of").get<unsigned>());
+}
+
+std::string figure(const Json& value, const char* unit) {
+  return value.is_null() ? "  no case" : fmt::format("{:6.3g}{}", value.get<double>(), unit);
+}
+
+void print_score(const Output& output, const Json& result) {
+  output.print("{} cases, {} without an answer\n", result.at("cases").get<unsigned>(),
+               result.at("missing_answers").get<unsigned>());
+  for (const auto& [tier, value] : result.at("top1_percent").items()) {
+    output.print("{:<28} {}\n", fmt::format("first name right, {}", tier), share(value));
+  }
+  output.print("{:<28} {}\n", "one name alone right", share(result.at("singleton_correct_percent")));
+  output.print("{:<28} {}\n", "truth in the set named", share(result.at("coverage_percent")));
+  output.print("{:<28} {}\n", "two or three, F1", figure(result.at("multi_f1").at("f1"), ""));
+  output.print("{:<28} {}\n", "false alarm", share(result.at("false_alarm_percent")));
+  output.print("{:<28} {}\n", "unknown flagged", share(result.at("unknown_flagged_percent")));
+  output.print("{:<28} {}\n", "closed, median", figure(result.at("closed_median_percent"), " %"));
+  output.print("{:<28} {}\n", "equation named", share(result.at("equation_named_percent")));
+  output.print("{:<28} {}\n\n", "calibration error", figure(result.at("calibration_error"), ""));
+  output.print("{}", blind::confusion_text(result));
+}
+
+int score(const Score& options) {
+  const Json result = blind::score_set(options.set, options.answers, options.detectable);
+  print_score(options.output, result);
+  options.output.finish(result);
+  return kDone;
+}
+
+CLI::App* declare(CLI::App& blind, Score& options) {
+  CLI::App* app = blind.add_subcommand("score", "Compare gap reports with the sealed labels of a set");
+  app->add_option("DIR", options.set, "Folder of the set")->required();
+  app->add_option("--answers", options.answers, "Folder with case-0001.json and so on, plenum-gap/1 reports")
+      ->type_name("DIR")
+      ->required();
+  app->add_option("--detectable", options.detectable,
+                  "An effect counts from this gap on, after recalibration, over the noise floor")
+      ->check(CLI::Range(0.1, 100.0))
+      ->capture_default_str();
+  options.output.add_to(*app);
   app->footer(
-      example("  plenum blind generate --out set --cases 300 --seed 7    # set/case-0001 .. and set/labels"));
+      example("  plenum blind score set --answers answers    # where answers/case-0001.json is of "
+              "`plenum diagnose --json`"));
   return app;
 }
 
 }  // namespace
 
 Command add_blind(CLI::App& program) {
+  struct Options {
+    Generate generate;
+    Score score;
+  };
   CLI::App* app = program.add_subcommand("blind", "Check a diagnosis on cases whose cause is withheld");
   app->require_subcommand(1);
-  const auto options = std::make_shared<Generate>();
-  const CLI::App* make = declare_generate(*app, *options);
-  static_cast<void>(make);
-  app->footer(example("  plenum blind generate --out set --cases 100"));
-  return {app, [options] { return generate(*options); }};
+  const auto options = std::make_shared<Options>();
+  const CLI::App* generating = declare(*app, options->generate);
+  declare(*app, options->score);
+  app->footer(
+      example("  plenum blind generate --out set --cases 100\n"
+              "  plenum blind score set --answers answers"));
+  return {app, [options, generating] {
+            return generating->parsed() ? generate(options->generate) : score(options->score);
+          }};
 }
 
 }  // namespace plenum::host::tools
