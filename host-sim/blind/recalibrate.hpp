@@ -1,10 +1,9 @@
 // What of a gap is left once the nominal model's valve figures are fitted to it: the part that only a cause explains.
 //
-// Least squares over the seven valve figures (areas and leaks by their logarithms, thresholds in volts) and the initial
-// pressure, starting from the truth, against noise-free rows: Levenberg and Marquardt's damping, the Jacobian by
-// differences once at the start (chord method). Since it is fitted to the very rows on which it is judged, free
-// of noise, no honest recalibration comes out lower but for rounding and the chord's last per cent.
-// The model's step is kCalibrationStep_s, an error far below the noise.
+// Least squares over the seven valve figures and the initial pressure, starting from the truth, against noise-free
+// rows: Levenberg and Marquardt's damping; the Jacobian by differences once, then kept up by Broyden's updates.
+// Since it is fitted to the very rows on which it is judged, free of noise, an honest recalibration can hardly come
+// out lower. The model's step is kCalibrationStep_s, an error far below the noise.
 #pragma once
 
 #include <Eigen/Core>
