@@ -11,6 +11,7 @@ namespace {
 using Figures = Eigen::Matrix<double, 8, 1>;
 
 constexpr int kMostTries = 20;
+constexpr int kMostPoor = 4;  // tries that gain nothing, or hardly anything
 /// In the units below.
 constexpr double kDifference = 1e-3;
 /// Areas count linearly, since the pressure's rate does: then what scales with volume or adds to a leak is found at
@@ -50,12 +51,7 @@ Eigen::Map<const Eigen::VectorXd> as_vector(const std::vector<double>& values) {
 Recalibration::Recalibration(Machine nominal, std::vector<double> command_V)
     : nominal_(std::move(nominal)), command_V_(std::move(command_V)) {
   base_Pa_ = simulated(Figures::Zero());
-  jacobian_.resize(base_Pa_.size(), 8);
-  for (int i = 0; i < 8; ++i) {
-    Figures change = Figures::Zero();
-    change(i) = kDifference;
-    jacobian_.col(i) = (simulated(change) - base_Pa_) / kDifference;
-  }
+  jacobian_ = differences(Figures::Zero(), base_Pa_);
 }
 
 Eigen::VectorXd Recalibration::simulated(const Figures& change) const {
@@ -64,34 +60,52 @@ Eigen::VectorXd Recalibration::simulated(const Figures& change) const {
           .pressure_Pa);
 }
 
+Recalibration::Jacobian Recalibration::differences(const Figures& at, const Eigen::VectorXd& there_Pa) const {
+  Jacobian slopes(there_Pa.size(), 8);
+  for (int i = 0; i < 8; ++i) {
+    Figures change = at;
+    change(i) += kDifference;
+    slopes.col(i) = (simulated(change) - there_Pa) / kDifference;
+  }
+  return slopes;
+}
+
 double Recalibration::rest_Pa(const std::vector<double>& pressure_Pa) const {
-  const Eigen::VectorXd wanted = as_vector(pressure_Pa);
-  Eigen::Matrix<double, Eigen::Dynamic, 8> jacobian = jacobian_;
-  Figures at = Figures::Zero();
-  Eigen::VectorXd error = wanted - base_Pa_;
+  Search search{Figures::Zero(), as_vector(pressure_Pa) - base_Pa_, jacobian_};
+  const double gap = search.error.norm();
+  descend(search, as_vector(pressure_Pa));
+  // What is mostly absorbed may be so wholly: then the slopes are worth taking anew.
+  if (search.error.norm() < 0.5 * gap) {
+    search.slopes = differences(search.at, as_vector(pressure_Pa) - search.error);
+    descend(search, as_vector(pressure_Pa));
+  }
+  return search.error.norm() / std::sqrt(static_cast<double>(search.error.size()));
+}
+
+void Recalibration::descend(Search& search, const Eigen::VectorXd& wanted_Pa) const {
   double damping = 1e-6;
   int poor = 0;
-  for (int i = 0; i < kMostTries && poor < 3; ++i) {
-    Eigen::Matrix<double, 8, 8> normal = jacobian.transpose() * jacobian;
+  for (int i = 0; i < kMostTries && poor < kMostPoor; ++i) {
+    Eigen::Matrix<double, 8, 8> normal = search.slopes.transpose() * search.slopes;
     normal.diagonal() *= 1.0 + damping;
     normal.diagonal().array() += 1e-10 * normal.trace();
-    const Figures next = held(at + normal.ldlt().solve(jacobian.transpose() * error));
-    const Figures moved = next - at;
+    const Figures next = held(search.at + normal.ldlt().solve(search.slopes.transpose() * search.error));
+    const Figures moved = next - search.at;
     if (moved.squaredNorm() < 1e-14) break;
-    const Eigen::VectorXd left = wanted - simulated(next);
-    // Broyden's update: the least change of the Jacobian that tells of this move what was found.
-    jacobian += (error - left - jacobian * moved) * (moved.transpose() / moved.squaredNorm());
-    if (left.squaredNorm() < error.squaredNorm()) {
-      poor = left.squaredNorm() > 0.98 * error.squaredNorm() ? poor + 1 : 0;
-      at = next;
-      error = left;
+    const Eigen::VectorXd left = wanted_Pa - simulated(next);
+    // Broyden's update: the least change of the slopes that tells of this move what was found.
+    search.slopes +=
+        (search.error - left - search.slopes * moved) * (moved.transpose() / moved.squaredNorm());
+    if (left.squaredNorm() < search.error.squaredNorm()) {
+      poor = left.squaredNorm() > 0.98 * search.error.squaredNorm() ? poor + 1 : 0;
+      search.at = next;
+      search.error = left;
       damping *= 0.1;
     } else {
       ++poor;
-      damping = std::max(10.0 * damping, 1e-3);
+      damping = std::max(30.0 * damping, 0.03);
     }
   }
-  return std::sqrt(error.squaredNorm() / static_cast<double>(error.size()));
 }
 
 }  // namespace plenum::host::blind

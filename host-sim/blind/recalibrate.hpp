@@ -1,7 +1,8 @@
 // What of a gap is left once the nominal model's valve figures are fitted to it: the part that only a cause explains.
 //
 // Least squares over the seven valve figures and the initial pressure, starting from the truth, against noise-free
-// rows: Levenberg and Marquardt's damping; the Jacobian by differences once, then kept up by Broyden's updates.
+// rows: Levenberg and Marquardt's damping; the Jacobian by differences once, then kept up by Broyden's updates
+// (and taken anew where most is absorbed).
 // Since it is fitted to the very rows on which it is judged, free of noise, an honest recalibration can hardly come
 // out lower. The model's step is kCalibrationStep_s, an error far below the noise.
 #pragma once
@@ -25,12 +26,20 @@ class Recalibration {
 
  private:
   using Figures = Eigen::Matrix<double, 8, 1>;
+  using Jacobian = Eigen::Matrix<double, Eigen::Dynamic, 8>;
+  struct Search {
+    Figures at;
+    Eigen::VectorXd error;  ///< wanted less simulated
+    Jacobian slopes;
+  };
   Eigen::VectorXd simulated(const Figures& change) const;
+  Jacobian differences(const Figures& at, const Eigen::VectorXd& there_Pa) const;
+  void descend(Search& search, const Eigen::VectorXd& wanted_Pa) const;
 
   Machine nominal_;
   std::vector<double> command_V_;
   Eigen::VectorXd base_Pa_;
-  Eigen::Matrix<double, Eigen::Dynamic, 8> jacobian_;
+  Jacobian jacobian_;
 };
 
 }  // namespace plenum::host::blind
