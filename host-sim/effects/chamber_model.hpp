@@ -2,8 +2,8 @@
 //
 //   p' = n (R T (a_c(x) phi(P, p) - a_r(x) phi(p, Q) - leak)/v - p v'/v)                       (1)-(4)
 //
-// `N` is a number or lanes of numbers. A tick is cut into equal steps. In each, command, volume and areas are taken
-// at its middle, and the pressure moves by the exponential rule with the chord of its rate,
+// `N` is a number or lanes of numbers. A tick is cut into equal steps. In each, the areas are taken in the mean
+// and the volume at its middle, and the pressure moves by the exponential rule with the chord of its rate,
 //   p1 = p + h phi_1(h J) f(p),   S = (f(p1) - f(p))/(p1 - p),   p+ = p + h phi_1(h S) f(p),
 //   mean = p + h phi_2(h S) f(p):
 // stable at any step, exact where the rate is linear in p, second order elsewhere; the chord settles on the right
@@ -54,8 +54,10 @@ class ChamberModel {
     N rate, slope, inlet, exhaust;
   };
 
+  static constexpr int kSpoolParts = 3;
+
   bool on(Id id) const { return (on_ >> id & 1U) != 0; }
-  N effective_command(double command_V, int step);
+  Openings mean_openings(double command_V, int step);
   Openings openings(const N& command_V) const;
   Flow plate(const N& first_Pa, const N& second_Pa) const;
   Balance balance(const N& pressure_Pa, const Openings& open, const N& supply_Pa, const N& behind_Pa) const;
@@ -104,7 +106,7 @@ ChamberModel<N>::ChamberModel(const Surroundings& around, const Timing& timing, 
   const auto x = [&](Id id) { return figures + first_figure(id); };
   dead_time_.prepare(x(kIdDeadTime), timing.tick_s, command_V);
   hysteresis_.prepare(x(kIdValveHysteresis), command_V);
-  spool_.prepare(x(kIdSpoolLag), 0.5 * step_s_, command_V);
+  spool_.prepare(x(kIdSpoolLag), step_s_ / kSpoolParts, command_V);
   null_drift_.prepare(x(kIdNullDrift), timing.tick_s);
   area_shape_.prepare(x(kIdAreaShape));
   flow_function_.prepare(x(kIdFlowFunction));
@@ -120,19 +122,35 @@ ChamberModel<N>::ChamberModel(const Surroundings& around, const Timing& timing, 
   sensor_bias_.prepare(x(kIdSensorBias), around.ambient_Pa);
 }
 
+/// The openings' mean over a step, which is not the opening at the mean command: a command or a spool on its way
+/// from one port to the other crosses the valve's null. With a spool the step's thirds are averaged.
 template <class N>
-N ChamberModel<N>::effective_command(double command_V, int step) {
-  N u = on(kIdDeadTime) ? dead_time_.mean(static_cast<double>(step) / timing_.steps,
-                                          static_cast<double>(step + 1) / timing_.steps)
-                        : N(command_V);
-  if (on(kIdValveHysteresis)) u = hysteresis_.follow(u);
+typename ChamberModel<N>::Openings ChamberModel<N>::mean_openings(double command_V, int step) {
+  const auto stuck = [&](const N& u) { return on(kIdValveHysteresis) ? hysteresis_.follow(u) : u; };
+  const auto drifted = [&](const N& x) { return on(kIdNullDrift) ? null_drift_.at(x) : x; };
+  const auto share = [&](double parts) { return (step + parts) / timing_.steps; };
   if (on(kIdSpoolLag)) {
-    const N middle = spool_.follow(u);
-    spool_.follow(u);
-    u = middle;
+    Openings sum{N(0.0), N(0.0)};
+    for (int i = 0; i < kSpoolParts; ++i) {
+      const N u = on(kIdDeadTime) ? dead_time_
+                                        .during(share(static_cast<double>(i) / kSpoolParts),
+                                                share(static_cast<double>(i + 1) / kSpoolParts))
+                                        .mean()
+                                  : N(command_V);
+      const Openings open = openings(drifted(spool_.follow(stuck(u))));
+      sum.inlet_m2 += (1.0 / kSpoolParts) * open.inlet_m2;
+      sum.exhaust_m2 += (1.0 / kSpoolParts) * open.exhaust_m2;
+    }
+    return sum;
   }
-  if (on(kIdNullDrift)) u = null_drift_.at(u);
-  return u;
+  if (on(kIdDeadTime)) {
+    const auto held = dead_time_.during(share(0.0), share(1.0));
+    const Openings first = openings(drifted(stuck(held.first)));
+    const Openings second = openings(drifted(stuck(held.second)));
+    return {second.inlet_m2 + held.share * (first.inlet_m2 - second.inlet_m2),
+            second.exhaust_m2 + held.share * (first.exhaust_m2 - second.exhaust_m2)};
+  }
+  return openings(drifted(stuck(N(command_V))));
 }
 
 /// (3), with a gain a port and the width w.
@@ -199,34 +217,53 @@ typename ChamberModel<N>::Balance ChamberModel<N>::balance(const N& pressure_Pa,
   return {in - out, open.inlet_m2 * inlet.by_downstream - open.exhaust_m2 * exhaust.by_upstream, in, out};
 }
 
-/// One step: moves the pressure, returns its mean.
+/// One step: moves the pressure, returns its mean. What the flows of the step change slowly (supply, pressure behind
+/// the exhaust, mass of the gas) enters as the flows at its beginning will have made it by its middle.
 template <class N>
 N ChamberModel<N>::step(const Openings& open, const N& volume_m3, const N& squeeze_1_s) {
-  const N supply = on(kIdSupplyDroop) ? supply_droop_.supply(supply_Pa_) : supply_Pa_;
-  const N behind = on(kIdExhaustBackpressure) ? backpressure_.behind(ambient_Pa_) : ambient_Pa_;
   const N begin = pressure_Pa_;
+  const N& at_valve = on(kIdTubeDynamics) ? tube_.at_valve_Pa() : pressure_Pa_;
+  N supply = supply_Pa_;
+  N behind = ambient_Pa_;
+  if (on(kIdSupplyDroop)) {
+    const Flow now = plate(supply_droop_.supply(supply_Pa_), at_valve);
+    supply =
+        supply_droop_.supply_at_middle(supply_Pa_, open.inlet_m2 * now.flow, open.inlet_m2 * now.by_upstream);
+  }
+  if (on(kIdExhaustBackpressure)) {
+    const Flow now = plate(at_valve, backpressure_.behind(ambient_Pa_));
+    behind = backpressure_.behind_at_middle(ambient_Pa_, open.exhaust_m2 * now.flow,
+                                            -open.exhaust_m2 * now.by_downstream);
+  }
   const N n = on(kIdHeatTransfer) ? heat_.exponent() : N(1.4);
   const N per_mass = n * gas_J_kg_ / volume_m3;  // Pa for a kilogram
   N compression = n * squeeze_1_s;
   N pull(0.0);  // of the heat on the rate, at p = 0
-  if (on(kIdHeatTransfer)) {
-    compression += heat_.relaxation_1_s();
-    pull = heat_.relaxation_1_s() * heat_.mass_kg() * gas_J_kg_ / volume_m3;
-  }
+  const auto warm = [&](const N& net_kg_s) {
+    if (!on(kIdHeatTransfer)) return;
+    const N mass = heat_.mass_kg() + 0.5 * step_s_ * net_kg_s;
+    const N relaxation = heat_.relaxation_1_s(mass);
+    compression += relaxation;
+    pull = relaxation * mass * gas_J_kg_ / volume_m3;
+  };
 
-  N inlet, exhaust, net, mean;
+  N inlet, exhaust, mean;
   if (on(kIdTubeDynamics)) {
-    inlet = N(0.0);
-    exhaust = N(0.0);
+    N leak(0.0), leak_slope(0.0);
+    if (on(kIdChamberLeak)) {
+      leak = leak_.flow(begin);
+      leak_slope = leak_.slope(begin);
+    }
+    warm(tube_.flow_kg_s() - leak);
     const auto valve = [&](const N& at_valve_Pa) {
       const Balance b = balance(at_valve_Pa, open, supply, behind);
-      inlet += 0.5 * b.inlet;
-      exhaust += 0.5 * b.exhaust;
+      inlet = b.inlet;  // the last of its calls is for the middle
+      exhaust = b.exhaust;
       return b;
     };
-    const N leak = on(kIdChamberLeak) ? leak_.flow(begin) : N(0.0);
-    const auto moved = tube_.advance(begin, {per_mass, pull - per_mass * leak, compression}, valve);
-    net = moved.mean_flow_kg_s - leak;
+    const auto moved = tube_.advance(
+        begin, {per_mass, pull - per_mass * (leak - leak_slope * begin), compression + per_mass * leak_slope},
+        valve);
     pressure_Pa_ = moved.end_Pa;
     mean = moved.mean_Pa;
   } else {
@@ -238,6 +275,7 @@ N ChamberModel<N>::step(const Openings& open, const N& volume_m3, const N& squee
       return b;
     };
     const Balance first = with_leak(balance(begin, open, supply, behind), begin);
+    warm(first.rate);
     const N f = per_mass * first.rate - compression * begin + pull;
     const N J = per_mass * first.slope - compression;
     const N trial = larger(begin + step_s_ * exponential(step_s_ * J).phi_1 * f, N(1e3));
@@ -251,11 +289,13 @@ N ChamberModel<N>::step(const Openings& open, const N& volume_m3, const N& squee
     mean = begin + step_s_ * z.phi_2 * f;
     inlet = 0.5 * (first.inlet + second.inlet);
     exhaust = 0.5 * (first.exhaust + second.exhaust);
-    net = 0.5 * (first.rate + second.rate);
   }
   if (on(kIdSupplyDroop)) supply_droop_.draw(inlet);
   if (on(kIdExhaustBackpressure)) backpressure_.vent(exhaust, ambient_Pa_);
-  if (on(kIdHeatTransfer)) heat_.gain(step_s_ * net);
+  if (on(kIdHeatTransfer)) {
+    // the mass that the step's own balance of energy has moved
+    heat_.gain((pressure_Pa_ - begin + step_s_ * (compression * mean - pull)) / per_mass);
+  }
   return mean;
 }
 
@@ -268,7 +308,7 @@ N ChamberModel<N>::tick(double command_V, const double* volume_m3) {
   const int counted =
       std::clamp(static_cast<int>(std::lround(timing_.average_s / step_s_)), 1, timing_.steps);
   for (int i = 0; i < timing_.steps; ++i) {
-    const Openings open = openings(effective_command(command_V, i));
+    const Openings open = mean_openings(command_V, i);
     const double logged = 0.5 * (volume_m3[i] + volume_m3[i + 1]);
     const double rate = (volume_m3[i + 1] - volume_m3[i]) / step_s_;
     const N volume = on(kIdVolumeError) ? volume_error_.volume(logged) : N(logged);

@@ -2,10 +2,11 @@
 //
 //   x(t) = u(t - d)
 //
-// u command, x effective command [V]; d delay [s]. Assumptions: constant delay. Range: up to 30 ticks.
-// Vanishes at d = 0. Numerical treatment: the command is held over a tick, so its mean over a step of the model,
-// which is what enters, is the exact mean of at most two held values for any real d; before the log it is the
-// first command. Source: bus, driver and solenoid electronics; gap notes of any sampled actuator.
+// u command, x effective command [V]; d delay [s]. Assumptions: constant delay. Range: up to 31 ticks.
+// Vanishes at d = 0. Numerical treatment: the command is held over a tick, so a step of the model sees one held value
+// and then at most one other, for any real d. Both enter with their share of the step, as openings: at their mean
+// a valve that jumps from venting to filling would be shut. Before the log it is the first command. Source: bus,
+// driver and solenoid electronics; gap notes of any sampled actuator.
 #pragma once
 
 #include <array>
@@ -27,7 +28,7 @@ template <class N>
 class DeadTime {
  public:
   void prepare(const N* x, double tick_s, double command_V) {
-    delay_ticks_ = x[0] * (1.0 / tick_s);
+    delay_ticks_ = smaller(x[0] * (1.0 / tick_s), N(static_cast<double>(kPast - 1)));
     past_.fill(command_V);
   }
 
@@ -37,25 +38,29 @@ class DeadTime {
     past_[newest_] = command_V;
   }
 
-  /// Mean of the delayed command from `from` to `to`, as shares of this tick.
-  N mean(double from, double to) const {
-    N r{};
+  /// The delayed command from `from` to `to`, as shares of this tick: `first` for `share` of it, then `second`.
+  struct Held {
+    N first, second, share;
+    N mean() const { return second + share * (first - second); }
+  };
+  Held during(double from, double to) const {
+    Held held{};
     for (int i = 0; i < kLanesOf<N>; ++i) {
-      const double delay = lane(delay_ticks_, i);
-      const double late = from - delay + static_cast<double>(kPast);  // above 0: counted from the oldest tick
+      const double late = from - lane(delay_ticks_, i) + static_cast<double>(kPast);  // from the oldest tick
       const double begin = std::floor(late);
-      const double in_first = std::min(begin + 1.0 - late, to - from) / (to - from);
+      const double share = std::min((begin + 1.0 - late) / (to - from), 1.0);
       const auto back = static_cast<std::size_t>(static_cast<double>(kPast) - begin);
       const double first = past_[(newest_ + kPast - back) % kPast];
-      const double second = back == 0 ? first : past_[(newest_ + kPast + 1 - back) % kPast];
-      set_lane(r, i, in_first * first + (1.0 - in_first) * second);
+      const bool one = back == 0 || share == 1.0;
+      set_lane(held.first, i, first);
+      set_lane(held.second, i, one ? first : past_[(newest_ + kPast + 1 - back) % kPast]);
+      set_lane(held.share, i, share);
     }
-    return r;
+    return held;
   }
 
  private:
-  static constexpr std::size_t kPast =
-      32;  // ticks remembered: above the greatest delay at 100 Hz and at 300 Hz
+  static constexpr std::size_t kPast = 32;  // ticks remembered: the greatest delay at up to 380 Hz
   N delay_ticks_{};
   std::array<double, kPast> past_{};
   std::size_t newest_ = 0;

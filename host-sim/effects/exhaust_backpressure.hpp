@@ -4,8 +4,8 @@
 //
 // P pressure behind the port, P_a ambient [Pa]; m_ex flow out of the chamber [kg/s]; R resistance of the silencer
 // [Pa s/kg], the orifice law far from choking at its inlet; tau time constant of the volume between [s].
-// Assumptions: alone on the manifold. Vanishes at R = 0. Numerical treatment: s relaxes exactly over a step. It
-// acts only where the exhaust is not choked. Source: ISO 6358 series resistance.
+// Assumptions: alone on the manifold. Vanishes at R = 0. It acts only where the exhaust is not choked. Numerical
+// treatment: as of supply_droop. Source: ISO 6358 series resistance.
 #pragma once
 
 #include <array>
@@ -33,17 +33,30 @@ class ExhaustBackpressure {
   void prepare(const N* x, double step_s) {
     resistance_ = x[0] * 1e6;
     keep_ = each(x[1], [&](double tau) { return std::exp(-step_s / tau); });
+    keep_half_ = each(x[1], [&](double tau) { return std::exp(-0.5 * step_s / tau); });
     above_Pa_ = N(0.0);
   }
   N behind(const N& ambient_Pa) const { return ambient_Pa + above_Pa_; }
+  /// Half a step on, the flow being `flow_kg_s` now and falling as this pressure rises by `slope_kg_s_Pa`: implicit, as
+  /// a chamber nearly empty vents a flow that a small pressure stops.
+  N behind_at_middle(const N& ambient_Pa, const N& flow_kg_s, const N& slope_kg_s_Pa) const {
+    const N end = steady(flow_kg_s, ambient_Pa);
+    const N gain = (1.0 - keep_half_) * resistance_ * resistance_ * larger(flow_kg_s, N(0.0)) /
+                   (ambient_Pa + end) * slope_kg_s_Pa;
+    return ambient_Pa + (keep_half_ * above_Pa_ + (1.0 - keep_half_) * end + gain * above_Pa_) / (1.0 + gain);
+  }
+  /// A step passes, with this mean flow.
   void vent(const N& flow_kg_s, const N& ambient_Pa) {
-    const N loss = resistance_ * larger(flow_kg_s, N(0.0));
-    const N steady = root(ambient_Pa * ambient_Pa + loss * loss) - ambient_Pa;
-    above_Pa_ = steady + keep_ * (above_Pa_ - steady);
+    const N end = steady(flow_kg_s, ambient_Pa);
+    above_Pa_ = end + keep_ * (above_Pa_ - end);
   }
 
  private:
-  N resistance_{}, keep_{}, above_Pa_{};
+  N steady(const N& flow_kg_s, const N& ambient_Pa) const {
+    const N loss = resistance_ * larger(flow_kg_s, N(0.0));
+    return root(ambient_Pa * ambient_Pa + loss * loss) - ambient_Pa;
+  }
+  N resistance_{}, keep_{}, keep_half_{}, above_Pa_{};
 };
 
 }  // namespace plenum::host::effects

@@ -5,7 +5,8 @@
 // p [Pa], v [m3], m mass of the gas [kg], T_0 wall [K], h A conductance to the wall [W/K], c_v = R/(kappa - 1); n
 // exponent [-]. p v/(m R) is the gas temperature that the balance implies. Assumptions: gas leaves at T_0, as in
 // (4). Vanishes at h A = 0 with n = kappa, exactly (4); h A -> infinity is the isothermal chamber. Numerical
-// treatment: the relaxation enters rate and slope of the step. Source: "Electropneumatic servo" (13)-(21).
+// treatment: the relaxation enters rate and slope of the step, with the mass expected at its middle; m then moves by
+// the mass that the step's own balance of energy has moved. Source: "Electropneumatic servo" (13)-(21).
 #pragma once
 
 #include <array>
@@ -36,8 +37,8 @@ class HeatTransfer {
     mass_kg_ = start_mass_kg;
   }
   N exponent() const { return exponent_; }
-  /// 1/tau.
-  N relaxation_1_s() const { return per_heat_ / larger(mass_kg_, N(1e-9)); }
+  /// 1/tau of this mass.
+  N relaxation_1_s(const N& mass_kg) const { return per_heat_ / larger(mass_kg, N(1e-9)); }
   const N& mass_kg() const { return mass_kg_; }
   void gain(const N& mass_kg) { mass_kg_ += mass_kg; }
 

@@ -4,7 +4,10 @@
 //
 // u command, x effective command [V]; w = 2 pi f natural frequency [rad/s]; zeta damping [-].
 // Assumptions: linear, no stop. Vanishes at f -> infinity. Numerical treatment: closed form for a command held
-// over half a step: (x - u, x'/w) is multiplied by the exponential of a 2x2 matrix, which is found once a run.
+// over a step: (x - u, x'/w) is multiplied by the exponential of a 2x2 matrix, which is found once a run. What
+// enters is the mean of x over the step, from the equation integrated over it,
+//   int (x - u) = -(x1' - x0')/w^2 - 2 zeta (x1 - x0)/w:
+// exact at any w, so that a spool faster than the step is late by the right area, 2 zeta/w to the first order.
 // Source: "Mathematical and Intelligent Modeling of Electropneumatic Servo Actuator Systems" (1).
 #pragma once
 
@@ -18,7 +21,7 @@
 namespace plenum::host::effects {
 
 inline constexpr std::array<Parameter, 2> kSpoolLagParameters{{
-    {"natural_frequency_Hz", "of the spool on its spring", 2.0, 500.0, kInfinity, 0.02,
+    {"natural_frequency_Hz", "of the spool on its spring", 2.0, kInfinity, kInfinity, 0.02,
      Coordinate::reciprocal},
     {"damping", "damping ratio", 0.3, 2.0, 0.8, 0.3},
 }};
@@ -32,26 +35,31 @@ inline constexpr Effect kSpoolLag{"spool_lag",
 template <class N>
 class SpoolLag {
  public:
-  /// `x`: 1/f [s] and zeta; `half_step_s`: what one call of follow() spans.
-  void prepare(const N* x, double half_step_s, double command_V) {
+  /// `x`: 1/f [s] and zeta; `step_s`: what one call of follow() spans.
+  void prepare(const N* x, double step_s, double command_V) {
     for (int i = 0; i < kLanesOf<N>; ++i) {
       const double tau_s = lane(x[0], i) * (0.5 / std::numbers::pi);
-      const auto e = over(tau_s > 0.0 ? half_step_s / tau_s : kInfinity, lane(x[1], i));
+      const auto e = over(tau_s > 0.0 ? step_s / tau_s : kInfinity, lane(x[1], i));
       set_lane(own_, i, e[0]);
       set_lane(speed_to_place_, i, e[1]);
       set_lane(place_to_speed_, i, e[2]);
       set_lane(speed_own_, i, e[3]);
     }
+    tau_per_step_ = x[0] * (0.5 / std::numbers::pi / step_s);
+    twice_damping_ = 2.0 * x[1];
     place_V_ = N(command_V);
     speed_V_ = N(0.0);
   }
 
-  /// Half a step with `command` held.
+  /// One step with `command` held; returns the mean of x over it.
   N follow(const N& command) {
     const N off = place_V_ - command;
-    place_V_ = command + own_ * off + speed_to_place_ * speed_V_;
-    speed_V_ = place_to_speed_ * off + speed_own_ * speed_V_;
-    return place_V_;
+    const N off_end = own_ * off + speed_to_place_ * speed_V_;
+    const N speed_end = place_to_speed_ * off + speed_own_ * speed_V_;
+    const N mean = command - tau_per_step_ * (speed_end - speed_V_ + twice_damping_ * (off_end - off));
+    place_V_ = command + off_end;
+    speed_V_ = speed_end;
+    return mean;
   }
 
  private:
@@ -70,7 +78,7 @@ class SpoolLag {
     return {cosine, sine, -sine, cosine - 2.0 * apart * sine};
   }
 
-  N own_{}, speed_to_place_{}, place_to_speed_{}, speed_own_{};
+  N own_{}, speed_to_place_{}, place_to_speed_{}, speed_own_{}, tau_per_step_{}, twice_damping_{};
   N place_V_{}, speed_V_{};
 };
 
