@@ -16,6 +16,8 @@ struct Generate {
 };
 
 int generate(Generate& options) {
+  static_cast<void>(
+      blind::recipe_of(options.request, 0));  // contradictions are told before any folder is made
   require_folder(options.out);
   options.request.folder = options.out;
   {
