@@ -104,13 +104,13 @@ Drawn draw_flow_function(Random& random, const Scale&, Departures& into) {
 
 Drawn draw_supply_droop(Random& random, const Scale& scale, Departures& into) {
   if (random.chance(0.5)) {
-    into.reservoir = Reservoir{random.log_uniform(0.3e-3, 5e-3), random.log_uniform(2e-6, 200e-6)};
+    into.reservoir = Reservoir{random.log_uniform(0.3e-3, 5e-3), random.log_uniform(2e-6, 80e-6)};
     return {"supply_droop",
             "vessel behind an orifice",
             {{"volume_m3", into.reservoir->volume_m3}, {"feed_m2", into.reservoir->feed_m2}}};
   }
   // Share of the supply that is lost when the port is open by two volts and choked.
-  const double share = random.log_uniform(0.001, 0.3);
+  const double share = random.log_uniform(0.003, 0.3);
   into.regulator = Regulator{share * scale.supply_Pa / (scale.flow_kg_s_m2 * 2.0 * scale.area_per_V_m2),
                              random.log_uniform(0.01, 0.2)};
   return {"supply_droop",
@@ -121,7 +121,7 @@ Drawn draw_supply_droop(Random& random, const Scale& scale, Departures& into) {
 }
 
 Drawn draw_exhaust_backpressure(Random& random, const Scale& scale, Departures& into) {
-  const double silencer_m2 = random.log_uniform(2e-6, 200e-6);
+  const double silencer_m2 = random.log_uniform(2e-6, 60e-6);
   const double manifold_m3 = random.chance(0.5) ? random.log_uniform(30e-6, 200e-6) : 0.0;
   into.silencer = Silencer{scale.flow_kg_s_m2 / scale.supply_Pa * silencer_m2, manifold_m3};
   return {"exhaust_backpressure",
@@ -173,7 +173,7 @@ Drawn draw_volume_error(Random& random, const Scale& scale, Departures& into) {
 
 Drawn draw_sensor_lag(Random& random, const Scale&, Departures& into) {
   into.sensor_lag =
-      SensorLag{random.log_uniform(0.05e-3, 40e-3), random.chance(0.5) ? 0.0 : random.uniform(0.6, 1.2)};
+      SensorLag{random.log_uniform(0.2e-3, 40e-3), random.chance(0.5) ? 0.0 : random.uniform(0.6, 1.2)};
   return {"sensor_lag",
           into.sensor_lag->damping == 0.0 ? "first order" : "second order",
           {{"time_s", into.sensor_lag->time_s}, {"damping", into.sensor_lag->damping}}};
@@ -182,8 +182,8 @@ Drawn draw_sensor_lag(Random& random, const Scale&, Departures& into) {
 Drawn draw_sensor_bias(Random& random, const Scale&, Departures& into) {
   const unsigned form = random.below(3);
   SensorBias drawn{0.0, 1.0};
-  if (form != 1) drawn.offset_Pa = random.sign() * random.log_uniform(50.0, 20e3);
-  if (form != 0) drawn.gain = 1.0 + random.sign() * random.log_uniform(1e-4, 0.05);
+  if (form != 1) drawn.offset_Pa = random.sign() * random.log_uniform(150.0, 20e3);
+  if (form != 0) drawn.gain = 1.0 + random.sign() * random.log_uniform(7e-4, 0.05);
   into.sensor_bias = drawn;
   return {"sensor_bias",
           form == 0   ? "offset"

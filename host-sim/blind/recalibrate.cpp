@@ -11,7 +11,9 @@ namespace {
 using Figures = Eigen::Matrix<double, 8, 1>;
 
 constexpr int kMostTries = 20;
-constexpr int kMostPoor = 4;  // tries that gain nothing, or hardly anything
+/// Below any floor by far: no need to go on.
+constexpr double kNegligible_Pa = 2.0;
+constexpr int kMostPoor = 3;  // tries that gain nothing, or hardly anything
 /// In the units below.
 constexpr double kDifference = 1e-3;
 /// Areas count linearly, since the pressure's rate does: then what scales with volume or adds to a leak is found at
@@ -75,7 +77,8 @@ double Recalibration::rest_Pa(const std::vector<double>& pressure_Pa) const {
   const double gap = search.error.norm();
   descend(search, as_vector(pressure_Pa));
   // What is mostly absorbed may be so wholly: then the slopes are worth taking anew.
-  if (search.error.norm() < 0.5 * gap) {
+  const double enough = kNegligible_Pa * std::sqrt(static_cast<double>(search.error.size()));
+  if (search.error.norm() < 0.5 * gap && search.error.norm() > enough) {
     search.slopes = differences(search.at, as_vector(pressure_Pa) - search.error);
     descend(search, as_vector(pressure_Pa));
   }
@@ -85,7 +88,8 @@ double Recalibration::rest_Pa(const std::vector<double>& pressure_Pa) const {
 void Recalibration::descend(Search& search, const Eigen::VectorXd& wanted_Pa) const {
   double damping = 1e-6;
   int poor = 0;
-  for (int i = 0; i < kMostTries && poor < kMostPoor; ++i) {
+  const double enough = kNegligible_Pa * std::sqrt(static_cast<double>(wanted_Pa.size()));
+  for (int i = 0; i < kMostTries && poor < kMostPoor && search.error.norm() > enough; ++i) {
     Eigen::Matrix<double, 8, 8> normal = search.slopes.transpose() * search.slopes;
     normal.diagonal() *= 1.0 + damping;
     normal.diagonal().array() += 1e-10 * normal.trace();
@@ -97,7 +101,7 @@ void Recalibration::descend(Search& search, const Eigen::VectorXd& wanted_Pa) co
     search.slopes +=
         (search.error - left - search.slopes * moved) * (moved.transpose() / moved.squaredNorm());
     if (left.squaredNorm() < search.error.squaredNorm()) {
-      poor = left.squaredNorm() > 0.98 * search.error.squaredNorm() ? poor + 1 : 0;
+      poor = left.squaredNorm() > 0.95 * search.error.squaredNorm() ? poor + 1 : 0;
       search.at = next;
       search.error = left;
       damping *= 0.1;
