@@ -1,0 +1,136 @@
+// The chamber as a whole: effects that are off, the accuracy of its steps, agreement with the plant.
+#include "host-sim/effects/chamber_model.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "host-sim/plant/chamber.hpp"
+#include "tests/effects/chamber_under_effects.hpp"
+
+namespace plenum::host::effects {
+namespace {
+
+TEST(ChamberModel, EffectAtTheValueAtWhichItVanishesChangesNoReading) {
+  const Drive drive = drive_of(jumping_command_V(1000), swinging_volume(), 4);
+  const std::vector<double> plain = run(0, nominal(), drive, 3e5);
+  for (std::size_t i = 0; i < kEffects; ++i) {
+    if (i == kIdTubeDynamics) continue;  // a hose of a millimetre: VeryShortHoseIsAsNone
+    const std::vector<double> off = run(EffectSet{1} << i, nominal(), drive, 3e5);
+    // thirds of a step, and 1 + (r - b)/(1 - b) for r, are rounded
+    const bool rounded = i == kIdSpoolLag || i == kIdFlowFunction || i == kIdHeatTransfer;
+    for (std::size_t k = 0; k < plain.size(); ++k) {
+      if (rounded) {
+        ASSERT_NEAR(off[k], plain[k], 1e-6) << "Pa, " << kCatalogue[i]->id << " row " << k;
+      } else {
+        ASSERT_EQ(off[k], plain[k]) << "Pa, " << kCatalogue[i]->id << " row " << k;
+      }
+    }
+  }
+}
+
+TEST(ChamberModel, EffectThatIsOffIgnoresItsFigures) {
+  const Drive drive = drive_of(jumping_command_V(300), swinging_volume(), 4);
+  Figures figures = nominal();
+  const std::vector<double> plain = run(0, figures, drive, 3e5);
+  for (std::size_t i = 0; i < kEffects; ++i) {
+    std::size_t at = first_figure(i);
+    for (const Parameter& p : kCatalogue[i]->parameters)
+      figures[at++] = p.least() + 0.3 * (p.greatest() - p.least());
+  }
+  EXPECT_EQ(run(0, figures, drive, 3e5), plain);
+}
+
+std::vector<double> plant_means_Pa(const std::vector<double>& command_V) {
+  plant::ChamberConfig config;
+  config.initial_pressure_Pa = 3e5;
+  config.tolerance_Pa = 0.02;
+  plant::ChamberPlant plant(plant::ThinPlateValve({}), config, swinging_volume());
+  std::vector<double> means{3e5};
+  for (std::size_t k = 0; k + 1 < command_V.size(); ++k)
+    means.push_back(plant.advance(command_V[k], kTick_s).mean_Pa);
+  return means;
+}
+
+TEST(ChamberModel, AgreesWithTheErrorControlledPlant) {
+  const std::vector<double> command_V = jumping_command_V(3000);
+  const std::vector<double> truth = plant_means_Pa(command_V);
+  const auto error_Pa = [&](int steps) {
+    return rms_difference(run(0, nominal(), drive_of(command_V, swinging_volume(), steps), 3e5), truth);
+  };
+  EXPECT_LT(error_Pa(4), 25.0) << "Pa RMS";
+  EXPECT_LT(error_Pa(16), 2.0) << "Pa RMS";
+  EXPECT_LT(error_Pa(64), 0.5) << "Pa RMS";
+}
+
+/// A command that sweeps smoothly through both ports, without a jump that would hide the order of the rule.
+std::vector<double> smooth_command_V(std::size_t rows) {
+  std::vector<double> command_V;
+  for (std::size_t k = 0; k < rows; ++k) {
+    command_V.push_back(5.0 + 0.8 * std::sin(6.0 * static_cast<double>(k) * kTick_s));
+  }
+  return command_V;
+}
+
+struct Case {
+  Id id;
+  std::vector<double> values;
+};
+
+TEST(ChamberModel, ErrorFallsWithTheSquareOfTheStepWhateverTheEffect) {
+  const std::vector<double> command_V = smooth_command_V(400);
+  const Case cases[] = {{kIdSpoolLag, {30.0, 0.8}},
+                        {kIdValveHysteresis, {0.2}},
+                        {kIdAreaShape, {1.0, 0.5, -0.5, 1.0}},
+                        {kIdNullDrift, {0.5, 10.0}},
+                        {kIdFlowFunction, {0.35, 0.6, 1.0, 0.2}},
+                        {kIdSupplyDroop, {30.0, 0.02}},
+                        {kIdExhaustBackpressure, {60.0, 0.02}},
+                        {kIdChamberLeak, {1.0}},
+                        {kIdTubeDynamics, {2.0, 4.0}},
+                        {kIdHeatTransfer, {0.5, 1.4}},
+                        {kIdVolumeError, {30.0}},
+                        {kIdSensorLag, {0.02}},
+                        {kIdSensorBias, {5.0, 0.02}}};
+  for (const Case& c : cases) {
+    Figures figures = nominal();
+    for (std::size_t k = 0; k < c.values.size(); ++k) {
+      figures[first_figure(c.id) + k] = kCatalogue[c.id]->parameters[k].coordinate_of(c.values[k]);
+    }
+    const auto at = [&](int steps) {
+      return run(only(c.id), figures, drive_of(command_V, swinging_volume(), steps), 3e5);
+    };
+    const std::vector<double> fine = at(512);
+    const double coarse_step_Pa = rms_difference(at(4), fine);
+    const double fine_step_Pa = rms_difference(at(32), fine);
+    // 8 of the first order, 64 of the second: nearer to the second
+    EXPECT_GT(coarse_step_Pa / fine_step_Pa, std::sqrt(8.0 * 64.0))
+        << kCatalogue[c.id]->id << ": " << coarse_step_Pa << " to " << fine_step_Pa << " Pa";
+    EXPECT_LT(fine_step_Pa, 1.0) << "Pa, " << kCatalogue[c.id]->id;
+  }
+}
+
+TEST(ChamberModel, StaysPositiveAndFiniteWithEveryEffectAtEitherBound) {
+  const Drive drive = drive_of(jumping_command_V(400), swinging_volume(), 4);
+  for (std::size_t i = 0; i < kEffects; ++i) {
+    for (const bool high : {false, true}) {
+      Figures figures = nominal();
+      std::size_t at = first_figure(i);
+      for (const Parameter& p : kCatalogue[i]->parameters) figures[at++] = high ? p.greatest() : p.least();
+      for (const double reading_Pa : run(EffectSet{1} << i, figures, drive, 3e5)) {
+        ASSERT_TRUE(std::isfinite(reading_Pa)) << kCatalogue[i]->id << (high ? " high" : " low");
+        if (i != kIdSensorBias) {
+          ASSERT_GT(reading_Pa, 0.0) << "Pa, " << kCatalogue[i]->id;
+        }
+      }
+    }
+  }
+}
+
+TEST(ChamberModel, ClosedValveAndRestingVolumeHoldThePressure) {
+  const Drive drive = drive_of(std::vector<double>(200, 5.0), plant::VolumeMotion(150e-6), 4);
+  for (const double reading_Pa : run(0, sealed(), drive, 4.4e5)) ASSERT_NEAR(reading_Pa, 4.4e5, 1e-6) << "Pa";
+}
+
+}  // namespace
+}  // namespace plenum::host::effects

@@ -1,0 +1,229 @@
+// spool_lag, dead_time, valve_hysteresis, null_drift: what they make of the command, against closed forms.
+#include <gtest/gtest.h>
+
+#include <complex>
+#include <numbers>
+
+#include "host-sim/plant/chamber.hpp"
+#include "tests/effects/chamber_under_effects.hpp"
+
+namespace plenum::host::effects {
+namespace {
+
+// ---- spool_lag
+
+/// Position of a second-order lag a time after its command has stepped from 0 to 1.
+double step_response(double time_s, double frequency_Hz, double damping) {
+  const double wt = 2.0 * std::numbers::pi * frequency_Hz * time_s;
+  if (damping == 1.0) return 1.0 - (1.0 + wt) * std::exp(-wt);
+  const std::complex<double> gap = std::sqrt(std::complex<double>(damping * damping - 1.0));
+  const std::complex<double> a = -damping + gap;
+  const std::complex<double> b = -damping - gap;
+  return 1.0 - ((a * std::exp(b * wt) - b * std::exp(a * wt)) / (a - b)).real();
+}
+
+/// Its mean from `from_s` over `span_s`, by Simpson's rule in 200 pieces.
+double mean_step_response(double from_s, double span_s, double frequency_Hz, double damping) {
+  constexpr int kPieces = 200;
+  double sum = 0.0;
+  for (int i = 0; i <= kPieces; ++i) {
+    const double weight = i == 0 || i == kPieces ? 1.0 : (i % 2 == 1 ? 4.0 : 2.0);
+    sum += weight * step_response(from_s + span_s * i / kPieces, frequency_Hz, damping);
+  }
+  return sum / (3.0 * kPieces);
+}
+
+SpoolLag<double> spool_of(double frequency_Hz, double damping, double step_s) {
+  const double x[] = {1.0 / frequency_Hz, damping};
+  SpoolLag<double> spool;
+  spool.prepare(x, step_s, 0.0);
+  return spool;
+}
+
+TEST(SpoolLag, StepResponseMatchesTheClosedFormAtAnyStep) {
+  for (const double damping : {0.4, 0.8, 1.0, 1.7}) {
+    for (const double step_s : {0.0001, 0.0025, 0.01, 0.02}) {
+      SpoolLag<double> spool = spool_of(12.0, damping, step_s);
+      // where the poles meet they are moved apart by 1e-4
+      const double within = damping == 1.0 ? 1e-4 : 1e-9;
+      for (int k = 0; k * step_s < 0.2; ++k) {
+        ASSERT_NEAR(spool.follow(1.0), mean_step_response(k * step_s, step_s, 12.0, damping), within)
+            << "V, damping " << damping << " step " << step_s << " s, number " << k;
+      }
+    }
+  }
+}
+
+TEST(SpoolLag, InfinitelyFastSpoolIsWhereItsCommandIs) {
+  SpoolLag<double> spool = spool_of(kInfinity, 0.8, 0.0025);
+  for (const double u : {5.0, 7.3, 2.0, 2.0, 9.9}) EXPECT_EQ(spool.follow(u), u);
+}
+
+TEST(SpoolLag, SpoolFasterThanTheStepIsLateByTwiceItsDampingOverItsFrequency) {
+  for (const double frequency_Hz : {400.0, 2000.0, 1e5}) {
+    SpoolLag<double> spool = spool_of(frequency_Hz, 0.6, 0.01);
+    const double late_s = 2.0 * 0.6 / (2.0 * std::numbers::pi * frequency_Hz);
+    double area_s = 0.0;
+    for (int k = 0; k < 10; ++k) area_s += 0.01 * (1.0 - spool.follow(1.0));
+    EXPECT_NEAR(area_s / late_s, 1.0, 1e-6) << frequency_Hz << " Hz";
+  }
+}
+
+TEST(SpoolLag, ChamberAgreesWithThePlantThatHasTheSameSpool) {
+  const std::vector<double> command_V = jumping_command_V(1500);
+  for (const double frequency_Hz : {10.0, 65.0, 125.0}) {
+    plant::ChamberConfig config;
+    config.initial_pressure_Pa = 3e5;
+    config.initial_command_V = command_V.front();
+    config.spool = plant::SpoolConfig{.natural_frequency_Hz = frequency_Hz, .damping_ratio = 0.7};
+    config.tolerance_Pa = 0.02;
+    plant::ChamberPlant plant(plant::ThinPlateValve({}), config, swinging_volume());
+    std::vector<double> truth_Pa{3e5};
+    for (std::size_t k = 0; k + 1 < command_V.size(); ++k) {
+      truth_Pa.push_back(plant.advance(command_V[k], kTick_s).mean_Pa);
+    }
+    const Figures figures = with(nominal(), kIdSpoolLag, {frequency_Hz, 0.7});
+    const auto error_Pa = [&](int steps) {
+      return rms_difference(
+          run(only(kIdSpoolLag), figures, drive_of(command_V, swinging_volume(), steps), 3e5), truth_Pa);
+    };
+    EXPECT_LT(error_Pa(4), 50.0) << "Pa RMS at " << frequency_Hz << " Hz";
+    EXPECT_LT(error_Pa(16), 4.0) << "Pa RMS at " << frequency_Hz << " Hz";
+  }
+}
+
+// ---- dead_time
+
+DeadTime<double> dead_time_of(double ticks) {
+  const double x = ticks * kTick_s;
+  DeadTime<double> dead_time;
+  dead_time.prepare(&x, kTick_s, 5.0);
+  return dead_time;
+}
+
+TEST(DeadTime, OfWholeTicksIsTheCommandOfThatManyTicksBefore) {
+  for (int late = 0; late <= 8; ++late) {
+    DeadTime<double> dead_time = dead_time_of(late);
+    const std::vector<double> command_V = jumping_command_V(200);
+    for (int k = 0; k < 200; ++k) {
+      dead_time.hold(command_V[static_cast<std::size_t>(k)]);
+      const double expected_V = k < late ? 5.0 : command_V[static_cast<std::size_t>(k - late)];
+      for (int i = 0; i < 4; ++i) {
+        EXPECT_NEAR(dead_time.during(0.25 * i, 0.25 * (i + 1)).mean(), expected_V, 1e-13)
+            << "V, tick " << k << " late " << late;
+      }
+    }
+  }
+}
+
+TEST(DeadTime, FractionOfATickSharesOutTheStepInWhichItEnds) {
+  DeadTime<double> dead_time = dead_time_of(2.3);
+  for (const double u : {1.0, 2.0, 4.0, 8.0}) dead_time.hold(u);
+  EXPECT_EQ(dead_time.during(0.0, 0.25).mean(), 1.0) << "V: the delay ends at 0.3 of the tick";
+  const auto held = dead_time.during(0.25, 0.5);
+  EXPECT_EQ(held.first, 1.0);
+  EXPECT_EQ(held.second, 2.0);
+  EXPECT_NEAR(held.share, 0.2, 1e-12);
+  EXPECT_EQ(dead_time.during(0.5, 0.75).mean(), 2.0);
+  EXPECT_NEAR(dead_time.during(0.0, 1.0).mean(), 0.3 * 1.0 + 0.7 * 2.0, 1e-12) << "V: interpolated";
+}
+
+TEST(DeadTime, BeyondWhatIsRememberedItStaysAtTheLongestDelay) {
+  DeadTime<double> dead_time = dead_time_of(500.0);
+  for (int k = 0; k < 100; ++k) dead_time.hold(static_cast<double>(k));
+  EXPECT_EQ(dead_time.during(0.0, 1.0).mean(), 99.0 - 31.0);
+}
+
+TEST(DeadTime, ChamberAgreesWithThePlantThatIsFedLate) {
+  const std::vector<double> command_V = jumping_command_V(1500);
+  for (const double delay_s : {0.0005, 0.002, 0.0063, 0.01}) {
+    plant::ChamberConfig config;
+    config.initial_pressure_Pa = 3e5;
+    config.initial_command_V = command_V.front();
+    config.tolerance_Pa = 0.02;
+    plant::ChamberPlant plant(plant::ThinPlateValve({}), config, swinging_volume());
+    std::vector<double> truth_Pa{3e5};
+    for (std::size_t k = 0; k + 1 < command_V.size(); ++k) {
+      double area = delay_s * plant.advance(command_V[k == 0 ? 0 : k - 1], delay_s).mean_Pa;
+      const double rest_s = kTick_s - delay_s;
+      if (rest_s > 1e-12) area += rest_s * plant.advance(command_V[k], rest_s).mean_Pa;
+      truth_Pa.push_back(area / kTick_s);
+    }
+    const Figures figures = with(nominal(), kIdDeadTime, {delay_s});
+    const auto error_Pa = [&](int steps) {
+      return rms_difference(
+          run(only(kIdDeadTime), figures, drive_of(command_V, swinging_volume(), steps), 3e5), truth_Pa);
+    };
+    EXPECT_LT(error_Pa(4), 40.0) << "Pa RMS, delay " << delay_s << " s";
+    EXPECT_LT(error_Pa(16), 4.0) << "Pa RMS, delay " << delay_s << " s";
+  }
+}
+
+// ---- valve_hysteresis
+
+ValveHysteresis<double> play_of(double width_V) {
+  ValveHysteresis<double> play;
+  play.prepare(&width_V, 5.0);
+  return play;
+}
+
+TEST(ValveHysteresis, LoopHasItsWidthAtEveryPlaceAndAtAnyRate) {
+  for (const double step_V : {0.01, 0.37}) {
+    ValveHysteresis<double> play = play_of(0.3);
+    const auto sweep = [&](double from_V, double to_V, double offset_V) {
+      const double direction = to_V > from_V ? 1.0 : -1.0;
+      for (double u = from_V; direction * (to_V - u) > 0.0; u += direction * step_V) {
+        const double x = play.follow(u);
+        if (std::abs(u - from_V) > 0.3) {
+          ASSERT_DOUBLE_EQ(x, u + offset_V) << "V at command " << u;
+        }
+      }
+    };
+    sweep(5.0, 8.0, -0.15);
+    sweep(8.0, 2.0, +0.15);
+    sweep(2.0, 8.0, -0.15);
+  }
+}
+
+TEST(ValveHysteresis, ReversalWithinTheWidthMovesNothing) {
+  ValveHysteresis<double> play = play_of(0.4);
+  const double stuck_V = play.follow(6.0);
+  EXPECT_DOUBLE_EQ(stuck_V, 5.8);
+  for (const double u : {5.9, 5.7, 5.61, 5.99, 5.75}) EXPECT_EQ(play.follow(u), stuck_V);
+  EXPECT_DOUBLE_EQ(play.follow(5.5), 5.7);
+}
+
+TEST(ValveHysteresis, WithoutWidthTheSpoolIsWhereItsCommandIs) {
+  ValveHysteresis<double> play = play_of(0.0);
+  for (const double u : {5.0, 7.3, 2.0, 2.0, 9.9}) EXPECT_EQ(play.follow(u), u);
+}
+
+// ---- null_drift
+
+TEST(NullDrift, FollowsItsExponentialAndReachesItsFigureAtAMinute) {
+  for (const double tau_s : {2.0, 25.0, 1e6, kInfinity}) {
+    const double x[] = {-0.7, 1.0 / tau_s};
+    NullDrift<double> drift;
+    drift.prepare(x, kTick_s);
+    for (int k = 0; k <= 6000; ++k) {
+      const double t = k * kTick_s;
+      const double share = std::isinf(tau_s) ? t / 60.0 : std::expm1(-t / tau_s) / std::expm1(-60.0 / tau_s);
+      ASSERT_NEAR(drift.at(5.0), 5.0 + 0.7 * share, 1e-10) << "V at " << t << " s, tau " << tau_s << " s";
+      drift.end_tick();
+    }
+  }
+}
+
+TEST(NullDrift, ShiftsBothPortsByTheSameCommand) {
+  // after a minute of ramp the flows are those of a command lower by the drift
+  const Figures drifting = with(nominal(), kIdNullDrift, {0.2, kInfinity});
+  for (const double command_V : {6.0, 4.0}) {
+    EXPECT_NEAR(flow_kg_s(only(kIdNullDrift), drifting, command_V, 3e5, {}, 6001) /
+                    flow_kg_s(0, nominal(), command_V - 0.2, 3e5, {}, 6001),
+                1.0, 1e-5)
+        << "at command " << command_V << " V";
+  }
+}
+
+}  // namespace
+}  // namespace plenum::host::effects

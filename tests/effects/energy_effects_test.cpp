@@ -1,0 +1,112 @@
+// heat_transfer and volume_error.
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "tests/effects/chamber_under_effects.hpp"
+
+namespace plenum::host::effects {
+namespace {
+
+Drive instants(const std::vector<double>& command_V, const plant::VolumeMotion& volume, int steps) {
+  Drive drive = drive_of(command_V, volume, steps);
+  drive.timing.average_s = 0.0;
+  return drive;
+}
+
+/// Largest relative departure of p v^n from its start, in a sealed chamber that is squeezed.
+double departure(const Figures& figures, double exponent, int steps = 16) {
+  const Drive drive = instants(std::vector<double>(400, 5.0), swinging_volume(), steps);
+  const std::vector<double> p = run(only(kIdHeatTransfer), figures, drive, 3e5);
+  double worst = 0.0;
+  for (std::size_t k = 0; k < p.size(); ++k) {
+    const double v = drive.volume_m3[k * static_cast<std::size_t>(steps)] / drive.volume_m3[0];
+    worst = std::max(worst, std::abs(p[k] * std::pow(v, exponent) / 3e5 - 1.0));
+  }
+  return worst;
+}
+
+TEST(HeatTransfer, WithoutConductanceASqueezeIsAdiabatic) {
+  EXPECT_LT(departure(with(sealed(), kIdHeatTransfer, {0.0, 1.4}), 1.4), 1e-6);
+}
+
+TEST(HeatTransfer, ExponentIsThatOfASqueezeWithoutConductance) {
+  EXPECT_LT(departure(with(sealed(), kIdHeatTransfer, {0.0, 1.2}), 1.2), 1e-6);
+  EXPECT_LT(departure(with(sealed(), kIdHeatTransfer, {0.0, 1.0}), 1.0), 1e-6);
+}
+
+TEST(HeatTransfer, GreatConductanceMakesASqueezeIsothermal) {
+  // the pressure is then in equilibrium with the volume of the step's middle: first order
+  EXPECT_LT(departure(with(sealed(), kIdHeatTransfer, {1e7, 1.4}), 1.0, 16), 1e-3);
+  EXPECT_LT(departure(with(sealed(), kIdHeatTransfer, {1e7, 1.4}), 1.0, 256), 1e-3 / 16.0);
+}
+
+TEST(HeatTransfer, GreatConductanceHoldsThePerfectGasAtWallTemperatureThroughFillsAndDumps) {
+  // an isothermal chamber is that of exponent 1: neither balance of mass can drift from the other
+  const Drive drive = instants(jumping_command_V(500), swinging_volume(), 1024);
+  const std::vector<double> conducting =
+      run(only(kIdHeatTransfer), with(nominal(), kIdHeatTransfer, {1e6, 1.4}), drive, 3e5);
+  const std::vector<double> isothermal =
+      run(only(kIdHeatTransfer), with(nominal(), kIdHeatTransfer, {0.0, 1.0}), drive, 3e5);
+  EXPECT_LT(rms_difference(conducting, isothermal), 5.0) << "Pa";
+}
+
+TEST(HeatTransfer, PressureAfterAFastSqueezeFadesWithTheGassOwnTimeConstant) {
+  // squeezed to 0.8 of the volume within a tick, then held: p settles at p_0/0.8
+  const double conductance_W_K = 0.2;
+  const Figures figures = with(sealed(), kIdHeatTransfer, {conductance_W_K, 1.4});
+  const Timing timing{.tick_s = kTick_s, .average_s = 0.0, .steps = 64};
+  ChamberModel<double> model({}, timing, only(kIdHeatTransfer), figures.data(), 3e5, 5.0, 200e-6);
+  std::vector<double> squeeze;
+  for (int i = 0; i <= 64; ++i) squeeze.push_back(200e-6 * (1.0 - 0.2 * i / 64.0));
+  model.tick(5.0, squeeze.data());
+  const std::vector<double> hold(65, squeeze.back());
+  const double mass_kg = 3e5 * 200e-6 / RT();
+  const double c_v = Surroundings{}.gas.specific_gas_constant_J_kg_K() / 0.4;
+  const double tau_s = c_v * mass_kg / conductance_W_K;
+  const double first_Pa = model.pressure_Pa() - 3e5 / 0.8;
+  EXPECT_GT(first_Pa, 2e4) << "Pa: heated by the squeeze";
+  for (int k = 1; k <= 300; ++k) {
+    model.tick(5.0, hold.data());
+    ASSERT_NEAR(model.pressure_Pa() - 3e5 / 0.8, first_Pa * std::exp(-k * kTick_s / tau_s), 1e-3)
+        << "Pa after " << k << " ticks";
+  }
+}
+
+TEST(HeatTransfer, NoGasIsMadeOrLostInACycleOfASealedChamber) {
+  const Figures figures = with(sealed(), kIdHeatTransfer, {0.5, 1.4});
+  // three swings, then a rest of 40 s in which the gas takes the wall's temperature
+  Drive drive = instants(std::vector<double>(4001, 5.0), plant::VolumeMotion(200e-6), 16);
+  for (std::size_t i = 0; i < drive.volume_m3.size(); ++i) {
+    const double t = static_cast<double>(i) * kTick_s / 16.0;
+    if (t < 1.5)
+      drive.volume_m3[i] = 200e-6 * (1.0 - 0.3 * std::pow(std::sin(2.0 * std::numbers::pi * t), 2));
+  }
+  const std::vector<double> p = run(only(kIdHeatTransfer), figures, drive, 4e5);
+  EXPECT_NEAR(p.back(), 4e5, 0.01) << "Pa";
+}
+
+TEST(VolumeError, IsTheModelWithTheOtherVolume) {
+  const std::vector<double> command_V = jumping_command_V(800);
+  for (const double offset_mL : {-60.0, 25.0, 400.0}) {
+    const Drive logged = drive_of(command_V, swinging_volume(), 4);
+    Drive actual = logged;
+    for (double& volume : actual.volume_m3) volume += offset_mL * 1e-6;
+    const std::vector<double> with_error =
+        run(only(kIdVolumeError), with(nominal(), kIdVolumeError, {offset_mL}), logged, 3e5);
+    const std::vector<double> other = run(0, nominal(), actual, 3e5);
+    for (std::size_t k = 0; k < other.size(); ++k) {
+      ASSERT_NEAR(with_error[k], other[k], 1e-5) << "Pa, row " << k << ", " << offset_mL << " mL";
+    }
+  }
+}
+
+TEST(VolumeError, LeavesATenthOfTheLoggedVolume) {
+  const double offset_mL = -5000.0;
+  VolumeError<double> error;
+  error.prepare(&offset_mL);
+  EXPECT_DOUBLE_EQ(error.volume(200e-6), 20e-6);
+}
+
+}  // namespace
+}  // namespace plenum::host::effects

@@ -1,0 +1,280 @@
+// flow_function, supply_droop, exhaust_backpressure, chamber_leak, tube_dynamics against closed forms and balances.
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "host-sim/plant/orifice.hpp"
+#include "tests/effects/chamber_under_effects.hpp"
+
+namespace plenum::host::effects {
+namespace {
+
+constexpr double kGain_m2_V = 1e-6;
+constexpr double kSupply_Pa = 700000.0;
+constexpr double kAmbient_Pa = 101325.0;
+
+double choked_s_m() {
+  const Surroundings around;
+  return plant::thin_plate_constants(around.gas, around.discharge_coefficient).beta_s_m;
+}
+
+// ---- flow_function
+
+/// Flow through the inlet, one volt open, at a pressure ratio, over the choked flow of the thin plate.
+double psi(EffectSet on, const Figures& figures, double ratio) {
+  return flow_kg_s(on, figures, 6.0, ratio * kSupply_Pa) / (kGain_m2_V * choked_s_m() * kSupply_Pa);
+}
+
+double psi_of(double critical_ratio, double index, double cracking_ratio, double slope, double ratio) {
+  return psi(only(kIdFlowFunction),
+             with(sharp_valve(kGain_m2_V), kIdFlowFunction, {critical_ratio, index, cracking_ratio, slope}),
+             ratio);
+}
+
+TEST(FlowFunction, OfTheThinPlateIsThatOfThePlantsOrifice) {
+  const Surroundings around;
+  const plant::ThinPlate plate(plant::thin_plate_constants(around.gas, around.discharge_coefficient));
+  for (const double ratio : {0.2, 0.5, 0.53, 0.6, 0.8, 0.95, 0.999}) {
+    const double plain = psi(0, sharp_valve(kGain_m2_V), ratio);
+    EXPECT_NEAR(plain, plate.phi(kSupply_Pa, ratio * kSupply_Pa) / (choked_s_m() * kSupply_Pa), 1e-5)
+        << "at ratio " << ratio;
+    EXPECT_NEAR(psi_of(kThinPlateCritical, 0.5, 1.0, 0.0, ratio), plain, 1e-8) << "at ratio " << ratio;
+  }
+}
+
+TEST(FlowFunction, IsChokedBelowTheCriticalRatioAndShutAboveTheCrackingRatio) {
+  for (const double b : {0.2, 0.45, 0.7}) {
+    EXPECT_NEAR(psi_of(b, 0.5, 0.9, 0.0, 0.15), 1.0, 1e-6);
+    EXPECT_NEAR(psi_of(b, 0.5, 0.9, 0.0, b - 1e-3), 1.0, 1e-6) << "just below " << b;
+    EXPECT_LT(psi_of(b, 0.5, 0.9, 0.0, b + 0.05), 1.0 - 1e-3) << "above " << b;
+    EXPECT_GT(psi_of(b, 0.5, 0.9, 0.0, 0.89), 0.1);
+    EXPECT_EQ(psi_of(b, 0.5, 0.9, 0.0, 0.91), 0.0);
+  }
+}
+
+TEST(FlowFunction, IsWithinHalfAPercentOfTheEllipseOfIso6358) {
+  for (const double b : {0.25, 0.4, 0.528}) {
+    for (const double a : {0.92, 1.0}) {
+      for (double ratio = b; ratio < a - 0.03; ratio += 0.01) {
+        const double x = (ratio - b) / (a - b);
+        EXPECT_NEAR(psi_of(b, 0.5, a, 0.0, ratio), std::sqrt(1.0 - x * x), 0.005)
+            << "at ratio " << ratio << " b " << b << " a " << a;
+      }
+    }
+  }
+}
+
+TEST(FlowFunction, SubsonicIndexIsAPowerOfTheShareThatPasses) {
+  for (const double ratio : {0.6, 0.75, 0.9, 0.97}) {
+    const double plain = psi_of(0.4, 0.5, 1.0, 0.0, ratio);
+    for (const double index : {0.3, 0.8, 1.2}) {
+      EXPECT_NEAR(psi_of(0.4, index, 1.0, 0.0, ratio), std::pow(plain, 2.0 * index), 1e-4)
+          << "at ratio " << ratio << " index " << index;
+    }
+  }
+}
+
+TEST(FlowFunction, DischargeSlopeIsLinearInTheRatioOnBothSidesOfTheCriticalOne) {
+  for (const double ratio : {0.1, 0.4, 0.528, 0.7, 0.95}) {
+    EXPECT_NEAR(
+        psi_of(kThinPlateCritical, 0.5, 1.0, 0.6, ratio) / psi_of(kThinPlateCritical, 0.5, 1.0, 0.0, ratio),
+        1.0 + 0.6 * (kThinPlateCritical - ratio), 1e-5)
+        << "at ratio " << ratio;
+  }
+}
+
+// ---- supply_droop
+
+TEST(SupplyDroop, SteadyDroopIsResistanceTimesFlowAndRecoveryIsExponential) {
+  const double x[] = {20.0, 0.1};  // 20 kPa for a gram a second
+  SupplyDroop<double> droop;
+  droop.prepare(x, 0.0025);
+  for (int k = 0; k < 2000; ++k) droop.draw(3e-3);
+  EXPECT_NEAR(droop.supply(kSupply_Pa), kSupply_Pa - 60e3, 1e-6) << "Pa";
+  for (int k = 1; k <= 200; ++k) {
+    droop.draw(0.0);
+    ASSERT_NEAR(droop.supply(kSupply_Pa), kSupply_Pa - 60e3 * std::exp(-0.0025 * k / 0.1), 1e-6) << "Pa";
+  }
+}
+
+TEST(SupplyDroop, ChokedFillSettlesAtTheFlowOfTheDroopingSupply) {
+  // m = a beta (P - R m)
+  for (const double resistance_kPa_s_per_g : {0.0, 5.0, 50.0, 300.0}) {
+    const double a_beta = kGain_m2_V * choked_s_m();
+    const double expected = a_beta * kSupply_Pa / (1.0 + 1e6 * resistance_kPa_s_per_g * a_beta);
+    const Figures figures = with(sharp_valve(kGain_m2_V), kIdSupplyDroop, {resistance_kPa_s_per_g, 0.01});
+    EXPECT_NEAR(flow_kg_s(only(kIdSupplyDroop), figures, 6.0, 1.2e5, {}, 50) / expected, 1.0, 1e-6)
+        << "of kg/s, " << resistance_kPa_s_per_g << " kPa s/g";
+  }
+}
+
+TEST(SupplyDroop, SupplyKeepsAFifthOfItself) {
+  const double x[] = {400.0, 0.005};
+  SupplyDroop<double> droop;
+  droop.prepare(x, 0.0025);
+  for (int k = 0; k < 100; ++k) droop.draw(1.0);
+  EXPECT_DOUBLE_EQ(droop.supply(kSupply_Pa), 0.2 * kSupply_Pa);
+}
+
+// ---- exhaust_backpressure
+
+TEST(ExhaustBackpressure, SteadyPressureBehindThePortIsThatOfTheSilencer) {
+  const double x[] = {40.0, 0.02};
+  ExhaustBackpressure<double> silencer;
+  silencer.prepare(x, 0.0025);
+  for (int k = 0; k < 1000; ++k) silencer.vent(2e-3, kAmbient_Pa);
+  const double behind_Pa = silencer.behind(kAmbient_Pa);
+  EXPECT_NEAR(behind_Pa * behind_Pa - kAmbient_Pa * kAmbient_Pa, 80e3 * 80e3, 1.0) << "Pa^2";
+  silencer.vent(0.0, kAmbient_Pa);
+  EXPECT_NEAR(silencer.behind(kAmbient_Pa) - kAmbient_Pa,
+              (behind_Pa - kAmbient_Pa) * std::exp(-0.0025 / 0.02), 1e-9)
+      << "Pa";
+}
+
+TEST(ExhaustBackpressure, ChangesNothingWhileTheExhaustIsChoked) {
+  const Figures figures = with(sharp_valve(kGain_m2_V), kIdExhaustBackpressure, {40.0, 0.01});
+  const double choked = flow_kg_s(0, sharp_valve(kGain_m2_V), 4.0, 6e5);
+  EXPECT_EQ(flow_kg_s(only(kIdExhaustBackpressure), figures, 4.0, 6e5, {}, 20),
+            flow_kg_s(0, sharp_valve(kGain_m2_V), 4.0, 6e5, {}, 20));
+  EXPECT_LT(40e6 * -choked, 0.528 * 6e5) << "Pa: what the silencer adds leaves the port choked";
+}
+
+TEST(ExhaustBackpressure, SubsonicVentIsInEquilibriumWithTheSilencer) {
+  const Surroundings around;
+  const plant::ThinPlate plate(plant::thin_plate_constants(around.gas, around.discharge_coefficient));
+  const Figures figures = with(sharp_valve(kGain_m2_V), kIdExhaustBackpressure, {200.0, 0.01});
+  const double vented = -flow_kg_s(only(kIdExhaustBackpressure), figures, 4.0, 1.5e5, {}, 50);
+  const double behind_Pa = std::hypot(kAmbient_Pa, 200e6 * vented);
+  EXPECT_NEAR(vented / (kGain_m2_V * plate.phi(1.5e5, behind_Pa)), 1.0, 1e-5);
+  EXPECT_GT(behind_Pa, kAmbient_Pa + 5e3) << "Pa: enough to be seen";
+}
+
+// ---- chamber_leak
+
+TEST(ChamberLeak, SealedChamberDecaysAsTheLaminarLawInClosedForm) {
+  // p' = -K (p^2 - P_a^2):  (p - P_a)/(p + P_a) falls as e^(-2 K P_a t)
+  const double volume_m3 = 200e-6;
+  const double conductance = 0.3;  // g/(s MPa)
+  const double K = 1.4 * RT() / volume_m3 * conductance * 1e-9 / (2.0 * kAmbient_Pa);
+  const Figures figures = with(sealed(), kIdChamberLeak, {conductance});
+  for (const int steps : {4, 16}) {
+    Drive drive = drive_of(std::vector<double>(1000, 5.0), plant::VolumeMotion(volume_m3), steps);
+    drive.timing.average_s = 0.0;
+    const std::vector<double> p = run(only(kIdChamberLeak), figures, drive, 6e5);
+    for (std::size_t k = 0; k < p.size(); k += 50) {
+      const double c = (6e5 - kAmbient_Pa) / (6e5 + kAmbient_Pa) *
+                       std::exp(-2.0 * K * kAmbient_Pa * static_cast<double>(k) * kTick_s);
+      EXPECT_NEAR(p[k], kAmbient_Pa * (1.0 + c) / (1.0 - c), steps == 4 ? 0.5 : 0.03)
+          << "Pa at row " << k << ", " << steps << " steps";
+    }
+  }
+}
+
+TEST(ChamberLeak, FillsAChamberBelowAmbient) {
+  const Figures figures = with(sealed(), kIdChamberLeak, {1.0});
+  EXPECT_GT(flow_kg_s(only(kIdChamberLeak), figures, 5.0, 8e4), 0.0);
+  EXPECT_NEAR(flow_kg_s(only(kIdChamberLeak), figures, 5.0, kAmbient_Pa), 0.0, 1e-15);
+  const double expected_kg_s = -1e-9 * (3e5 * 3e5 - kAmbient_Pa * kAmbient_Pa) / (2.0 * kAmbient_Pa);
+  EXPECT_NEAR(flow_kg_s(only(kIdChamberLeak), figures, 5.0, 3e5) / expected_kg_s, 1.0, 1e-5);
+}
+
+// ---- tube_dynamics
+
+struct Valve {
+  double rate, slope;
+};
+
+TubeDynamics<double> tube_of(double length_m, double bore_mm, double step_s, double start_Pa) {
+  const double x[] = {length_m, bore_mm};
+  TubeDynamics<double> tube;
+  tube.prepare(x, RT(), 1.4, step_s, start_Pa);
+  return tube;
+}
+
+double hose_volume_m3(double length_m, double bore_mm) {
+  return std::numbers::pi / 4.0 * bore_mm * bore_mm * 1e-6 * length_m;
+}
+
+TEST(TubeDynamics, WhatTheValvePassesIsFoundInHoseAndChamber) {
+  const double flow = 2e-3;
+  const double per_flow = 1.4 * RT() / 150e-6;
+  for (const double length_m : {0.01, 1.0, 8.0}) {
+    TubeDynamics<double> tube = tube_of(length_m, 4.0, 0.0025, 2e5);
+    const double hose_m3 = hose_volume_m3(length_m, 4.0);
+    double chamber_Pa = 2e5;
+    for (int k = 1; k <= 100; ++k) {
+      chamber_Pa = tube.advance(chamber_Pa, {per_flow, 0.0, 0.0},
+                                [&](double) {
+                                  return Valve{flow, 0.0};
+                                })
+                       .end_Pa;
+      const double gained_kg =
+          ((chamber_Pa - 2e5) * 150e-6 + (tube.at_valve_Pa() - 2e5) * hose_m3) / (1.4 * RT());
+      ASSERT_NEAR(gained_kg / (flow * 0.0025 * k), 1.0, 1e-9) << "step " << k << ", " << length_m << " m";
+    }
+  }
+}
+
+TEST(TubeDynamics, SteadyDropIsLaminarPlusTurbulentFriction) {
+  const double flow = 1e-3;
+  const double length_m = 2.0;
+  const double bore_m = 4e-3;
+  TubeDynamics<double> tube = tube_of(length_m, 4.0, 0.0025, 3e5);
+  // a chamber without end: its pressure stands still
+  for (int k = 0; k < 4000; ++k) {
+    tube.advance(3e5, {0.0, 0.0, 0.0}, [&](double) { return Valve{flow, 0.0}; });
+  }
+  const double rho = 3e5 / RT();
+  const double area = std::numbers::pi / 4.0 * bore_m * bore_m;
+  const double speed = flow / (rho * area);
+  const double expected_Pa =
+      128.0 * 1.8e-5 * length_m * flow / (std::numbers::pi * std::pow(bore_m, 4) * rho) +
+      0.03 * length_m / bore_m * 0.5 * rho * speed * speed;
+  EXPECT_NEAR(tube.flow_kg_s() / flow, 1.0, 1e-9);
+  EXPECT_NEAR((tube.at_valve_Pa() - 3e5) / expected_Pa, 1.0, 1e-9);
+}
+
+TEST(TubeDynamics, ShutHoseSwingsAtTheFrequencyOfItsLump) {
+  const double length_m = 1.0;
+  const double step_s = 2e-5;
+  TubeDynamics<double> tube = tube_of(length_m, 12.0, step_s, 3e5);
+  // pushed off by 100 Pa: friction is laminar, and little in so wide a hose
+  double before = 0.0;
+  std::vector<double> crossings_s;
+  for (int k = 1; k < 20000 && crossings_s.size() < 9; ++k) {
+    tube.advance(3e5 - 100.0, {0.0, 0.0, 0.0}, [](double) { return Valve{0.0, 0.0}; });
+    if (k > 1 && before * tube.flow_kg_s() < 0.0) crossings_s.push_back(k * step_s);
+    before = tube.flow_kg_s();
+  }
+  ASSERT_EQ(crossings_s.size(), 9U);
+  const double frequency_Hz = 4.0 / (crossings_s[8] - crossings_s[0]);
+  const double sound_m_s = std::sqrt(1.4 * RT());
+  EXPECT_NEAR(frequency_Hz / (sound_m_s / (2.0 * std::numbers::pi * length_m)), 1.0, 0.01) << "Hz";
+}
+
+TEST(TubeDynamics, VeryShortHoseIsAsNone) {
+  const std::vector<double> command_V = jumping_command_V(1000);
+  const Drive drive = drive_of(command_V, swinging_volume(), 32);
+  const std::vector<double> plain = run(0, nominal(), drive, 3e5);
+  EXPECT_LT(rms_difference(
+                run(only(kIdTubeDynamics), with(nominal(), kIdTubeDynamics, {0.0, 4.0}), drive, 3e5), plain),
+            25.0)
+      << "Pa: the friction of a millimetre, in swings of 600 kPa";
+}
+
+TEST(TubeDynamics, HoseOfAnyLengthAndBoreIsTheSameAtFourStepsAsAtManyMore) {
+  const std::vector<double> command_V = jumping_command_V(600);
+  for (const double length_m : {0.0, 0.03, 0.3, 1.0, 5.0}) {
+    for (const double bore_mm : {2.0, 4.0, 8.0}) {
+      const Figures figures = with(nominal(), kIdTubeDynamics, {length_m, bore_mm});
+      const auto at = [&](int steps) {
+        return run(only(kIdTubeDynamics), figures, drive_of(command_V, swinging_volume(), steps), 3e5);
+      };
+      EXPECT_LT(rms_difference(at(4), at(256)), 400.0) << "Pa, " << length_m << " m of " << bore_mm << " mm";
+      EXPECT_LT(rms_difference(at(64), at(256)), 20.0) << "Pa, " << length_m << " m of " << bore_mm << " mm";
+    }
+  }
+}
+
+}  // namespace
+}  // namespace plenum::host::effects
