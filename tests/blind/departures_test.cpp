@@ -291,6 +291,19 @@ TEST(Departures, AWallOfAnyConductanceMakesCompressionIsothermal) {
   }
 }
 
+TEST(Departures, HotGasCoolsAtTheRateOfItsHeatCapacity) {
+  // After a puff, at rest: m c_v dT/dt = H (T_w - T), so that p falls to m R T_w/v with tau = p_end v/(T_w (kappa - 1) H).
+  Machine cooling = filling();
+  cooling.rig.valve.inlet_leak_m2 = 0.0;
+  cooling.departures.wall_heat = WallHeat{0.8, 0.0};
+  const auto puff = [](std::size_t row, double) { return row >= 10 && row < 30 ? 5.3 : 4.9; };
+  const Rows rows = simulate(cooling, 1500, puff);
+  const double end_Pa = rows.pressure_Pa.back();
+  const double tau_s = end_Pa * 150e-6 / (293.15 * (kKappa - 1.0) * 0.8);
+  ASSERT_GT(rows.pressure_Pa[40] - end_Pa, 10e3) << "Pa: the puff is hot";
+  EXPECT_NEAR(std::log((rows.pressure_Pa[40] - end_Pa) / (rows.pressure_Pa[80] - end_Pa)), 0.4 / tau_s, 1e-4);
+}
+
 /// Down well below, then up to `to_V`: the spool comes from below.
 Driver from_below(double to_V) {
   return [to_V](std::size_t row, double) {
