@@ -42,6 +42,10 @@ class ChamberModel {
   N tick(double command_V, const double* volume_m3);
 
   const N& pressure_Pa() const { return pressure_Pa_; }
+  /// What the sensor reads while the pressure rests.
+  N resting_reading_Pa() const {
+    return on(kIdSensorBias) ? sensor_bias_.reading(pressure_Pa_) : pressure_Pa_;
+  }
 
  private:
   struct Openings {

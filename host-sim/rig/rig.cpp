@@ -31,6 +31,20 @@ plenum::Settings checked_settings(const BoardConfig& config) {
   return settings;
 }
 
+// One tick with the command held; what the sensor reads of it, and what it reads at rest.
+double advance(plant::ChamberPlant& plant, double command_V) {
+  return plant.advance(command_V, kTick_s).mean_Pa;
+}
+double advance(EffectsChamber& chamber, double command_V) {
+  return chamber.advance(command_V);
+}
+double resting_reading_Pa(const plant::ChamberPlant& plant) {
+  return plant.pressure_Pa();
+}
+double resting_reading_Pa(const EffectsChamber& chamber) {
+  return chamber.resting_reading_Pa();
+}
+
 double volts(const SensorConfig& sensor, double quantity) {
   return (quantity - sensor.at_zero_V) / sensor.per_V;
 }
@@ -46,30 +60,57 @@ SimulatedBoard::SimulatedBoard(const BoardConfig& config, ports::SimulatedCanPor
       store_(config.store),
       board_(checked_settings(config), {analog_in_, analog_out_, digital_, can, store_}) {
   for (const ChamberConfig& chamber : config.chamber) {
-    plant_.emplace_back(chamber.valve, chamber.chamber, chamber.volume);
+    if (chamber.effects) {
+      chamber_.emplace_back(std::in_place_type<EffectsChamber>, chamber.valve, chamber.chamber,
+                            chamber.volume, *chamber.effects, kTick_s);
+    } else {
+      chamber_.emplace_back(std::in_place_type<plant::ChamberPlant>, chamber.valve, chamber.chamber,
+                            chamber.volume);
+    }
   }
   board_.start();
 }
 
+double SimulatedBoard::pressure_Pa(std::size_t chamber) const {
+  return std::visit([](const auto& any) { return any.pressure_Pa(); }, chamber_.at(chamber));
+}
+
+double SimulatedBoard::volume_m3(std::size_t chamber) const {
+  return std::visit([](const auto& any) { return any.volume().volume_m3; }, chamber_.at(chamber));
+}
+
+plant::ChamberPlant& SimulatedBoard::plant(std::size_t chamber) {
+  auto* plant = std::get_if<plant::ChamberPlant>(&chamber_.at(chamber));
+  if (plant == nullptr) {
+    throw std::invalid_argument("chamber " + std::to_string(chamber + 1) + " has effects: it is no plant");
+  }
+  return *plant;
+}
+
 void SimulatedBoard::move_plants() {
   const bool powered = digital_.outputs().valve_power;
-  for (std::size_t c = 0; c < plant_.size(); ++c) {
-    plant::ChamberPlant& plant = plant_[c];
-    const ChamberConfig& chamber = config_.chamber[c];
-    double mean_Pa = plant.pressure_Pa();
-    const plant::VolumeState start = plant.volume();
-    double mean_m3 = start.volume_m3;
-    if (started_) {
-      mean_Pa = plant.advance(powered ? analog_out_.output_V(c) : chamber.unpowered_V, kTick_s).mean_Pa;
-      const plant::VolumeState end = plant.volume();
-      // The mean over the tick of the cubic through both ends and slopes: at 4 Hz exact to 1e-5 of the
-      // amplitude.
-      mean_m3 = 0.5 * (start.volume_m3 + end.volume_m3) + kTick_s / 12.0 * (start.rate_m3_s - end.rate_m3_s);
-    }
-    analog_in_.set_mean_V(c, volts(chamber.pressure_Pa, mean_Pa));
-    analog_in_.set_mean_V(kChambers + c, volts(chamber.volume_m3, mean_m3));
+  for (std::size_t c = 0; c < chamber_.size(); ++c) {
+    const ChamberConfig& config = config_.chamber[c];
+    const auto move = [&](auto& chamber) {
+      double mean_Pa = resting_reading_Pa(chamber);
+      const plant::VolumeState start = chamber.volume();
+      double mean_m3 = start.volume_m3;
+      if (started_) {
+        mean_Pa = advance(chamber, powered ? analog_out_.output_V(c) : config.unpowered_V);
+        const plant::VolumeState end = chamber.volume();
+        // The mean over the tick of the cubic through both ends and slopes: at 4 Hz exact to 1e-5 of the
+        // amplitude.
+        mean_m3 =
+            0.5 * (start.volume_m3 + end.volume_m3) + kTick_s / 12.0 * (start.rate_m3_s - end.rate_m3_s);
+      }
+      analog_in_.set_mean_V(c, volts(config.pressure_Pa, mean_Pa));
+      analog_in_.set_mean_V(kChambers + c, volts(config.volume_m3, mean_m3));
+    };
+    std::visit(move, chamber_[c]);
   }
-  analog_in_.set_mean_V(2 * kChambers, volts(config_.supply_Pa, plant_.front().supply_Pa()));
+  const double supply_Pa =
+      std::visit([](const auto& chamber) { return chamber.supply_Pa(); }, chamber_.front());
+  analog_in_.set_mean_V(2 * kChambers, volts(config_.supply_Pa, supply_Pa));
   started_ = true;
 }
 

@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <variant>
 #include <vector>
 
 #include "firmware/board.hpp"
@@ -19,6 +20,7 @@
 #include "host-sim/ports/simulated_analog.hpp"
 #include "host-sim/ports/simulated_bus.hpp"
 #include "host-sim/ports/simulated_digital.hpp"
+#include "host-sim/rig/effects_chamber.hpp"
 #include "host-sim/rig/model_store.hpp"
 
 namespace plenum::host::rig {
@@ -40,6 +42,7 @@ struct ChamberConfig {
   SensorConfig volume_m3;
   double unpowered_V =
       5.0;  ///< the command that a valve without power amounts to: its springs centre the spool
+  std::optional<ChamberEffects> effects = {};  ///< set: an EffectsChamber takes the place of the plant
 };
 
 struct BoardConfig {
@@ -66,11 +69,14 @@ class SimulatedBoard {
   SimulatedBoard(const BoardConfig& config, ports::SimulatedCanPort& can, const plant::Random& random);
 
   const Controller& controller() const { return board_.controller(); }
-  std::size_t chambers() const { return plant_.size(); }
-  const plant::ChamberPlant& plant(std::size_t chamber) const { return plant_.at(chamber); }
+  std::size_t chambers() const { return chamber_.size(); }
+  /// The true state of a chamber, whichever simulates it.
+  double pressure_Pa(std::size_t chamber) const;
+  double volume_m3(std::size_t chamber) const;
 
   // fault injection, and the world that the plants live in
-  plant::ChamberPlant& plant(std::size_t chamber) { return plant_.at(chamber); }
+  /// Throws std::invalid_argument for a chamber with effects, which is no plant.
+  plant::ChamberPlant& plant(std::size_t chamber);
   ports::SimulatedAnalogInput& analog_in() { return analog_in_; }
   ports::SimulatedAnalogOutput& analog_out() { return analog_out_; }
   ports::SimulatedDigitalIo& digital() { return digital_; }
@@ -90,7 +96,7 @@ class SimulatedBoard {
   ports::SimulatedAnalogOutput analog_out_;
   ports::SimulatedDigitalIo digital_;
   ModelStore store_;
-  std::vector<plant::ChamberPlant> plant_;
+  std::vector<std::variant<plant::ChamberPlant, EffectsChamber>> chamber_;
   plenum::Board board_;
   bool started_ = false;
   bool late_ = false;

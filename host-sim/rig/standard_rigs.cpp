@@ -104,6 +104,8 @@ RigConfig mpye_rig(const MpyeRig& wanted) {
 
 RigConfig thin_plate_rig(const trace::RigDescription& description, const ThinPlateRig& wanted) {
   require_chambers(wanted.chambers);
+  std::optional<ChamberEffects> effects;
+  if (!description.effects.empty()) effects = chamber_effects(description.effects);
   RigConfig rig{.board = {}, .bus = {}, .seed = wanted.seed};
   plant::Random random(wanted.seed ^ 0x7468'696eU);
   plant::Gas gas;
@@ -131,7 +133,8 @@ RigConfig thin_plate_rig(const trace::RigDescription& description, const ThinPla
            .chamber = chamber,
            .volume = motion(wanted.volume_m3 * (1.0 + 0.1 * c), wanted.volume_swing,
                             0.3 + 0.7 * random.uniform(), 2.0 * std::numbers::pi * random.uniform()),
-           .volume_m3 = {}});
+           .volume_m3 = {},
+           .effects = effects});
       plenum::config::ChamberSettings& settings = board.settings.chamber[c];
       fit_volume_sensor(board.chamber.back(), settings);
       fit_limits(settings, chamber.supply_Pa, chamber.ambient_Pa);

@@ -23,7 +23,8 @@ struct MpyeRig {
 /// Chambers of 0.4 to 1.1 L (what a 3/8 inch valve is made for), each moving at its own 0.2 to 1.0 Hz.
 RigConfig mpye_rig(const MpyeRig& wanted);
 
-/// Thin-plate valves with the data-sheet figures of a rig description: the nominal model as a plant.
+/// Thin-plate valves with the data-sheet figures of a rig description: the nominal model as a plant, or with the
+/// description's effects in every chamber.
 struct ThinPlateRig {
   unsigned boards = 1;
   unsigned chambers = 8;
@@ -31,6 +32,7 @@ struct ThinPlateRig {
   double volume_swing = 0.2;
   std::uint64_t seed = 1;
 };
+/// Throws std::invalid_argument as chamber_effects().
 RigConfig thin_plate_rig(const trace::RigDescription& description, const ThinPlateRig& wanted);
 
 }  // namespace plenum::host::rig

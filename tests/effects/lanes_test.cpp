@@ -10,7 +10,7 @@ struct Reference {
   long double e, phi_1, phi_2;
 };
 Reference reference(double at) {
-  const long double z = at;
+  const auto z = static_cast<long double>(at);
   if (std::abs(at) < 0.5) {
     long double phi_2 = 0.0L;
     for (int k = 25; k >= 0; --k)

@@ -59,8 +59,7 @@ class WatchedRig final : public client::Link {
       SimulatedBoard& board = rig.board(b);
       std::vector<Moment> chambers;
       for (std::size_t c = 0; c < board.chambers(); ++c) {
-        const plant::ChamberPlant& plant = board.plant(c);
-        chambers.push_back({board.analog_out().output_V(c), plant.pressure_Pa(), plant.volume_m3(),
+        chambers.push_back({board.analog_out().output_V(c), board.pressure_Pa(c), board.volume_m3(c),
                             board.digital().outputs().valve_power, board.controller().image().chamber[c]});
       }
       boards.push_back(std::move(chambers));

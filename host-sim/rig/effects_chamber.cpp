@@ -1,0 +1,97 @@
+#include "host-sim/rig/effects_chamber.hpp"
+
+#include <algorithm>
+#include <array>
+#include <stdexcept>
+#include <variant>
+
+namespace plenum::host::rig {
+namespace {
+
+constexpr int kSteps = 16;
+
+/// "what 'given', expected a, b, c", from the names of `all`.
+template <class All, class Name>
+std::invalid_argument unknown(const std::string& what, const std::string& given, const All& all, Name name) {
+  std::string names;
+  for (const auto& one : all) names += (names.empty() ? "" : ", ") + std::string(name(one));
+  return std::invalid_argument(what + " '" + given + "', expected " + names);
+}
+
+const plant::ThinPlateValveConfig& sheet_of(const plant::Valve& valve) {
+  const auto* plate = std::get_if<plant::ThinPlateValve>(&valve);
+  if (plate == nullptr)
+    throw std::invalid_argument("effects act on thin-plate valves, not on measured tables");
+  return plate->config();
+}
+
+effects::Figures figures_of(const plant::ThinPlateValveConfig& sheet, const ChamberEffects& effects) {
+  effects::Figures figures = effects.figures;
+  figures[effects::kOpenAbove] = sheet.open_above_V;
+  figures[effects::kExhaustBelow] = sheet.exhaust_below_V;
+  figures[effects::kInletGain] = sheet.inlet_area_per_V_m2;
+  figures[effects::kExhaustGain] = sheet.exhaust_area_per_V_m2;
+  figures[effects::kInletLeak] = sheet.inlet_leak_m2;
+  figures[effects::kExhaustLeak] = sheet.exhaust_leak_m2;
+  figures[effects::kTransition] = sheet.transition_m2;
+  return figures;
+}
+
+}  // namespace
+
+ChamberEffects chamber_effects(const std::map<std::string, std::map<std::string, double>>& wanted) {
+  ChamberEffects result;
+  for (const auto& [id, values] : wanted) {
+    const auto found = effects::find(id);
+    if (!found) {
+      throw unknown("unknown effect", id, effects::catalogue(),
+                    [](const effects::Effect* e) { return e->id; });
+    }
+    result.on |= effects::EffectSet{1} << *found;
+    const auto parameters = effects::kCatalogue[*found]->parameters;
+    for (const auto& [name, value] : values) {
+      const auto of = std::find_if(parameters.begin(), parameters.end(),
+                                   [&name = name](const effects::Parameter& p) { return p.name == name; });
+      if (of == parameters.end()) {
+        throw unknown("effect " + id + ": unknown parameter", name, parameters,
+                      [](const effects::Parameter& p) { return p.name; });
+      }
+      if (!(value >= of->low && value <= of->high)) {
+        throw std::invalid_argument("effect " + id + ": " + name + " = " + std::to_string(value) +
+                                    ", expected " + std::to_string(of->low) + " to " +
+                                    std::to_string(of->high));
+      }
+      const auto place = static_cast<std::size_t>(of - parameters.begin());
+      result.figures[effects::first_figure(*found) + place] = of->coordinate_of(value);
+    }
+  }
+  return result;
+}
+
+EffectsChamber::EffectsChamber(const plant::Valve& valve, const plant::ChamberConfig& config,
+                               const plant::VolumeMotion& volume, const ChamberEffects& effects,
+                               double tick_s)
+    : volume_(volume),
+      supply_Pa_(config.supply_Pa),
+      tick_s_(tick_s),
+      figures_(std::make_unique<const effects::Figures>(figures_of(sheet_of(valve), effects))),
+      model_({.gas = config.gas,
+              .supply_Pa = config.supply_Pa,
+              .ambient_Pa = config.ambient_Pa,
+              .discharge_coefficient = sheet_of(valve).discharge_coefficient},
+             {.tick_s = tick_s, .average_s = tick_s, .steps = kSteps}, effects.on, figures_->data(),
+             config.initial_pressure_Pa, config.initial_command_V, volume.at(0.0).volume_m3) {
+  if (config.spool) throw std::invalid_argument("a chamber with effects has its spool among them: spool_lag");
+}
+
+double EffectsChamber::advance(double command_V) {
+  const plant::VolumeMotion::Interval motion(volume_, time_s());
+  std::array<double, kSteps + 1> volume_m3{};
+  for (int i = 0; i <= kSteps; ++i) {
+    volume_m3[static_cast<std::size_t>(i)] = motion.at(tick_s_ * i / kSteps).volume_m3;
+  }
+  ++ticks_;
+  return model_.tick(command_V, volume_m3.data());
+}
+
+}  // namespace plenum::host::rig
