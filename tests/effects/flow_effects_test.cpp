@@ -116,7 +116,29 @@ TEST(SupplyDroop, SupplyKeepsAFifthOfItself) {
   EXPECT_DOUBLE_EQ(droop.supply(kSupply_Pa), 0.2 * kSupply_Pa);
 }
 
+TEST(SupplyDroop, MiddleOfAStepIsHalfARelaxationAndHoldsAFlowThatAnyDroopStops) {
+  const double x[] = {20.0, 0.005};
+  SupplyDroop<double> droop;
+  droop.prepare(x, 0.0025);
+  EXPECT_NEAR(droop.supply_at_middle(kSupply_Pa, 3e-3, 0.0),
+              kSupply_Pa - 60e3 * (1.0 - std::exp(-0.00125 / 0.005)), 1e-6)
+      << "Pa";
+  // the flow is 3 g/s less 1 mg/s for each Pa of droop: 3 kPa stop it
+  EXPECT_GT(droop.supply_at_middle(kSupply_Pa, 3e-3, 1e-6), kSupply_Pa - 3e3) << "Pa";
+}
+
 // ---- exhaust_backpressure
+
+TEST(ExhaustBackpressure, MiddleOfAStepIsHalfARelaxationAndHoldsAFlowThatAnyPressureStops) {
+  const double x[] = {40.0, 0.005};
+  ExhaustBackpressure<double> silencer;
+  silencer.prepare(x, 0.0025);
+  const double steady_Pa = std::hypot(kAmbient_Pa, 80e3) - kAmbient_Pa;
+  EXPECT_NEAR(silencer.behind_at_middle(kAmbient_Pa, 2e-3, 0.0),
+              kAmbient_Pa + steady_Pa * (1.0 - std::exp(-0.00125 / 0.005)), 1e-6)
+      << "Pa";
+  EXPECT_LT(silencer.behind_at_middle(kAmbient_Pa, 2e-3, 1e-6), kAmbient_Pa + 2e3) << "Pa";
+}
 
 TEST(ExhaustBackpressure, SteadyPressureBehindThePortIsThatOfTheSilencer) {
   const double x[] = {40.0, 0.02};
@@ -167,6 +189,16 @@ TEST(ChamberLeak, SealedChamberDecaysAsTheLaminarLawInClosedForm) {
       EXPECT_NEAR(p[k], kAmbient_Pa * (1.0 + c) / (1.0 - c), steps == 4 ? 0.5 : 0.03)
           << "Pa at row " << k << ", " << steps << " steps";
     }
+  }
+}
+
+TEST(ChamberLeak, SlopeIsThatOfItsFlow) {
+  const double conductance = 2.0;
+  ChamberLeak<double> leak;
+  leak.prepare(&conductance, kAmbient_Pa);
+  for (const double p : {5e4, 2e5, 7e5}) {
+    EXPECT_NEAR((leak.flow(p + 100.0) - leak.flow(p - 100.0)) / 200.0 / leak.slope(p), 1.0, 1e-9)
+        << "at " << p;
   }
 }
 
