@@ -2,9 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <charconv>
 #include <cmath>
 #include <stdexcept>
+#include <string_view>
 
+#include "host-sim/effects/catalogue.hpp"
 #include "host-sim/rig/standard_rigs.hpp"
 #include "host-sim/trace/input_error.hpp"
 #include "host-sim/trace/log_csv.hpp"
@@ -26,6 +29,46 @@ trace::RigDescription mpye_description() {
   return description;
 }
 
+using Figures = std::map<std::string, std::map<std::string, double>>;
+
+double number_of(std::string_view text, std::string_view option) {
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) {
+    throw std::invalid_argument(fmt::format("--effect {}: '{}' is no number", option, text));
+  }
+  return value;
+}
+
+/// Adds "ID=VALUE", of the effect's first parameter, or "ID=PARAMETER:VALUE,PARAMETER:VALUE".
+void switch_on(std::string_view option, Figures& effects) {
+  const std::size_t equals = option.find('=');
+  if (equals == std::string_view::npos) {
+    throw std::invalid_argument(fmt::format(
+        "--effect {}: no value, expected ID=VALUE or ID=PARAMETER:VALUE,... of `plenum effects`", option));
+  }
+  const std::string id(option.substr(0, equals));
+  const auto found = effects::find(id);
+  auto& figures = effects[id];
+  if (!found) return;  // refused with the list of those there are, by rig::chamber_effects()
+  std::string_view rest = option.substr(equals + 1);
+  for (bool first = true;; first = false) {
+    const std::size_t comma = rest.find(',');
+    const std::string_view item = rest.substr(0, comma);
+    const std::size_t colon = item.find(':');
+    if (colon == std::string_view::npos && !first) {
+      throw std::invalid_argument(
+          fmt::format("--effect {}: '{}' names no parameter, expected PARAMETER:VALUE", option, item));
+    }
+    const std::string name(colon == std::string_view::npos
+                               ? effects::kCatalogue[*found]->parameters.front().name
+                               : item.substr(0, colon));
+    figures[name] = number_of(item.substr(colon == std::string_view::npos ? 0 : colon + 1), option);
+    if (comma == std::string_view::npos) return;
+    rest.remove_prefix(comma + 1);
+  }
+}
+
 }  // namespace
 
 void RigChoice::add_to(CLI::App& app) {
@@ -35,6 +78,11 @@ void RigChoice::add_to(CLI::App& app) {
   app.add_option("--rig", rig_file,
                  "What is known of the rig (default: 7 bar supply, 1 bar ambient, absolute)")
       ->type_name("RIG.toml");
+  app.add_option("--effect", effects,
+                 "Switch on what the nominal model leaves out (thin-plate only; repeatable): ID=VALUE of its "
+                 "first parameter, or ID=PARAMETER:VALUE,.. of `plenum effects`")
+      ->type_name("ID=VALUE")
+      ->allow_extra_args(false);
   app.add_option("--chambers", chambers, "Chambers of a board")
       ->check(CLI::Range(1, 8))
       ->capture_default_str();
@@ -62,18 +110,24 @@ trace::RigDescription RigChoice::description() const {
 }
 
 rig::RigConfig RigChoice::config(const std::optional<std::filesystem::path>& store) const {
-  const trace::RigDescription known = description();
+  trace::RigDescription world = description();
+  for (const std::string& option : effects) switch_on(option, world.effects);
+  if (plant == "mpye" && !world.effects.empty()) {
+    throw std::invalid_argument(
+        fmt::format("--plant mpye: effect {} acts on thin-plate valves alone, expected --plant thin-plate",
+                    world.effects.begin()->first));
+  }
   rig::RigConfig config =
       plant == "mpye"
           ? rig::mpye_rig({.boards = boards,
                            .chambers = chambers,
                            .spool = spool,
                            .volume_swing = volume_swing,
-                           .supply_Pa = known.supply.pressure_Pa,
-                           .ambient_Pa = known.ambient.pressure_Pa,
+                           .supply_Pa = world.supply.pressure_Pa,
+                           .ambient_Pa = world.ambient.pressure_Pa,
                            .seed = seed})
           : rig::thin_plate_rig(
-                known, {.boards = boards, .chambers = chambers, .volume_swing = volume_swing, .seed = seed});
+                world, {.boards = boards, .chambers = chambers, .volume_swing = volume_swing, .seed = seed});
   config.board.front().store = store;
   return config;
 }

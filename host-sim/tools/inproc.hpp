@@ -16,10 +16,11 @@
 
 namespace plenum::host::tools {
 
-/// --plant, --rig, --chambers, --seed, --volume-swing, --spool.
+/// --plant, --rig, --effect, --chambers, --seed, --volume-swing, --spool.
 struct RigChoice {
   std::string plant = "mpye";
   std::string rig_file;
+  std::vector<std::string> effects;  ///< ID=VALUE, or ID=PARAMETER:VALUE,...
   unsigned boards = 1;
   unsigned chambers = 8;
   std::uint64_t seed = 1;
@@ -27,10 +28,12 @@ struct RigChoice {
   bool spool = true;
 
   void add_to(CLI::App& app);
-  /// What its user knows of the rig: the file's, or the standard rig's. Throws InputError, also for a rate or
-  /// an averaging time that a board does not have.
+  /// What its user knows of the rig: the file's, or the standard rig's, without the effects of --effect: those are
+  /// what its user would have to find. Throws InputError, also for a rate or an averaging time that a board does
+  /// not have.
   trace::RigDescription description() const;
-  /// `store`: the folder that keeps the board's models.
+  /// The rig as it is, with all effects. `store`: the folder that keeps the board's models. Throws
+  /// std::invalid_argument for effects that are not the catalogue's, or on measured valves.
   rig::RigConfig config(const std::optional<std::filesystem::path>& store = std::nullopt) const;
 };
 

@@ -24,8 +24,8 @@ std::string log_name(unsigned boards, unsigned board, unsigned chamber) {
 
 int run(const Options& options) {
   const trace::RigDescription description = options.rig.description();
-  require_folder(options.out);
   rig::Rig rig(options.rig.config());
+  require_folder(options.out);
   RigLink link(rig);
 
   Json result{{"seconds", options.seconds}, {"seed", options.rig.seed}, {"chambers", Json::array()}};
@@ -90,7 +90,8 @@ Command add_sim(CLI::App& program) {
       ->capture_default_str();
   options->output.add_to(*app);
   app->footer(example(
-      "  plenum sim --chambers 2 --seconds 20 --out logs    # logs/chamber-1.csv, chamber-2.csv, rig.toml"));
+      "  plenum sim --chambers 2 --seconds 20 --out logs    # logs/chamber-1.csv, chamber-2.csv, rig.toml\n"
+      "  plenum sim --plant thin-plate --effect spool_lag=10 --effect supply_droop=20,recovery_s:0.1"));
   return {app, [options] { return run(*options); }};
 }
 

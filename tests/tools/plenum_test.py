@@ -144,6 +144,42 @@ def model(chamber=1, **changed):
     return json.dumps({"schema": "plenum-model/1", "kind": "tassa9", "chamber": chamber, "parameters": parameters, "fit": {}})
 
 
+class SimEffects(Plenum):
+    THIN = ["sim", "--plant", "thin-plate", "--chambers", "1", "--seconds", "6"]
+
+    def pressures(self, *arguments, out):
+        self.done(*self.THIN, *arguments, "--out", out)
+        return [float(row["pressure_Pa"]) for row in self.rows(f"{out}/chamber-1.csv")]
+
+    def test_what_is_no_effect_is_refused_with_what_there_is(self):
+        self.refused(2, *self.THIN, "--effect", "spool=10", says=["'spool'", "spool_lag, dead_time", "sensor_bias"])
+        self.refused(2, *self.THIN, "--effect", "spool_lag", says=["--effect spool_lag", "ID=VALUE", "ID=PARAMETER:VALUE"])
+        self.refused(2, *self.THIN, "--effect", "spool_lag=slow", says=["--effect spool_lag=slow", "'slow'", "number"])
+        self.refused(2, *self.THIN, "--effect", "spool_lag=10,0.5", says=["'0.5'", "PARAMETER:VALUE"])
+        self.refused(2, *self.THIN, "--effect", "spool_lag=zeta:1", says=["'zeta'", "natural_frequency_Hz, damping"])
+        self.refused(2, *self.THIN, "--effect", "dead_time=1", says=["delay_s = 1", "0.08"])
+        self.refused(2, "sim", "--effect", "dead_time=0.01", says=["dead_time", "--plant thin-plate"])
+
+    def test_an_effect_changes_the_log_and_not_what_its_user_knows(self):
+        plain = self.pressures(out="plain")
+        off = self.pressures("--effect", "dead_time=0", out="off")
+        late = self.pressures("--effect", "dead_time=0.03", out="late")
+        rms = lambda a, b: math.sqrt(sum((x - y) ** 2 for x, y in zip(a, b)) / len(a))
+        self.assertGreater(rms(late, off), 5e3, "Pa: three ticks of steps")
+        self.assertEqual((self.folder / "late/rig.toml").read_bytes(), (self.folder / "plain/rig.toml").read_bytes())
+        self.assertEqual(len(plain), len(late))
+
+    def test_an_effect_of_the_rig_file_is_that_of_the_command_line(self):
+        self.write("rig.toml", "[sampling]\nrate_Hz = 100\n[effects.supply_droop]\nresistance_kPa_s_per_g = 20\nrecovery_s = 0.1\n")
+        of_file = self.pressures("--rig", "rig.toml", out="a")
+        of_line = self.pressures("--effect", "supply_droop=20,recovery_s:0.1", out="b")
+        named = self.pressures("--effect", "supply_droop=resistance_kPa_s_per_g:20,recovery_s:0.1", out="c")
+        self.assertEqual(of_file, of_line)
+        self.assertEqual(of_file, named)
+        self.assertIn("[effects.supply_droop]", (self.folder / "a/rig.toml").read_text(), "what its user knows")
+        self.assertNotIn("effects", (self.folder / "b/rig.toml").read_text())
+
+
 class Line(Plenum):
     def test_models_go_to_the_board_and_come_back_byte_for_byte(self):
         self.write("a.json", model(1))
