@@ -8,56 +8,106 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 
 namespace plenum::host::effects {
 
 inline constexpr int kLanes = 8;
 
+/// What one instruction holds: of SSE2 or NEON, AVX2, AVX-512. Vectors wider than that are not cut well by compilers:
+/// their comparisons and choices fall apart into single numbers.
+template <int kInstructionSet>
+struct Vector {
+  static constexpr int kWidth = 2;
+  typedef double Values __attribute__((vector_size(16)));
+  typedef std::int64_t Mask __attribute__((vector_size(16)));
+};
+template <>
+struct Vector<1> {
+  static constexpr int kWidth = 4;
+  typedef double Values __attribute__((vector_size(32)));
+  typedef std::int64_t Mask __attribute__((vector_size(32)));
+};
+template <>
+struct Vector<2> {
+  static constexpr int kWidth = 8;
+  typedef double Values __attribute__((vector_size(64)));
+  typedef std::int64_t Mask __attribute__((vector_size(64)));
+};
+
 template <int kInstructionSet>
 struct Lanes {
-  typedef double Values __attribute__((vector_size(8 * kLanes)));
-  typedef std::int64_t Mask __attribute__((vector_size(8 * kLanes)));
-  Values v;
+  static constexpr int kWidth = Vector<kInstructionSet>::kWidth;
+  static constexpr std::size_t kParts = static_cast<std::size_t>(kLanes / kWidth);
+  using Part = typename Vector<kInstructionSet>::Values;
+  using PartMask = typename Vector<kInstructionSet>::Mask;
+  struct Mask {
+    PartMask part[kParts];
+  };
+  Part part[kParts];
 
-  Lanes() : v{} {}
-  Lanes(double x) : v(x - Values{}) {}  // NOLINT(google-explicit-constructor): 2.0 * lanes reads as it should
-  static Lanes of(Values values) {
+  Lanes() : part{} {}
+  Lanes(double x) {  // NOLINT(google-explicit-constructor): 2.0 * lanes reads as it should
+    for (Part& p : part) p = x - Part{};
+  }
+  /// Made of the parts f(0), f(1), ..
+  template <class Function>
+  static Lanes of(Function&& f) {
     Lanes r;
-    r.v = values;
+    for (std::size_t i = 0; i < kParts; ++i) r.part[i] = f(i);
+    return r;
+  }
+  template <class Function>
+  static Mask mask_of(Function&& f) {
+    Mask r;
+    for (std::size_t i = 0; i < kParts; ++i) r.part[i] = f(i);
     return r;
   }
 
-  Lanes& operator+=(const Lanes& b) {
-    v += b.v;
-    return *this;
+  Lanes& operator+=(const Lanes& b) { return *this = *this + b; }
+  Lanes& operator-=(const Lanes& b) { return *this = *this - b; }
+  Lanes& operator*=(const Lanes& b) { return *this = *this * b; }
+  friend Lanes operator+(const Lanes& a, const Lanes& b) {
+    return of([&](std::size_t i) { return a.part[i] + b.part[i]; });
   }
-  Lanes& operator-=(const Lanes& b) {
-    v -= b.v;
-    return *this;
+  friend Lanes operator-(const Lanes& a, const Lanes& b) {
+    return of([&](std::size_t i) { return a.part[i] - b.part[i]; });
   }
-  Lanes& operator*=(const Lanes& b) {
-    v *= b.v;
-    return *this;
+  friend Lanes operator*(const Lanes& a, const Lanes& b) {
+    return of([&](std::size_t i) { return a.part[i] * b.part[i]; });
   }
-  friend Lanes operator+(const Lanes& a, const Lanes& b) { return of(a.v + b.v); }
-  friend Lanes operator-(const Lanes& a, const Lanes& b) { return of(a.v - b.v); }
-  friend Lanes operator*(const Lanes& a, const Lanes& b) { return of(a.v * b.v); }
-  friend Lanes operator/(const Lanes& a, const Lanes& b) { return of(a.v / b.v); }
-  friend Lanes operator-(const Lanes& a) { return of(-a.v); }
-  friend Mask operator<(const Lanes& a, const Lanes& b) { return a.v < b.v; }
-  friend Mask operator>(const Lanes& a, const Lanes& b) { return a.v > b.v; }
+  friend Lanes operator/(const Lanes& a, const Lanes& b) {
+    return of([&](std::size_t i) { return a.part[i] / b.part[i]; });
+  }
+  friend Lanes operator-(const Lanes& a) {
+    return of([&](std::size_t i) { return -a.part[i]; });
+  }
+  friend Mask operator<(const Lanes& a, const Lanes& b) {
+    return mask_of([&](std::size_t i) { return a.part[i] < b.part[i]; });
+  }
+  friend Mask operator>(const Lanes& a, const Lanes& b) {
+    return mask_of([&](std::size_t i) { return a.part[i] > b.part[i]; });
+  }
 
   friend Lanes select(const Mask& where, const Lanes& yes, const Lanes& no) {
-    return of(where ? yes.v : no.v);
+    return of([&](std::size_t i) { return where.part[i] ? yes.part[i] : no.part[i]; });
   }
-  friend Lanes smaller(const Lanes& a, const Lanes& b) { return of(a.v < b.v ? a.v : b.v); }
-  friend Lanes larger(const Lanes& a, const Lanes& b) { return of(a.v > b.v ? a.v : b.v); }
-  friend Lanes magnitude(const Lanes& a) { return of(a.v < 0.0 ? -a.v : a.v); }
+  friend Lanes smaller(const Lanes& a, const Lanes& b) {
+    return of([&](std::size_t i) { return a.part[i] < b.part[i] ? a.part[i] : b.part[i]; });
+  }
+  friend Lanes larger(const Lanes& a, const Lanes& b) {
+    return of([&](std::size_t i) { return a.part[i] > b.part[i] ? a.part[i] : b.part[i]; });
+  }
+  friend Lanes magnitude(const Lanes& a) {
+    return of([&](std::size_t i) { return a.part[i] < 0.0 ? -a.part[i] : a.part[i]; });
+  }
   friend Lanes root(const Lanes& a) {
-    Lanes r;
-    for (int i = 0; i < kLanes; ++i) r.v[i] = __builtin_sqrt(a.v[i]);
-    return r;
+    return of([&](std::size_t i) {
+      Part r{};
+      for (int k = 0; k < kWidth; ++k) r[k] = __builtin_sqrt(a.part[i][k]);
+      return r;
+    });
   }
 };
 
@@ -90,11 +140,11 @@ inline void set_lane(double& x, int, double value) {
 }
 template <int kSet>
 double lane(const Lanes<kSet>& x, int i) {
-  return x.v[i];
+  return x.part[i / Lanes<kSet>::kWidth][i % Lanes<kSet>::kWidth];
 }
 template <int kSet>
 void set_lane(Lanes<kSet>& x, int i, double value) {
-  x.v[i] = value;
+  x.part[i / Lanes<kSet>::kWidth][i % Lanes<kSet>::kWidth] = value;
 }
 template <class N, class Function>
 N each(const N& x, Function&& f) {
