@@ -18,7 +18,7 @@ namespace plenum::host::effects {
 
 /// What is known of the rig and not fitted.
 struct Surroundings {
-  plant::Gas gas;
+  plant::Gas gas;  ///< of kappa 1.4: the flow function is calculated in sevenths
   double supply_Pa = 700000.0;
   double ambient_Pa = 101325.0;
   double discharge_coefficient = 0.72;
