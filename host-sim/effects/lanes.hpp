@@ -159,17 +159,13 @@ struct Exponential {
   N e, phi_1, phi_2;
 };
 
-/// Relative error below 1e-10 for z <= 2. phi_2 by its series at z/32, then five doublings,
+/// Relative error below 1e-10 for z <= 2. phi_2 by six terms of its series at z/32, then five doublings,
 ///   e(2y) = e^2,  phi_1(2y) = (e + 1) phi_1 / 2,  phi_2(2y) = (phi_1^2 + 2 phi_2)/4:
 /// no branch, no cancellation at z = 0. Below z = -24, where e^z < 4e-11, the limits.
 template <class N>
 Exponential<N> exponential(const N& z) {
   const N y = larger(z, N(-24.0)) * (1.0 / 32.0);
-  N phi_2 = y * (1.0 / 39916800.0) + 1.0 / 3628800.0;
-  phi_2 = phi_2 * y + 1.0 / 362880.0;
-  phi_2 = phi_2 * y + 1.0 / 40320.0;
-  phi_2 = phi_2 * y + 1.0 / 5040.0;
-  phi_2 = phi_2 * y + 1.0 / 720.0;
+  N phi_2 = y * (1.0 / 5040.0) + 1.0 / 720.0;
   phi_2 = phi_2 * y + 1.0 / 120.0;
   phi_2 = phi_2 * y + 1.0 / 24.0;
   phi_2 = phi_2 * y + 1.0 / 6.0;
