@@ -7,12 +7,11 @@
 #include "host-sim/identify/profile.hpp"
 #include "host-sim/tools/command.hpp"
 #include "host-sim/tools/identify_report.hpp"
+#include "host-sim/tools/log_input.hpp"
 #include "host-sim/tools/model_charts.hpp"
 #include "host-sim/tools/output.hpp"
 #include "host-sim/trace/input_error.hpp"
-#include "host-sim/trace/log_csv.hpp"
 #include "host-sim/trace/model_json.hpp"
-#include "host-sim/trace/respiraworks.hpp"
 
 namespace plenum::host::tools {
 namespace {
@@ -20,10 +19,9 @@ namespace {
 using identify::ParameterFit;
 
 struct Options {
+  LogInput input;
   std::vector<std::string> logs;
   std::vector<std::string> predict;
-  std::string format = "csv";
-  std::string rig_file;
   std::string c_gamma = "auto";
   double stretch_s = 0.2;
   bool free_run = true;
@@ -32,39 +30,6 @@ struct Options {
   std::string report;
   Output output;
 };
-
-constexpr const char* kRespiraworks = "respiraworks";
-/// The ventilator's supply is not published; README.md of host-sim/identify says what that means for a fit.
-constexpr double kRespiraworksSupply_Pa = 110'000.0;
-
-trace::RigDescription rig_of(const Options& options) {
-  if (!options.rig_file.empty()) return trace::read_rig(options.rig_file);
-  trace::RigDescription rig;
-  if (options.format == kRespiraworks) rig.supply.pressure_Pa = kRespiraworksSupply_Pa;
-  return rig;
-}
-
-trace::Log log_of(const std::string& file, const Options& options, const trace::RigDescription& rig) {
-  if (options.format == kRespiraworks) {
-    return trace::import_respiraworks(file, {.ambient_Pa = rig.ambient.pressure_Pa});
-  }
-  std::vector<std::string> notices;
-  trace::Log log =
-      options.rig_file.empty() ? trace::read_log(file, &notices) : trace::read_log(file, rig, &notices);
-  for (const std::string& notice : notices) fmt::print(stderr, "plenum identify: {}\n", notice);
-  return log;
-}
-
-/// The files read as logs, each with its name but not its folder: a page holds no path.
-std::vector<NamedLog> logs_of(const std::vector<std::string>& files, const Options& options,
-                              const trace::RigDescription& rig) {
-  std::vector<NamedLog> logs;
-  logs.reserve(files.size());
-  for (const std::string& file : files) {
-    logs.push_back({std::filesystem::path(file).filename().string(), log_of(file, options, rig)});
-  }
-  return logs;
-}
 
 /// The number of the chamber that a log is of, where its name says so: chamber-3.csv.
 std::optional<unsigned> chamber_in_name(const std::string& file) {
@@ -111,14 +76,14 @@ int run(const Options& options) {
   how.refine_free_run = options.free_run;
   const bool profiled = options.c_gamma == "auto";
   if (!profiled) how.c_gamma_V = kink_width_V(options.c_gamma);
-  const trace::RigDescription rig = rig_of(options);
+  const trace::RigDescription rig = options.input.rig();
   require_writable(options.out);
   if (!options.report.empty()) require_writable(options.report);
   Identified identified{.fit = {},
                         .stretch_s = options.free_run ? options.stretch_s : 0.0,
-                        .fitted = logs_of(options.logs, options, rig),
-                        .predicted = logs_of(options.predict, options, rig),
-                        .ventilator = options.format == kRespiraworks};
+                        .fitted = options.input.read(options.logs, rig),
+                        .predicted = options.input.read(options.predict, rig),
+                        .ventilator = options.input.of_ventilator()};
   std::vector<trace::Log> logs;
   for (const NamedLog& of : identified.fitted) logs.push_back(of.log);
 
@@ -162,13 +127,9 @@ Command add_identify(CLI::App& program) {
   const auto options = std::make_shared<Options>();
   CLI::App* app = program.add_subcommand("identify", "Fit the 9-parameter model of a chamber to its logs");
   app->add_option("LOG", options->logs, "Logs of one chamber")->type_name("LOG.csv")->required();
-  app->add_option(
-         "--rig", options->rig_file,
-         "What is known of the rig; its supply and ambient pressure are used (default: 700 and 101.325 kPa)")
-      ->type_name("RIG.toml");
-  app->add_option("--format", options->format, "Of the logs: csv, or respiraworks (ventilator runs)")
-      ->check(CLI::IsMember({"csv", kRespiraworks}))
-      ->capture_default_str();
+  options->input.add_to(
+      *app,
+      "What is known of the rig; its supply and ambient pressure are used (default: 700 and 101.325 kPa)");
   app->add_option(
          "--c-gamma", options->c_gamma,
          "Width of the kink at the valve's null [V]; auto tries 0.1 (the paper's), 0.2, 0.4, 0.8, 1.6")

@@ -1,0 +1,67 @@
+#include "host-sim/tools/log_input.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <stdexcept>
+
+#include "host-sim/rig/effects_chamber.hpp"
+#include "host-sim/trace/input_error.hpp"
+#include "host-sim/trace/log_csv.hpp"
+#include "host-sim/trace/respiraworks.hpp"
+
+namespace plenum::host::tools {
+namespace {
+
+constexpr const char* kRespiraworks = "respiraworks";
+/// The ventilator's supply is not published; README.md of host-sim/identify says what that means for a fit.
+constexpr double kRespiraworksSupply_Pa = 110'000.0;
+
+}  // namespace
+
+void LogInput::add_to(CLI::App& app, const std::string& rig_help) {
+  command_ = app.get_name();
+  app.add_option("--rig", rig_file_, rig_help)->type_name("RIG.toml");
+  app.add_option("--format", format_, "Of the logs: csv, or respiraworks (ventilator runs)")
+      ->check(CLI::IsMember({"csv", kRespiraworks}))
+      ->capture_default_str();
+}
+
+bool LogInput::of_ventilator() const {
+  return format_ == kRespiraworks;
+}
+
+trace::RigDescription LogInput::rig() const {
+  if (has_rig()) {
+    const trace::RigDescription rig = trace::read_rig(rig_file_);
+    try {
+      static_cast<void>(rig::chamber_effects(rig.effects));
+    } catch (const std::invalid_argument& error) {
+      throw trace::InputError(fmt::format("{}: {}", rig_file_, error.what()));
+    }
+    return rig;
+  }
+  trace::RigDescription rig;
+  if (of_ventilator()) rig.supply.pressure_Pa = kRespiraworksSupply_Pa;
+  return rig;
+}
+
+trace::Log LogInput::log_of(const std::string& file, const trace::RigDescription& rig) const {
+  if (of_ventilator()) return trace::import_respiraworks(file, {.ambient_Pa = rig.ambient.pressure_Pa});
+  std::vector<std::string> notices;
+  trace::Log log = has_rig() ? trace::read_log(file, rig, &notices) : trace::read_log(file, &notices);
+  for (const std::string& notice : notices) fmt::print(stderr, "plenum {}: {}\n", command_, notice);
+  return log;
+}
+
+std::vector<trace::NamedLog> LogInput::read(const std::vector<std::string>& files,
+                                            const trace::RigDescription& rig) const {
+  std::vector<trace::NamedLog> logs;
+  logs.reserve(files.size());
+  for (const std::string& file : files) {
+    logs.push_back({std::filesystem::path(file).filename().string(), log_of(file, rig)});
+  }
+  return logs;
+}
+
+}  // namespace plenum::host::tools

@@ -1,0 +1,37 @@
+// The logs that a command is given, and the rig they are of: --rig and --format.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+#include "host-sim/trace/log.hpp"
+#include "host-sim/trace/rig_toml.hpp"
+
+namespace plenum::host::tools {
+
+class LogInput {
+ public:
+  /// Declares --rig, explained by `rig_help`, and --format.
+  void add_to(CLI::App& app, const std::string& rig_help);
+
+  /// The rig of --rig, else the defaults; without one, ventilator runs are of their own supply. Throws
+  /// trace::InputError, also for effects that the catalogue does not have.
+  trace::RigDescription rig() const;
+  bool has_rig() const { return !rig_file_.empty(); }
+  bool of_ventilator() const;
+
+  /// Each file as a log, with its name but not its folder: a page holds no path. Columns that are ignored are
+  /// told on standard error. Throws trace::InputError.
+  std::vector<trace::NamedLog> read(const std::vector<std::string>& files,
+                                    const trace::RigDescription& rig) const;
+
+ private:
+  trace::Log log_of(const std::string& file, const trace::RigDescription& rig) const;
+
+  std::string command_;
+  std::string format_ = "csv";
+  std::string rig_file_;
+};
+
+}  // namespace plenum::host::tools
