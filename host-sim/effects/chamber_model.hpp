@@ -259,10 +259,12 @@ N ChamberModel<N>::step(const Openings& open, const N& volume_m3, const N& squee
       leak_slope = leak_.slope(begin);
     }
     warm(tube_.flow_kg_s() - leak);
+    Balance before{};
     const auto valve = [&](const N& at_valve_Pa) {
       const Balance b = balance(at_valve_Pa, open, supply, behind);
-      inlet = b.inlet;  // the last of its calls is for the middle
-      exhaust = b.exhaust;
+      inlet = 0.5 * (before.inlet + b.inlet);  // in the end of the thirds: the step's mean
+      exhaust = 0.5 * (before.exhaust + b.exhaust);
+      before = b;
       return b;
     };
     const auto moved = tube_.advance(

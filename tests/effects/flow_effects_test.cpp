@@ -302,8 +302,9 @@ TEST(TubeDynamics, HoseOfAnyLengthAndBoreIsTheSameAtFourStepsAsAtManyMore) {
       const auto at = [&](int steps) {
         return run(only(kIdTubeDynamics), figures, drive_of(command_V, swinging_volume(), steps), 3e5);
       };
-      EXPECT_LT(rms_difference(at(4), at(256)), 400.0) << "Pa, " << length_m << " m of " << bore_mm << " mm";
-      EXPECT_LT(rms_difference(at(64), at(256)), 20.0) << "Pa, " << length_m << " m of " << bore_mm << " mm";
+      const std::vector<double> fine = at(512);
+      EXPECT_LT(rms_difference(at(4), fine), 400.0) << "Pa, " << length_m << " m of " << bore_mm << " mm";
+      EXPECT_LT(rms_difference(at(64), fine), 10.0) << "Pa, " << length_m << " m of " << bore_mm << " mm";
     }
   }
 }
