@@ -29,7 +29,7 @@ struct Run {
 };
 
 /// Readings of `runs` (1 to kLanes), row by row, lane by lane: readings[row * kLanes + lane]; row 0 is start_Pa.
-/// `readings` is as long as rows * kLanes. Lanes beyond `runs` repeat the first. Takes the widest instructions that
+/// The run has as many rows as `readings` has room for, at most those of `drive`. Lanes beyond `runs` repeat the first. Takes the widest instructions that
 /// the processor has.
 void free_run(const Surroundings& around, const Drive& drive, EffectSet on, std::span<const Run> runs,
               std::span<double> readings);

@@ -20,7 +20,8 @@ void PLENUM_KERNEL(const Surroundings& around, const Drive& drive, EffectSet on,
   };
   put(start);
   const auto steps = static_cast<std::size_t>(drive.timing.steps);
-  for (std::size_t row = 0; row + 1 < drive.command_V.size(); ++row) {
+  const std::size_t rows = readings.size() / static_cast<std::size_t>(kLanes);
+  for (std::size_t row = 0; row + 1 < rows; ++row) {
     put(model.tick(drive.command_V[row], drive.volume_m3.data() + row * steps));
   }
 }

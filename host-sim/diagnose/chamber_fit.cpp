@@ -1,0 +1,271 @@
+#include "host-sim/diagnose/chamber_fit.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "host-sim/identify/box_solver.hpp"
+
+namespace plenum::host::diagnose {
+namespace {
+
+using effects::EffectSet;
+using effects::Figures;
+using effects::kLanes;
+constexpr int kDynamic = Eigen::Dynamic;
+using Vector = identify::BoxVector<kDynamic>;
+using Gram = identify::BoxGram<kDynamic>;
+
+constexpr double kStartScale_Pa = 1000.0;
+constexpr double kStartRoom_Pa = 60000.0;
+constexpr double kDifference = 1e-4;  // of a scaled variable: its error and that of rounding are both below 1e-4
+constexpr double kSettling_s = 0.5;
+
+/// The sum of squares over the fitted rows as a function of the scaled variables.
+class FreeRunSquares {
+ public:
+  FreeRunSquares(const Scene& scene, EffectSet on, const Figures& base, std::vector<double> start_Pa,
+                 std::vector<Variable> variables)
+      : scene_(scene), on_(on), base_(base), start_Pa_(std::move(start_Pa)), variables_(std::move(variables)) {}
+
+  Eigen::Index figures() const { return static_cast<Eigen::Index>(variables_.size()); }
+  Eigen::Index size() const { return figures() + static_cast<Eigen::Index>(start_Pa_.size()); }
+
+  Figures figures_at(const Vector& z) const {
+    Figures figures = base_;
+    for (Eigen::Index i = 0; i < figures_count(); ++i) {
+      const Variable& v = variables_[static_cast<std::size_t>(i)];
+      figures[v.figure] = std::clamp(base_[v.figure] + v.scale * z[i], v.low, v.high);
+    }
+    return figures;
+  }
+  double start_at(const Vector& z, std::size_t record) const {
+    return start_Pa_[record] + kStartScale_Pa * z[figures() + static_cast<Eigen::Index>(record)];
+  }
+
+  Vector low() const { return bounds(&Variable::low, -kStartRoom_Pa); }
+  Vector high() const { return bounds(&Variable::high, kStartRoom_Pa); }
+
+  double squares(const Vector& z) const {
+    double sum = 0.0;
+    for (std::size_t r = 0; r < scene_.records.size(); ++r) {
+      const Record& record = scene_.records[r];
+      const effects::Run base{figures_at(z), start_at(z, r)};
+      sum += score(run_lanes(record, {&base, 1}), record);
+    }
+    return sum;
+  }
+
+  Gram gram(const Vector& z) const {
+    const Eigen::Index n = size();
+    Gram sum = Gram::Zero(n + 1, n + 1);
+    const Figures base = figures_at(z);
+    for (std::size_t r = 0; r < scene_.records.size(); ++r) {
+      const Record& record = scene_.records[r];
+      const double start = start_at(z, r);
+      const auto rows = static_cast<Eigen::Index>(record.fitted_rows) - 1;
+      Eigen::MatrixXd table(rows, n + 1);
+      table.setZero();
+      // columns of this record: the figures, then its own start
+      for (Eigen::Index first = 0; first <= figures(); first += kLanes - 1) {
+        std::vector<effects::Run> runs{{base, start}};
+        std::vector<double> steps;
+        std::vector<Eigen::Index> columns;
+        for (Eigen::Index k = first; k <= figures() && k < first + kLanes - 1; ++k) {
+          effects::Run changed{base, start};
+          if (k < figures()) {
+            const Variable& v = variables_[static_cast<std::size_t>(k)];
+            // away from the nearer bound
+            const double step = base[v.figure] + kDifference * v.scale > v.high ? -kDifference : kDifference;
+            changed.figures[v.figure] += step * v.scale;
+            steps.push_back(step);
+            columns.push_back(k);
+          } else {
+            changed.start_Pa += kDifference * kStartScale_Pa;
+            steps.push_back(kDifference);
+            columns.push_back(figures() + static_cast<Eigen::Index>(r));
+          }
+          runs.push_back(changed);
+        }
+        const std::vector<double> readings = run_lanes(record, runs);
+        for (Eigen::Index row = 0; row < rows; ++row) {
+          const double* at = readings.data() + (row + 1) * kLanes;
+          if (first == 0) table(row, n) = at[0] - record.measured_Pa[static_cast<std::size_t>(row) + 1];
+          for (std::size_t k = 0; k < columns.size(); ++k) {
+            table(row, columns[k]) = (at[k + 1] - at[0]) / steps[k];
+          }
+        }
+      }
+      sum.selfadjointView<Eigen::Upper>().rankUpdate(table.transpose());
+    }
+    return sum.selfadjointView<Eigen::Upper>();
+  }
+
+ private:
+  Eigen::Index figures_count() const { return figures(); }
+
+  Vector bounds(double Variable::*side, double start) const {
+    Vector z(size());
+    z.setConstant(start / kStartScale_Pa);
+    for (Eigen::Index i = 0; i < figures(); ++i) {
+      const Variable& v = variables_[static_cast<std::size_t>(i)];
+      z[i] = (v.*side - base_[v.figure]) / v.scale;
+    }
+    return z;
+  }
+
+  /// Over the fitted rows only.
+  std::vector<double> run_lanes(const Record& record, std::span<const effects::Run> runs) const {
+    std::vector<double> readings(record.fitted_rows * static_cast<std::size_t>(kLanes));
+    effects::free_run(scene_.around, record.drive, on_, runs, readings);
+    return readings;
+  }
+
+  static double score(const std::vector<double>& readings, const Record& record) {
+    double sum = 0.0;
+    for (std::size_t row = 1; row < record.fitted_rows; ++row) {
+      const double e = readings[row * kLanes] - record.measured_Pa[row];
+      sum += e * e;
+    }
+    return sum;
+  }
+
+  const Scene& scene_;
+  EffectSet on_;
+  Figures base_;
+  std::vector<double> start_Pa_;
+  std::vector<Variable> variables_;
+};
+
+}  // namespace
+
+Record make_record(const std::string& name, const trace::Log& log, double fitted_share) {
+  const auto rows = static_cast<double>(log.size());
+  return {name,
+          effects::make_drive(log.command_V, log.volume_m3,
+                              {.tick_s = log.period_s, .average_s = log.pressure_average_s, .steps = 4}),
+          log.pressure_Pa, static_cast<std::size_t>(std::lround(rows * fitted_share))};
+}
+
+Scene make_scene(const trace::RigDescription& rig) {
+  Scene scene;
+  scene.around.gas.temperature_K = rig.gas.temperature_K;
+  scene.around.supply_Pa = rig.supply.pressure_Pa;
+  scene.around.ambient_Pa = rig.ambient.pressure_Pa;
+  scene.around.discharge_coefficient = rig.valve.discharge_coefficient;
+  scene.nominal = effects::neutral_figures();
+  scene.nominal[effects::kOpenAbove] = rig.valve.open_above_V;
+  scene.nominal[effects::kExhaustBelow] = rig.valve.exhaust_below_V;
+  scene.nominal[effects::kInletGain] = rig.valve.inlet_area_per_V_m2;
+  scene.nominal[effects::kExhaustGain] = rig.valve.exhaust_area_per_V_m2;
+  scene.nominal[effects::kInletLeak] = rig.valve.inlet_leak_m2;
+  scene.nominal[effects::kExhaustLeak] = rig.valve.exhaust_leak_m2;
+  scene.nominal[effects::kTransition] = rig.valve.transition_m2;
+  scene.noise_Pa = rig.sensor.pressure_noise_Pa;
+  return scene;
+}
+
+std::vector<Variable> variables_of(const Scene& scene, EffectSet on) {
+  const Figures& nominal = scene.nominal;
+  const double gain = 0.5 * (nominal[effects::kInletGain] + nominal[effects::kExhaustGain]);
+  std::vector<Variable> variables{
+      {effects::kOpenAbove, nominal[effects::kOpenAbove] - 1.5, nominal[effects::kOpenAbove] + 1.5, 0.05},
+      {effects::kExhaustBelow, nominal[effects::kExhaustBelow] - 1.5, nominal[effects::kExhaustBelow] + 1.5, 0.05},
+      {effects::kInletGain, 0.1 * gain, 10.0 * gain, 0.1 * gain},
+      {effects::kExhaustGain, 0.1 * gain, 10.0 * gain, 0.1 * gain},
+      {effects::kInletLeak, 0.0, 3.0 * gain, 0.02 * gain},
+      {effects::kExhaustLeak, 0.0, 3.0 * gain, 0.02 * gain},
+      {effects::kTransition, 1e-4 * gain, 3.0 * gain, 0.05 * gain}};
+  for (std::size_t i = 0; i < effects::kEffects; ++i) {
+    if ((on >> i & 1U) == 0) continue;
+    std::size_t at = effects::first_figure(i);
+    for (const effects::Parameter& p : effects::kCatalogue[i]->parameters) {
+      variables.push_back({at++, p.least(), p.greatest(), p.typical_change});
+    }
+  }
+  return variables;
+}
+
+double Fit::rms_Pa() const {
+  return std::sqrt(squares / static_cast<double>(rows));
+}
+double Score::rms_Pa() const {
+  return rows == 0 ? 0.0 : std::sqrt(squares / static_cast<double>(rows));
+}
+
+Fit fit(const Scene& scene, EffectSet on, const Figures& start, const std::vector<double>& start_Pa,
+        const FitOptions& options) {
+  Fit result;
+  result.on = on;
+  std::vector<double> begin = start_Pa;
+  if (begin.empty()) {
+    for (const Record& record : scene.records) begin.push_back(estimate_start(scene, record, on, start));
+  }
+  result.variables = variables_of(scene, on);
+  if (!options.free_valve) {
+    result.variables.erase(result.variables.begin(), result.variables.begin() + effects::kValveFigures);
+  }
+  Figures base = start;
+  for (const Variable& v : result.variables) base[v.figure] = std::clamp(base[v.figure], v.low, v.high);
+  const FreeRunSquares squares(scene, on, base, begin, result.variables);
+  identify::BoxProblem<kDynamic> problem;
+  problem.squares = [&](const Vector& z) { return squares.squares(z); };
+  problem.gram = [&](const Vector& z) { return squares.gram(z); };
+  problem.low = squares.low();
+  problem.high = squares.high();
+  const auto solution = identify::minimise_in_box<kDynamic>(problem, Vector::Zero(squares.size()),
+                                                            options.most_iterations, options.tolerance);
+  result.figures = squares.figures_at(solution.z);
+  for (std::size_t r = 0; r < begin.size(); ++r) result.start_Pa.push_back(squares.start_at(solution.z, r));
+  result.squares = solution.squares;
+  for (const Record& record : scene.records) result.rows += record.fitted_rows - 1;
+  result.gram = squares.gram(solution.z);
+  result.iterations = solution.iterations;
+  result.converged = solution.converged;
+  return result;
+}
+
+std::vector<double> run(const Scene& scene, const Record& record, EffectSet on, const Figures& figures,
+                        double start_Pa) {
+  std::vector<double> lanes(record.rows() * static_cast<std::size_t>(kLanes));
+  const effects::Run one{figures, start_Pa};
+  effects::free_run(scene.around, record.drive, on, {&one, 1}, lanes);
+  std::vector<double> readings(record.rows());
+  for (std::size_t row = 0; row < readings.size(); ++row) readings[row] = lanes[row * kLanes];
+  return readings;
+}
+
+double estimate_start(const Scene& scene, const Record& record, EffectSet on, const Figures& figures) {
+  const auto rows =
+      std::min(record.rows(), static_cast<std::size_t>(kSettling_s / record.drive.timing.tick_s) + 2);
+  std::vector<double> lanes(rows * static_cast<std::size_t>(kLanes));
+  double start = record.measured_Pa.front();
+  constexpr double kStep_Pa = 100.0;
+  for (int pass = 0; pass < 3; ++pass) {
+    const std::array<effects::Run, 2> runs{{{figures, start}, {figures, start + kStep_Pa}}};
+    effects::free_run(scene.around, record.drive, on, runs, lanes);
+    double slope2 = 0.0, slope_error = 0.0;
+    for (std::size_t row = 1; row < rows; ++row) {
+      const double slope = (lanes[row * kLanes + 1] - lanes[row * kLanes]) / kStep_Pa;
+      slope2 += slope * slope;
+      slope_error += slope * (lanes[row * kLanes] - record.measured_Pa[row]);
+    }
+    if (slope2 <= 1e-9) break;
+    start = std::clamp(start - slope_error / slope2, record.measured_Pa.front() - 0.9 * kStartRoom_Pa,
+                       record.measured_Pa.front() + 0.9 * kStartRoom_Pa);
+    start = std::max(start, 2e3);
+  }
+  return start;
+}
+
+Score score(const std::vector<double>& reading_Pa, const Record& record, std::size_t first) {
+  Score s;
+  for (std::size_t row = std::max<std::size_t>(first, 1); row < record.rows(); ++row) {
+    const double e = reading_Pa[row] - record.measured_Pa[row];
+    s.squares += e * e;
+    ++s.rows;
+  }
+  return s;
+}
+
+}  // namespace plenum::host::diagnose

@@ -1,0 +1,93 @@
+// Fits of the chamber with a set of effects to logs, in free run.
+//
+//   minimise  sum over logs and rows of (reading(figures, start; command, volume) - pressure)^2
+//
+// Variables: the seven figures of the valve, the parameters of the effects that are on, and the pressure at each
+// log's first row, which is estimated, never copied from a noisy averaged sample. Each is scaled to be of order one.
+// The Jacobian is by forward differences, seven columns to a free run in eight lanes.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "host-sim/effects/free_run.hpp"
+#include "host-sim/trace/log.hpp"
+#include "host-sim/trace/rig_toml.hpp"
+
+namespace plenum::host::diagnose {
+
+/// A log as a fit sees it: rows 1 .. fitted_rows - 1 are fitted, the rest is held out.
+struct Record {
+  std::string name;
+  effects::Drive drive;
+  std::vector<double> measured_Pa;
+  std::size_t fitted_rows = 0;
+
+  std::size_t rows() const { return measured_Pa.size(); }
+};
+
+/// The logs of one chamber and what its rig says.
+struct Scene {
+  effects::Surroundings around;
+  effects::Figures nominal{};  ///< [valve] as configured, every effect vanished
+  double noise_Pa = 100.0;
+  std::vector<Record> records;
+};
+
+/// `fitted_share` of the rows of `log` are fitted.
+Record make_record(const std::string& name, const trace::Log& log, double fitted_share);
+Scene make_scene(const trace::RigDescription& rig);
+
+/// One variable of a fit: a figure, or the start pressures of all logs (each its own variable, one lane for all).
+struct Variable {
+  std::size_t figure = 0;
+  double low = 0.0, high = 0.0;  ///< of the figure's coordinate
+  double scale = 1.0;
+};
+
+/// The valve's figures, then the parameters of the effects in `on`.
+std::vector<Variable> variables_of(const Scene& scene, effects::EffectSet on);
+
+struct Fit {
+  effects::EffectSet on = 0;
+  effects::Figures figures{};
+  std::vector<double> start_Pa;  ///< a record
+  std::vector<Variable> variables;
+  double squares = 0.0;  ///< [Pa^2]
+  std::size_t rows = 0;
+  /// Gram matrix of [J e] at the end, by scaled variables (figures, then starts).
+  Eigen::MatrixXd gram;
+  int iterations = 0;
+  bool converged = false;
+
+  double rms_Pa() const;
+};
+
+struct FitOptions {
+  int most_iterations = 40;
+  double tolerance = 1e-5;  ///< share of the sum of squares below which a step is not worth it
+  bool free_valve = true;   ///< false: the valve stays as it is in the start
+};
+
+/// From `start`; its start pressures may be empty, and are then taken from the log and refined.
+Fit fit(const Scene& scene, effects::EffectSet on, const effects::Figures& start, const std::vector<double>& start_Pa,
+        const FitOptions& options = {});
+
+/// Readings of a free run over a whole record [Pa].
+std::vector<double> run(const Scene& scene, const Record& record, effects::EffectSet on,
+                        const effects::Figures& figures, double start_Pa);
+
+/// The start pressure that fits the first half second best.
+double estimate_start(const Scene& scene, const Record& record, effects::EffectSet on,
+                      const effects::Figures& figures);
+
+/// Sum of squares and number of the rows that are held out, in `record`, from row `first` on.
+struct Score {
+  double squares = 0.0;
+  std::size_t rows = 0;
+  double rms_Pa() const;
+};
+Score score(const std::vector<double>& reading_Pa, const Record& record, std::size_t first);
+
+}  // namespace plenum::host::diagnose
