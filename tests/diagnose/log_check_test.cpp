@@ -154,6 +154,7 @@ TEST(LogCheck, AcceptsWhatADiagnosisIsToFind) {
   EXPECT_EQ(answer(scaled_pressure(excited(), 1.0, -10e3)), "") << "a bias of -10 kPa";
   EXPECT_EQ(answer(scaled_pressure(excited(), 1.0, 10e3)), "") << "a bias of 10 kPa";
   EXPECT_EQ(answer(scaled_pressure(excited(), 0.95, -5e3)), "") << "gain and bias";
+  EXPECT_EQ(answer(scaled_pressure(recorded({}, fill_and_dump), 0.95, -5e3)), "") << "the same, vented";
   EXPECT_EQ(answer(excited({.supply_Pa = 560e3})), "") << "a supply 20 % low";
   EXPECT_EQ(answer(excited({.supply_Pa = 840e3})), "") << "a supply 20 % high";
   EXPECT_EQ(answer(recorded({.supply_Pa = 560e3}, fill_and_dump)), "") << "rests at a low supply";
@@ -306,19 +307,22 @@ TEST(LogCheck, FindsTooLittleInAShortLog) {
 
 TEST(LogCheck, FindsTooLittleInACommandThatRestsOrOpensNoPort) {
   expect_refusal(3, recorded({}, [](double) { return 6.0; }), {"no excitation", "command_V", "6 V"});
+  expect_refusal(3, recorded({}, [](double t) { return 6.0 + 0.005 * std::sin(t); }),
+                 {"no excitation", "rests at 6 V"});
   expect_refusal(3, recorded({.swing = 0.2}, [](double t) { return 5.0 + 0.07 * std::sin(t); }),
                  {"no excitation", "opens no port", "5.08"});
 }
 
 TEST(LogCheck, FindsTooLittleInAPressureThatDoesNotMove) {
   Log log = excited();
-  Log still = recorded({.start_Pa = 300e3}, [](double) { return 5.0; });
   std::mt19937 random(3);
   for (const double noise_Pa : {0.0, 100.0, 600.0}) {
     for (double& p : log.pressure_Pa)
       p = 300e3 + std::normal_distribution<double>(0.0, 1.0)(random) * noise_Pa;
     expect_refusal(3, log, {"no excitation", "pressure_Pa", "noise"});
   }
+  for (std::size_t i = 0; i < log.size(); ++i) log.pressure_Pa[i] = 300e3 + 200.0 * std::sin(log.time_s[i]);
+  expect_refusal(3, log, {"no excitation", "pressure_Pa", "noise"});
 }
 
 TEST(LogCheck, FindsTooLittleInALogThatIsSaturatedNearlyAllTheTime) {
