@@ -69,6 +69,7 @@ Json to_json(const std::vector<CalibratedFigure>& calibration) {
   for (const CalibratedFigure& of : calibration) {
     Json figure{{"configured", rounded(of.configured)}};
     figure.update(to_json(of.fitted));
+    figure["with_effects"] = rounded(of.with_effects);
     json[of.name] = figure;
   }
   return json;

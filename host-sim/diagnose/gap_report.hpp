@@ -4,6 +4,7 @@
 // with the measured command and volume only. A report is a value; gap_json.hpp writes it as plenum-gap/1.
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -30,11 +31,13 @@ struct Estimate {
   bool at_bound = false;
 };
 
-/// A figure of the rig's [valve] table: as configured, and as fitted.
+/// A figure of the rig's [valve] table: as configured, as fitted without any effect, and as fitted together with
+/// the effects of the model that with_effects_Pa is the error of, which a rig with these effects has.
 struct CalibratedFigure {
   std::string name;  ///< open_above_V, ...
   double configured = 0.0;
   Estimate fitted;
+  double with_effects = std::numeric_limits<double>::quiet_NaN();  ///< not known: NaN
 };
 
 struct NamedEffect {

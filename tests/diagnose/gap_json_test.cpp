@@ -32,7 +32,7 @@ GapReport example() {
   report.equation = Blame{"command", 0.97};
   report.where = {{"command moving, supply port open", 0.71}};
   report.gap_p_value = 0.001;
-  report.calibration = {{"open_above_V", 5.08, {"open_above_V", 5.1, 5.09, 5.11, false}}};
+  report.calibration = {{"open_above_V", 5.08, {"open_above_V", 5.1, 5.09, 5.11, false}, 5.095}};
   report.detectable = {{"chamber_leak", "area_m2", 2.5e-8}};
   report.alias_classes = {{"spool_lag", "dead_time"}};
   return report;
@@ -55,7 +55,7 @@ constexpr const char* kGolden = R"({
   "where": [{"regime": "command moving, supply port open", "share": 0.71}],
   "next_experiment": null,
   "gap_p_value": 0.001,
-  "calibration": {"open_above_V": {"configured": 5.08, "value": 5.1, "ci95": [5.09, 5.11]}},
+  "calibration": {"open_above_V": {"configured": 5.08, "value": 5.1, "ci95": [5.09, 5.11], "with_effects": 5.095}},
   "detectable": [{"id": "chamber_leak", "parameter": "area_m2", "smallest": 2.5e-8}],
   "alias_classes": [["spool_lag", "dead_time"]]
 })";
