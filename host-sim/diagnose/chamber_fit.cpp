@@ -18,7 +18,8 @@ using Gram = identify::BoxGram<kDynamic>;
 
 constexpr double kStartScale_Pa = 1000.0;
 constexpr double kStartRoom_Pa = 60000.0;
-constexpr double kDifference = 1e-4;  // of a scaled variable: its error and that of rounding are both below 1e-4
+constexpr double kDifference =
+    1e-4;  // of a scaled variable: its error and that of rounding are both below 1e-4
 constexpr double kSettling_s = 0.5;
 
 /// The sum of squares over the fitted rows as a function of the scaled variables.
@@ -26,7 +27,11 @@ class FreeRunSquares {
  public:
   FreeRunSquares(const Scene& scene, EffectSet on, const Figures& base, std::vector<double> start_Pa,
                  std::vector<Variable> variables)
-      : scene_(scene), on_(on), base_(base), start_Pa_(std::move(start_Pa)), variables_(std::move(variables)) {}
+      : scene_(scene),
+        on_(on),
+        base_(base),
+        start_Pa_(std::move(start_Pa)),
+        variables_(std::move(variables)) {}
 
   Eigen::Index figures() const { return static_cast<Eigen::Index>(variables_.size()); }
   Eigen::Index size() const { return figures() + static_cast<Eigen::Index>(start_Pa_.size()); }
@@ -165,12 +170,13 @@ Scene make_scene(const trace::RigDescription& rig) {
   return scene;
 }
 
-std::vector<Variable> variables_of(const Scene& scene, EffectSet on) {
+std::vector<Variable> variables_of(const Scene& scene, EffectSet on, EffectSet refined) {
   const Figures& nominal = scene.nominal;
   const double gain = 0.5 * (nominal[effects::kInletGain] + nominal[effects::kExhaustGain]);
   std::vector<Variable> variables{
       {effects::kOpenAbove, nominal[effects::kOpenAbove] - 1.5, nominal[effects::kOpenAbove] + 1.5, 0.05},
-      {effects::kExhaustBelow, nominal[effects::kExhaustBelow] - 1.5, nominal[effects::kExhaustBelow] + 1.5, 0.05},
+      {effects::kExhaustBelow, nominal[effects::kExhaustBelow] - 1.5, nominal[effects::kExhaustBelow] + 1.5,
+       0.05},
       {effects::kInletGain, 0.1 * gain, 10.0 * gain, 0.1 * gain},
       {effects::kExhaustGain, 0.1 * gain, 10.0 * gain, 0.1 * gain},
       {effects::kInletLeak, 0.0, 3.0 * gain, 0.02 * gain},
@@ -180,7 +186,10 @@ std::vector<Variable> variables_of(const Scene& scene, EffectSet on) {
     if ((on >> i & 1U) == 0) continue;
     std::size_t at = effects::first_figure(i);
     for (const effects::Parameter& p : effects::kCatalogue[i]->parameters) {
-      variables.push_back({at++, p.least(), p.greatest(), p.typical_change});
+      if (!p.refines || (refined >> i & 1U) != 0) {
+        variables.push_back({at, p.least(), p.greatest(), p.typical_change});
+      }
+      ++at;
     }
   }
   return variables;
@@ -201,10 +210,8 @@ Fit fit(const Scene& scene, EffectSet on, const Figures& start, const std::vecto
   if (begin.empty()) {
     for (const Record& record : scene.records) begin.push_back(estimate_start(scene, record, on, start));
   }
-  result.variables = variables_of(scene, on);
-  if (!options.free_valve) {
-    result.variables.erase(result.variables.begin(), result.variables.begin() + effects::kValveFigures);
-  }
+  result.refined = options.refined;
+  result.variables = variables_of(scene, on, options.refined);
   Figures base = start;
   for (const Variable& v : result.variables) base[v.figure] = std::clamp(base[v.figure], v.low, v.high);
   const FreeRunSquares squares(scene, on, base, begin, result.variables);

@@ -46,11 +46,12 @@ struct Variable {
   double scale = 1.0;
 };
 
-/// The valve's figures, then the parameters of the effects in `on`.
-std::vector<Variable> variables_of(const Scene& scene, effects::EffectSet on);
+/// The valve's figures, then the parameters of the effects in `on`; those that refine an effect only for `refined`.
+std::vector<Variable> variables_of(const Scene& scene, effects::EffectSet on, effects::EffectSet refined = 0);
 
 struct Fit {
   effects::EffectSet on = 0;
+  effects::EffectSet refined = 0;  ///< of these the refining parameters were free, too
   effects::Figures figures{};
   std::vector<double> start_Pa;  ///< a record
   std::vector<Variable> variables;
@@ -67,12 +68,12 @@ struct Fit {
 struct FitOptions {
   int most_iterations = 40;
   double tolerance = 1e-5;  ///< share of the sum of squares below which a step is not worth it
-  bool free_valve = true;   ///< false: the valve stays as it is in the start
+  effects::EffectSet refined = 0;
 };
 
 /// From `start`; its start pressures may be empty, and are then taken from the log and refined.
-Fit fit(const Scene& scene, effects::EffectSet on, const effects::Figures& start, const std::vector<double>& start_Pa,
-        const FitOptions& options = {});
+Fit fit(const Scene& scene, effects::EffectSet on, const effects::Figures& start,
+        const std::vector<double>& start_Pa, const FitOptions& options = {});
 
 /// Readings of a free run over a whole record [Pa].
 std::vector<double> run(const Scene& scene, const Record& record, effects::EffectSet on,

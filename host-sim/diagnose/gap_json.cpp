@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <cstdlib>
 
 namespace plenum::host::diagnose {
 namespace {
@@ -11,7 +12,7 @@ using Json = nlohmann::ordered_json;
 
 Json rounded(double value) {
   if (!std::isfinite(value)) return nullptr;
-  return std::stod(fmt::format("{:.5g}", value));
+  return std::strtod(fmt::format("{:.5g}", value).c_str(), nullptr);  // unlike stod, takes the tiniest
 }
 
 Json kPa(double pressure_Pa) {

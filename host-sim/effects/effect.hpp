@@ -27,6 +27,7 @@ struct Parameter {
   double vanishes_at = 0.0;     ///< with this value the effect is gone; in a shape parameter: its plain value
   double typical_change = 0.0;  ///< of the coordinate: what a search takes as one step
   Coordinate coordinate = Coordinate::linear;
+  bool refines = false;  ///< a fit frees it only where the effect's other parameters do not suffice
 
   double coordinate_of(double value) const { return coordinate == Coordinate::linear ? value : 1.0 / value; }
   double value_of(double at) const { return coordinate == Coordinate::linear ? at : 1.0 / at; }

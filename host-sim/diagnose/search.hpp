@@ -1,0 +1,60 @@
+// Which set of effects explains the error: every effect alone, then sets by forward, swap and backward steps.
+//
+//   evidence = -N/(2 c) ln(S/N) - k/2 ln(N/c)
+//
+// S sum of squared errors over the fitted rows, N their number, c rows for one independent piece of information in the
+// error, k variables: Schwarz's criterion for a free run, whose errors are correlated. Differences of evidence are
+// logarithms of odds. The held-out rows have a veto: an effect that does not lower their error does not enter. They do
+// not rank, since where the log does not show the valve's figures, chance decides what they predict.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "host-sim/diagnose/chamber_fit.hpp"
+
+namespace plenum::host::diagnose {
+
+/// A record with the row from which its errors count as held out.
+struct HeldOut {
+  Record record;
+  std::size_t first = 1;
+  /// Whether it continues a fitted record (its start is that record's) or begins anew.
+  int continues = -1;
+};
+
+/// What a set of effects achieves.
+struct Trial {
+  effects::EffectSet on = 0;
+  Fit fit;
+  double heldout_squares = 0.0;
+  std::size_t heldout_rows = 0;
+
+  double heldout_Pa() const;
+  bool valid() const;
+  /// `correlated_rows`: c above.
+  double evidence(double correlated_rows) const;
+};
+
+struct Search {
+  Trial recalibrated;
+  std::vector<Trial> alone;  ///< as the catalogue; on = 0 where the effect was struck out
+  Trial best;                ///< recalibrated where no effect is worth its parameters
+  /// For each effect of `best` (in the catalogue's order) the sets with another effect in its place, or none.
+  std::vector<std::vector<Trial>> rivals;
+  double correlated_rows = 1.0;  ///< of the best trial's error
+};
+
+struct SearchOptions {
+  effects::EffectSet struck = 0;
+  unsigned threads = 2;
+  double noise_Pa = 100.0;
+  std::function<void(double share)> progress;
+};
+
+Search search(const Scene& scene, const std::vector<HeldOut>& heldout, const SearchOptions& options);
+
+/// Readings of a trial's model over held-out records.
+std::vector<double> heldout_reading(const Scene& scene, const HeldOut& held, const Fit& fit);
+
+}  // namespace plenum::host::diagnose
