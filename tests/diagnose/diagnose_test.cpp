@@ -1,0 +1,74 @@
+// The diagnosis on recordings whose truth is written by the blind generator, which shares no code with the catalogue.
+#include "host-sim/diagnose/diagnose.hpp"
+
+#include <gtest/gtest.h>
+
+#include "host-sim/blind/blind_case.hpp"
+
+namespace plenum::host::diagnose {
+namespace {
+
+/// The first case of these effects whose gap is above five times the noise after recalibration, as its label says.
+blind::Case clear_case(const std::vector<std::string>& effects, int tier, std::uint64_t seed) {
+  for (;; ++seed) {
+    blind::Case made = blind::make_case(
+        {.effects = effects, .kind = effects.empty() ? "none" : "one", .tier = tier, .seconds = 15.0, .seed = seed});
+    if (effects.empty() ||
+        made.label.at("recalibrated_gap_Pa").get<double>() > 5.0 * made.label.at("noise_floor_Pa").get<double>()) {
+      return made;
+    }
+  }
+}
+
+GapReport diagnosed(const blind::Case& made, const std::vector<std::string>& strike = {}) {
+  DiagnoseOptions options;
+  options.strike = strike;
+  return diagnose({{"log", made.log}}, {{"heldout", made.heldout}}, made.rig, options);
+}
+
+TEST(Diagnose, NamesTheEffectThatTheLabelHolds) {
+  for (const char* effect : {"supply_droop", "spool_lag", "volume_error"}) {
+    const GapReport report = diagnosed(clear_case({effect}, 1, 11));
+    ASSERT_FALSE(report.effects.empty()) << effect << ": " << name_of(report.verdict);
+    EXPECT_EQ(report.effects.front().id, effect);
+    EXPECT_GT(report.effects.front().confidence, 0.8) << effect;
+    EXPECT_GT(report.closed_fraction, 0.5) << effect;
+    EXPECT_LT(report.with_effects_Pa, report.recalibrated_Pa) << effect;
+  }
+}
+
+TEST(Diagnose, NamesNoCauseWhereThereIsNone) {
+  const GapReport report = diagnosed(clear_case({}, 1, 21));
+  EXPECT_EQ(report.verdict, Verdict::calibration);
+  EXPECT_TRUE(report.effects.empty());
+  EXPECT_FALSE(report.equation.has_value());
+}
+
+TEST(Diagnose, NamesTheEquationOfAnEffectThatIsStruckFromTheCatalogue) {
+  const GapReport report = diagnosed(clear_case({"sensor_bias"}, 1, 31), {"sensor_bias"});
+  EXPECT_NE(report.verdict, Verdict::explained);
+  EXPECT_NE(report.verdict, Verdict::calibration);
+  for (const NamedEffect& effect : report.effects) EXPECT_NE(effect.id, "sensor_bias");
+}
+
+TEST(Diagnose, TheSharesOfTheRegimesSumToOne) {
+  const GapReport report = diagnosed(clear_case({"dead_time"}, 1, 41));
+  ASSERT_FALSE(report.where.empty());
+  double sum = 0.0;
+  for (const RegimeShare& one : report.where) sum += one.share;
+  EXPECT_NEAR(sum, 1.0, 0.02);
+}
+
+TEST(Diagnose, RefusesToStrikeWhatTheCatalogueDoesNotHold) {
+  const blind::Case made = blind::make_case({.effects = {}, .kind = "none", .tier = 1, .seconds = 10.0, .seed = 1});
+  try {
+    diagnosed(made, {"friction"});
+    FAIL() << "an unknown effect was struck";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find("friction"), std::string::npos);
+    EXPECT_NE(std::string(error.what()).find("spool_lag"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace plenum::host::diagnose
