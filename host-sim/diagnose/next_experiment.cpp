@@ -261,9 +261,10 @@ double power_of(double distance) {
   return 0.5 * std::erfc(-0.5 * distance / std::numbers::sqrt2);
 }
 
-/// Entropy of the time that the chamber spends in each regime [nat].
+/// Entropy of the time that the chamber spends in each regime, at each fifth of its mean volume [nat].
 double variety(const Scene& scene, const Excitation& excitation, const Rival& rival) {
-  std::map<int, double> rows;
+  const double fifth_m3 = 0.2 * mean_m3(scene.records.front());
+  std::map<std::pair<int, long>, double> rows;
   double all = 0.0;
   for (const Stretch& stretch : excitation.stretches) {
     Scene there = scene;
@@ -272,14 +273,19 @@ double variety(const Scene& scene, const Excitation& excitation, const Rival& ri
     record.drive = stretch.drive;
     record.measured_Pa.resize(stretch.drive.command_V.size());
     const std::vector<double> reading = run(there, record, rival.on, rival.figures, there.around.ambient_Pa);
-    for (const Regime& r : regimes_of(there, rival.figures, stretch.drive, reading)) {
-      rows[static_cast<int>(r.port) * 16 + r.moving * 8 + r.reversed * 4 + r.choked * 2 + r.volume_moving] +=
-          1.0;
+    const std::vector<Regime> regimes = regimes_of(there, rival.figures, stretch.drive, reading);
+    for (std::size_t row = 1; row < regimes.size(); ++row) {
+      const Regime& r = regimes[row];
+      const double volume_m3 =
+          stretch.drive.volume_m3[row * static_cast<std::size_t>(stretch.drive.timing.steps)];
+      const int kind =
+          static_cast<int>(r.port) * 16 + r.moving * 8 + r.reversed * 4 + r.choked * 2 + r.volume_moving;
+      rows[{kind, std::lround(volume_m3 / fifth_m3)}] += 1.0;
       all += 1.0;
     }
   }
   double entropy = 0.0;
-  for (const auto& [regime, count] : rows) entropy -= count / all * std::log(count / all);
+  for (const auto& [place, count] : rows) entropy -= count / all * std::log(count / all);
   return entropy;
 }
 

@@ -40,7 +40,7 @@ struct Rival {
 /// over the noise after the valve's figures and the starts of the one have been fitted to the other (linearised; the
 /// less of both ways round); power is Phi(D/2), the probability that the nearer of the two is the true one, under
 /// noise alone. `separates` names the rivals that are told from another in 19 of 20 cases. One rival, or none: the
-/// input that takes the chamber through the most even variety of regimes; power 0, as nothing is parted. Throws as
+/// input that takes the chamber through the most even variety of regimes and volumes; power 0, as nothing is parted. Throws as
 /// library().
 NextExperiment next_experiment(const Scene& scene, const std::vector<Rival>& rivals);
 

@@ -1,0 +1,133 @@
+#include "host-sim/diagnose/next_experiment.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "host-sim/effects/catalogue.hpp"
+#include "tests/diagnose/chamber_scene.hpp"
+
+namespace plenum::host::diagnose {
+namespace {
+
+using ::testing::AnyOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+Rival rival(const Scene& scene, effects::Id id, std::initializer_list<double> values) {
+  Rival r{std::string(effects::kCatalogue[id]->id), effects::EffectSet{1} << id, scene.nominal};
+  std::size_t at = effects::first_figure(id);
+  std::size_t k = 0;
+  for (const double value : values)
+    r.figures[at++] = effects::kCatalogue[id]->parameters[k++].coordinate_of(value);
+  return r;
+}
+
+TEST(NextExperiment, AVolumeErrorIsPartedFromAChangeOfGainByAnotherVolumeOnly) {
+  const Scene scene = chamber_scene(jumping_V(2000), 0.0);
+  const Rival volume = rival(scene, effects::kIdVolumeError, {20.0});
+  Rival gain{"gain", 0, scene.nominal};
+  for (const auto figure : {effects::kInletGain, effects::kExhaustGain, effects::kInletLeak,
+                            effects::kExhaustLeak, effects::kTransition}) {
+    gain.figures[figure] *= 150.0 / 170.0;
+  }
+  const NextExperiment next = next_experiment(scene, {volume, gain});
+  EXPECT_THAT(next.excitation, AnyOf(HasSubstr("volume"), HasSubstr("moving")));
+  EXPECT_GT(next.power, 0.99);
+  EXPECT_THAT(next.separates, ElementsAre("volume_error", "gain"));
+  EXPECT_THAT(next.why, HasSubstr("volume_error and gain answer alike on this log"));
+  EXPECT_THAT(next.why, HasSubstr("kPa RMS"));
+}
+
+TEST(NextExperiment, TheSameChamberUnderTwoNamesIsPartedByNoInput) {
+  const Scene scene = chamber_scene(jumping_V(1000), 0.0);
+  const Rival one = rival(scene, effects::kIdDeadTime, {0.01});
+  Rival other = one;
+  other.id = "twin";
+  const NextExperiment next = next_experiment(scene, {one, other});
+  EXPECT_NEAR(next.power, 0.5, 1e-6);
+  EXPECT_THAT(next.separates, IsEmpty());
+  EXPECT_THAT(next.why, HasSubstr("within the noise"));
+}
+
+TEST(NextExperiment, MoreNoiseLeavesLessPower) {
+  Scene scene = chamber_scene(jumping_V(1000), 0.0);
+  const std::vector<Rival> rivals{rival(scene, effects::kIdDeadTime, {0.006}),
+                                  rival(scene, effects::kIdSensorLag, {0.006})};
+  scene.noise_Pa = 1e4;
+  const double quiet = next_experiment(scene, rivals).power;
+  scene.noise_Pa = 1e5;
+  const double loud = next_experiment(scene, rivals).power;
+  EXPECT_GE(loud, 0.5);
+  EXPECT_LT(loud, quiet);
+}
+
+TEST(NextExperiment, OfThreeRivalsThePairPartedWorstDecides) {
+  const Scene scene = chamber_scene(jumping_V(1000), 0.0);
+  const Rival lag = rival(scene, effects::kIdSpoolLag, {10.0, 0.8});
+  const Rival leak = rival(scene, effects::kIdChamberLeak, {0.5});
+  Rival twin = leak;
+  twin.id = "twin";
+  const NextExperiment next = next_experiment(scene, {lag, leak, twin});
+  EXPECT_NEAR(next.power, 0.5, 1e-6);
+  EXPECT_THAT(next.why, HasSubstr("chamber_leak and twin"));
+  // the lag is told from both of them all the same
+  EXPECT_THAT(next.separates, ElementsAre("spool_lag", "chamber_leak", "twin"));
+}
+
+TEST(NextExperiment, AnUnexplainedGapIsAnsweredWithVarietyAndNoPower) {
+  const Scene scene = chamber_scene(jumping_V(1000), 0.0);
+  for (const std::vector<Rival>& rivals :
+       {std::vector<Rival>{}, {rival(scene, effects::kIdDeadTime, {0.01})}}) {
+    const NextExperiment next = next_experiment(scene, rivals);
+    EXPECT_EQ(next.power, 0.0);
+    EXPECT_THAT(next.separates, IsEmpty());
+    EXPECT_THAT(next.excitation, HasSubstr("moving"))
+        << "a volume that moves adds to the variety of any input";
+  }
+}
+
+TEST(NextExperiment, WithoutALogThereIsNone) {
+  EXPECT_THROW(next_experiment(make_scene({}), {}), std::invalid_argument);
+}
+
+TEST(Library, InputsAreShortAndStayWithinTheValve) {
+  const Scene scene = chamber_scene(jumping_V(1000), 0.0);
+  for (const Excitation& e : library(scene)) {
+    double seconds = 0.0;
+    for (const Stretch& s : e.stretches) {
+      seconds += static_cast<double>(s.drive.command_V.size()) * s.drive.timing.tick_s;
+      ASSERT_EQ(s.drive.volume_m3.size(), (s.drive.command_V.size() - 1) * 4 + 1) << e.id;
+      const auto [low, high] = std::minmax_element(s.drive.command_V.begin(), s.drive.command_V.end());
+      EXPECT_GE(*low, 0.0) << e.id << " [V]";
+      EXPECT_LE(*high, 10.0) << e.id << " [V]";
+      EXPECT_LT(*low, 4.92) << e.id << " opens the exhaust";
+      EXPECT_GT(*high, 5.08) << e.id << " opens the supply";
+    }
+    EXPECT_GE(seconds, 15.0) << e.id;
+    EXPECT_LE(seconds, 45.0) << e.id;
+  }
+}
+
+TEST(Library, HoldsOfFillAndDumpSealAtTwoPressuresFarApart) {
+  const Scene scene = chamber_scene(jumping_V(1000), 0.0);
+  const Excitation filling = library(scene).front();
+  ASSERT_EQ(filling.id, "fill_and_dump");
+  Record record;
+  record.drive = filling.stretches[0].drive;
+  record.measured_Pa.resize(record.drive.command_V.size());
+  const std::vector<double> reading = run(scene, record, 0, scene.nominal, 101325.0);
+  double low = 1e9, high = 0.0;
+  for (std::size_t row = 1; row < reading.size(); ++row) {
+    if (std::abs(record.drive.command_V[row - 1] - 5.0) > 1e-9) continue;
+    low = std::min(low, reading[row]);
+    high = std::max(high, reading[row]);
+  }
+  EXPECT_GT(high - low, 200000.0) << "[Pa]";
+}
+
+}  // namespace
+}  // namespace plenum::host::diagnose
