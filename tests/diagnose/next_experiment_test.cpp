@@ -53,6 +53,16 @@ TEST(NextExperiment, TheSameChamberUnderTwoNamesIsPartedByNoInput) {
   EXPECT_THAT(next.why, HasSubstr("within the noise"));
 }
 
+TEST(NextExperiment, WhatCalibrationTakesUpPartsNothing) {
+  Scene scene = chamber_scene(jumping_V(1000), 0.0);
+  scene.noise_Pa = 20.0;
+  const Rival one{"one", 0, scene.nominal};
+  Rival other{"other", 0, scene.nominal};
+  other.figures[effects::kInletGain] *= 1.0002;  // small: the calibration is linearised
+  other.figures[effects::kOpenAbove] += 0.0001;
+  EXPECT_LT(next_experiment(scene, {one, other}).power, 0.75);
+}
+
 TEST(NextExperiment, MoreNoiseLeavesLessPower) {
   Scene scene = chamber_scene(jumping_V(1000), 0.0);
   const std::vector<Rival> rivals{rival(scene, effects::kIdDeadTime, {0.006}),
