@@ -348,7 +348,8 @@ class Diagnosis {
     const Fit& fit = search_.recalibrated.fit;
     const Eigen::VectorXd errors = standard_errors(fit, search_.correlated_rows);
     for (std::size_t i = 0; i < effects::kValveFigures; ++i) {
-      report_.calibration.push_back({kValveNames[i], scene_.nominal[i], estimate_of(fit, i, errors)});
+      report_.calibration.push_back(
+          {kValveNames[i], scene_.nominal[i], estimate_of(fit, i, errors), used_->fit.figures[i]});
     }
     // a size of 1.64 + 1.64 standard errors is missed, and seen where there is none, once in twenty
     constexpr double kErrors = 3.29;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <numeric>
 #include <utility>
@@ -54,7 +55,7 @@ double to_hundredths(double value) {
 }
 
 double to_three_digits(double value) {
-  return std::isfinite(value) ? std::stod(fmt::format("{:.3g}", value)) : value;
+  return std::isfinite(value) ? std::strtod(fmt::format("{:.3g}", value).c_str(), nullptr) : value;
 }
 
 LineChart free_run_chart(const identify::Tassa9& model, const trace::Log& log, std::string title,

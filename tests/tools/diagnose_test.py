@@ -1,6 +1,8 @@
-"""`plenum effects` as its user runs it. Called with: the program, the top of the tree, the name of a test case."""
+"""`plenum effects` and `plenum diagnose` as their user runs them. Called with: the program, the top of the tree, the name of a test case."""
 
+import csv
 import json
+import math
 import sys
 import unittest
 
@@ -38,6 +40,128 @@ class Effects(plenum_test.Plenum):
         self.refused(2, "identify", "--rig", "rig.toml", "a.csv", says=["rig.toml", "'spool'", "spool_lag, dead_time"])
         self.write("rig.toml", "[sampling]\nrate_Hz = 100\n[effects.dead_time]\ndelay_s = 1\n")
         self.refused(2, "identify", "--rig", "rig.toml", "a.csv", says=["rig.toml", "delay_s = 1", "0.08"])
+
+
+RIG = "[sampling]\nrate_Hz = 100\n"
+
+
+class Diagnose(plenum_test.Plenum):
+    def simulated(self, *options, seconds=20):
+        """A log of a thin-plate chamber whose volume moves, and its rig."""
+        self.done("sim", "--plant", "thin-plate", "--chambers", 1, "--seconds", seconds, *options, "--out", "logs")
+        return ["--rig", "logs/rig.toml", "logs/chamber-1.csv"]
+
+    def changed(self, name, **columns):
+        """The simulated log with columns put through functions of a number."""
+        rows = self.rows("logs/chamber-1.csv")
+        with open(self.folder / name, "w", newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, rows[0].keys(), lineterminator="\n")
+            writer.writeheader()
+            for row in rows:
+                writer.writerow(row | {column: repr(change(float(row[column]))) for column, change in columns.items()})
+        return name
+
+    def refused_log(self, code, name, *says):
+        self.refused(code, "diagnose", "--rig", "logs/rig.toml", name, "--json", "gap.json", "--report", "gap.html", says=[name, *says])
+
+    def test_a_log_in_a_wrong_unit_is_bad_input(self):
+        self.simulated()
+        self.refused_log(2, self.changed("kPa.csv", pressure_Pa=lambda p: p / 1e3), "pressure_Pa", "kPa")
+        self.refused_log(2, self.changed("bar.csv", pressure_Pa=lambda p: p / 1e5), "pressure_Pa", "bar")
+        self.refused_log(2, self.changed("gauge.csv", pressure_Pa=lambda p: p - 101325), "pressure_Pa", "gauge", "absolute")
+        self.refused_log(2, self.changed("litres.csv", volume_m3=lambda v: 1e3 * v), "volume_m3", "litres")
+        self.refused_log(2, self.changed("millilitres.csv", volume_m3=lambda v: 1e6 * v), "volume_m3", "millilitres")
+        self.refused_log(2, self.changed("percent.csv", command_V=lambda u: 10 * u), "command_V", "per cent")
+        self.refused_log(2, self.changed("unit.csv", command_V=lambda u: u / 10), "command_V", "normalised")
+
+    def test_a_log_of_another_rate_or_with_a_gap_is_bad_input(self):
+        self.simulated()
+        self.refused_log(2, self.changed("slow.csv", time_s=lambda t: 2 * t), "50 Hz", "rate_Hz = 100")
+        self.refused_log(2, self.changed("gap.csv", time_s=lambda t: t + (t > 5)), "row", "time_s")
+        self.refused_log(2, self.changed("nan.csv", pressure_Pa=lambda p: math.nan), "row 1", "pressure_Pa", "finite")
+
+    def test_a_log_that_tells_too_little_cannot_be_diagnosed(self):
+        self.simulated()
+        self.refused_log(3, self.changed("rest.csv", command_V=lambda u: 5.0), "no excitation", "command_V")
+        self.refused_log(3, self.changed("still.csv", pressure_Pa=lambda p: 3e5), "no excitation", "pressure_Pa")
+        self.refused_log(3, self.changed("full.csv", pressure_Pa=lambda p: 7e5 + p / 1e4), "pressure_Pa")
+        self.refused_log(3, self.changed("clipped.csv", pressure_Pa=lambda p: min(p, 3e5)), "saturated", "300000")
+        lines = (self.folder / "logs/chamber-1.csv").read_text().splitlines(keepends=True)
+        self.refused_log(3, self.write("short.csv", "".join(lines[:250])), "too short")
+
+    def test_wrong_usage_is_told_before_any_work(self):
+        self.refused(2, "diagnose", "a.csv", says=["--rig"])
+        self.refused(2, "diagnose", "--rig", "rig.toml", says=["LOG"])
+        self.write("rig.toml", RIG)
+        self.refused(2, "diagnose", "--rig", "rig.toml", "a.csv", says=["a.csv"])
+        self.refused(2, "diagnose", "--rig", "rig.toml", "a.csv", "--strike", "spool", says=["--strike", "'spool'", "spool_lag"])
+        self.refused(2, "diagnose", "--rig", "rig.toml", "a.csv", "--report", "nowhere/gap.html", says=["nowhere"])
+        self.refused(2, "diagnose", "--rig", "rig.toml", "a.csv", "--save-rig", ".", says=["is a folder"])
+
+    def check(self, gap):
+        """The contract: keys in their order, types, ranges."""
+        self.assertEqual(list(gap)[:9], ["schema", "gap_kPa", "closed_fraction", "verdict", "effects", "candidates", "equation",
+                                         "where", "next_experiment"])
+        self.assertEqual(gap["schema"], "plenum-gap/1")
+        self.assertEqual(list(gap["gap_kPa"]), ["as_configured", "recalibrated", "with_effects", "noise_floor"])
+        for value in gap["gap_kPa"].values():
+            self.assertGreaterEqual(value, 0.0)
+        self.assertTrue(0.0 <= gap["closed_fraction"] <= 1.001, gap["closed_fraction"])
+        self.assertIn(gap["verdict"], ["none", "calibration", "explained", "partly_explained", "ambiguous", "unexplained"])
+        for effect in gap["effects"]:
+            self.assertEqual(list(effect)[:6], ["id", "confidence", "gap_without_kPa", "gap_with_kPa", "parameters", "aliases"])
+            self.assertIn(effect["id"], EQUATION)
+            self.assertTrue(0.0 <= effect["confidence"] <= 1.0)
+            for name, of in effect["parameters"].items():
+                self.assertEqual(list(of)[:2], ["value", "ci95"], name)
+                self.assertEqual(len(of["ci95"]), 2)
+        for candidate in gap["candidates"]:
+            self.assertEqual(list(candidate)[:3], ["id", "heldout_kPa", "confidence"])
+        if gap["equation"] is not None:
+            self.assertIn(gap["equation"]["id"], EQUATION.values())
+        self.assertLessEqual(sum(one["share"] for one in gap["where"]), 1.001)
+        if gap["next_experiment"] is not None:
+            self.assertEqual(list(gap["next_experiment"]), ["excitation", "why", "separates", "power"])
+
+    def test_an_effect_of_the_catalogue_is_named_and_its_rig_simulates_again(self):
+        of_log = self.simulated("--effect", "dead_time=0.03")
+        text = self.done("diagnose", *of_log, "--json", "gap.json", "--report", "gap.html", "--save-rig", "found.toml")
+        self.assertLess(len(text.splitlines()), 20)
+        gap = json.loads((self.folder / "gap.json").read_text())
+        self.check(gap)
+        named = gap["effects"][0]
+        self.assertEqual(named["id"], "dead_time", gap["verdict"])
+        self.assertAlmostEqual(named["parameters"]["delay_s"]["value"], 0.03, delta=0.003)
+        self.assertEqual(gap["equation"]["id"], "command")
+        self.assertIn(f"verdict   {gap['verdict']}: ", text)
+        page = (self.folder / "gap.html").read_text(encoding="utf-8")
+        for figure in ["Error left, from configured to floor", "Probability that it is present", "Where the recalibrated model errs",
+                       "Pressure, chamber-1.csv", "Command, chamber-1.csv"]:
+            self.assertIn(f"<figure><h3>{figure}", page)
+        self.assertNotRegex(page, r"<(script|link|img)[^>]+(src|href)=.?https?:", "the page needs no network")
+        self.assertIn("[effects.dead_time]", (self.folder / "found.toml").read_text())
+        self.done("sim", "--plant", "thin-plate", "--rig", "found.toml", "--chambers", 1, "--seconds", 5, "--out", "again")
+        self.done("identify", "--rig", "found.toml", "logs/chamber-1.csv")
+
+    def test_a_chamber_without_an_effect_has_none_named_and_json_alone_goes_to_standard_output(self):
+        of_log = self.simulated()
+        gap = json.loads(self.done("diagnose", *of_log, "--json", "-"))
+        self.check(gap)
+        self.assertEqual(gap["effects"], [])
+
+    def test_an_effect_that_is_struck_is_not_named(self):
+        of_log = self.simulated("--effect", "dead_time=0.03")
+        gap = json.loads(self.done("diagnose", *of_log, "--strike", "dead_time", "--json", "-"))
+        self.check(gap)
+        self.assertNotIn("dead_time", [one["id"] for one in gap["effects"] + gap["candidates"]])
+
+    def test_errors_are_told_on_the_logs_held_out(self):
+        of_log = self.simulated("--effect", "dead_time=0.03")
+        self.done("sim", "--plant", "thin-plate", "--chambers", 1, "--seconds", 10, "--seed", 2, "--effect", "dead_time=0.03", "--out", "held")
+        whole = json.loads(self.done("diagnose", *of_log, "--heldout", "held/chamber-1.csv", "--json", "-"))
+        self.check(whole)
+        self.assertEqual(whole["effects"][0]["id"], "dead_time")
+        self.refused(2, "diagnose", *of_log, "--heldout", self.changed("kPa.csv", pressure_Pa=lambda p: p / 1e3), says=["kPa.csv", "kPa"])
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ import unittest
 from pathlib import Path
 
 PROGRAM = TOP = None
-COMMANDS = ["demo", "sim", "capture", "identify", "effects", "upload", "download", "regulate"]
+COMMANDS = ["demo", "sim", "capture", "identify", "diagnose", "effects", "upload", "download", "regulate"]
 SMALL = ["--chambers", "2"]
 
 

@@ -1,0 +1,184 @@
+#include "host-sim/diagnose/diagnose.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <functional>
+#include <memory>
+#include <utility>
+
+#include "host-sim/diagnose/gap_json.hpp"
+#include "host-sim/diagnose/log_check.hpp"
+#include "host-sim/tools/command.hpp"
+#include "host-sim/tools/diagnose_report.hpp"
+#include "host-sim/tools/effects.hpp"
+#include "host-sim/tools/gap_text.hpp"
+#include "host-sim/tools/log_input.hpp"
+#include "host-sim/tools/output.hpp"
+
+namespace plenum::host::tools {
+namespace {
+
+using diagnose::Estimate;
+using diagnose::GapReport;
+using diagnose::NamedEffect;
+using Valve = trace::RigDescription::Valve;
+
+struct Options {
+  LogInput input;
+  std::vector<std::string> logs;
+  std::vector<std::string> heldout;
+  std::vector<std::string> strike;
+  std::string report;
+  std::string save_rig;
+  Output output;
+};
+
+/// The error from zero to as configured, in characters: what is noise, what is left, what effects and what
+/// calibration close.
+std::string gap_bar(const GapReport& report) {
+  constexpr double kCharacters = 60.0;
+  const std::array<std::pair<double, char>, 4> parts{{{report.noise_floor_Pa, '#'},
+                                                      {report.with_effects_Pa, '='},
+                                                      {report.recalibrated_Pa, '+'},
+                                                      {report.as_configured_Pa, '.'}}};
+  double full_Pa = 0.0;
+  for (const auto& [to_Pa, mark] : parts) full_Pa = std::max(full_Pa, to_Pa);
+  std::string bar;
+  for (const auto& [to_Pa, mark] : parts) {
+    const auto to = full_Pa > 0.0 ? static_cast<std::size_t>(std::lround(kCharacters * to_Pa / full_Pa)) : 0;
+    if (to > bar.size()) bar.append(to - bar.size(), mark);
+  }
+  return bar;
+}
+
+std::string parameters_text(const NamedEffect& effect) {
+  std::string text;
+  for (const Estimate& one : effect.parameters) text += (text.empty() ? "" : ", ") + text_of(one);
+  return text;
+}
+
+void print_report(const Output& output, const GapReport& report) {
+  constexpr std::size_t kRegimes = 3;
+  output.print("gap       [{}]\n", gap_bar(report));
+  output.print("          as configured {}, recalibrated {}, with effects {}, noise {}\n",
+               kPa_text(report.as_configured_Pa), kPa_text(report.recalibrated_Pa),
+               kPa_text(report.with_effects_Pa), kPa_text(report.noise_floor_Pa));
+  output.print("          (. closed by calibration, + by effects; = left, # noise)\n");
+  output.print("verdict   {}: {}\n", name_of(report.verdict), verdict_sentence(report));
+  const char* title = "effects";
+  for (const NamedEffect& one : report.effects) {
+    output.print("{:<9} {} {}: {}{}\n", title, one.id, percent(one.confidence), parameters_text(one),
+                 one.aliases.empty() ? "" : "; not told from " + listed(one.aliases, "and"));
+    title = "";
+  }
+  if (report.equation) {
+    output.print("equation  {} {}\n", report.equation->equation, percent(report.equation->confidence));
+  }
+  std::string where;
+  for (std::size_t i = 0; i < std::min(kRegimes, report.where.size()); ++i) {
+    where += fmt::format("{}{} {}", where.empty() ? "" : "; ", percent(report.where[i].share),
+                         report.where[i].regime);
+  }
+  if (!where.empty()) output.print("where     {}\n", where);
+  std::string alike;
+  for (const auto& of : report.alias_classes) alike += (alike.empty() ? "" : "; ") + listed(of, "and");
+  if (!alike.empty())
+    output.print("alike     {}: this excitation tells none of them from the other\n", alike);
+  if (report.next) output.print("next      {}\n", next_text(report));
+}
+
+constexpr std::array<std::pair<const char*, double Valve::*>, 7> kFitted{
+    {{"open_above_V", &Valve::open_above_V},
+     {"exhaust_below_V", &Valve::exhaust_below_V},
+     {"inlet_area_per_V_m2", &Valve::inlet_area_per_V_m2},
+     {"exhaust_area_per_V_m2", &Valve::exhaust_area_per_V_m2},
+     {"inlet_leak_m2", &Valve::inlet_leak_m2},
+     {"exhaust_leak_m2", &Valve::exhaust_leak_m2},
+     {"transition_m2", &Valve::transition_m2}}};
+
+double to_six_digits(double value) {
+  return std::strtod(fmt::format("{:.6g}", value).c_str(), nullptr);
+}
+
+/// The rig as the diagnosis has found it.
+trace::RigDescription found_rig(trace::RigDescription rig, const GapReport& report) {
+  for (const auto& [name, figure] : kFitted) {
+    const auto of = std::find_if(report.calibration.begin(), report.calibration.end(),
+                                 [&name = name](const auto& one) { return one.name == name; });
+    if (of == report.calibration.end()) continue;
+    rig.valve.*figure = to_six_digits(report.effects.empty() ? of->fitted.value : of->with_effects);
+  }
+  for (const NamedEffect& one : effects_in_model(report)) {
+    auto& figures = rig.effects[one.id];
+    for (const Estimate& parameter : one.parameters) {
+      if (std::isfinite(parameter.value)) figures[parameter.name] = to_six_digits(parameter.value);
+    }
+  }
+  return rig;
+}
+
+int run(const Options& options) {
+  if (!options.input.has_rig() && !options.input.of_ventilator()) {
+    throw std::invalid_argument("--rig is missing, expected the RIG.toml that the logs are of");
+  }
+  for (const std::string& id : options.strike) effect_of(id, "--strike");
+  for (const std::string& file : {options.report, options.save_rig}) {
+    if (!file.empty()) require_writable(file);
+  }
+  const trace::RigDescription rig = options.input.rig();
+  const auto logs = options.input.read(options.logs, rig);
+  const auto heldout = options.input.read(options.heldout, rig);
+  diagnose::require_diagnosable(logs, rig);
+  if (!heldout.empty()) diagnose::require_units(heldout, rig);
+
+  GapReport report;
+  {
+    Progress progress("diagnosing");
+    diagnose::DiagnoseOptions how;
+    how.progress = std::ref(progress);
+    how.strike = options.strike;
+    report = diagnose::diagnose(logs, heldout, rig, how);
+  }
+  print_report(options.output, report);
+  if (!options.save_rig.empty()) {
+    trace::write_rig(options.save_rig, found_rig(rig, report));
+    options.output.print("rig: {}\n", options.save_rig);
+  }
+  if (!options.report.empty()) {
+    diagnose_page(report).write(options.report);
+    options.output.print("report: {}\n", options.report);
+  }
+  options.output.finish(diagnose::to_json(report));
+  return kDone;
+}
+
+}  // namespace
+
+Command add_diagnose(CLI::App& program) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* app = program.add_subcommand(
+      "diagnose",
+      "Say where a simulated and a measured chamber part, which effect is missing, and how far it helps");
+  app->add_option("LOG", options->logs, "Logs of one chamber")->type_name("LOG.csv")->required();
+  options->input.add_to(
+      *app, "What is known of the rig: where calibration starts (needed, but for ventilator runs)");
+  app->add_option("--heldout", options->heldout,
+                  "Logs that errors are told on (default: the last 40 % of each LOG)")
+      ->type_name("HELD.csv")
+      ->allow_extra_args(false);
+  app->add_option("--strike", options->strike, "Leave this effect out of the catalogue; repeatable")
+      ->type_name("ID")
+      ->allow_extra_args(false);
+  app->add_option("--report", options->report, "Page to write (default: none)")->type_name("FILE.html");
+  app->add_option("--save-rig", options->save_rig,
+                  "Write the rig with its valve as fitted and the effects found (default: do not)")
+      ->type_name("OUT.toml");
+  options->output.add_to(*app);
+  app->footer(
+      example("  plenum diagnose --rig logs/rig.toml logs/chamber-1.csv --json gap.json --report gap.html"));
+  return {app, [options] { return run(*options); }};
+}
+
+}  // namespace plenum::host::tools

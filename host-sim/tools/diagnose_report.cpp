@@ -1,0 +1,403 @@
+#include "host-sim/tools/diagnose_report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "host-sim/effects/catalogue.hpp"
+#include "host-sim/tools/gap_text.hpp"
+#include "host-sim/tools/model_charts.hpp"
+
+namespace plenum::host::tools {
+namespace {
+
+using diagnose::CalibratedFigure;
+using diagnose::Candidate;
+using diagnose::ErrorMap;
+using diagnose::Estimate;
+using diagnose::GapReport;
+using diagnose::NamedEffect;
+using diagnose::Trace;
+using diagnose::Verdict;
+using report::BarChart;
+using report::Curve;
+using report::HeatMap;
+using report::Ink;
+using report::LineChart;
+using report::Mark;
+using report::Page;
+using report::Section;
+using report::Stroke;
+using report::Table;
+
+double in_kPa(double pressure_Pa) {
+  return to_three_digits(1e-3 * pressure_Pa);
+}
+
+double in_percent(double share) {
+  return std::isfinite(share) ? std::round(1000.0 * share) / 10.0 : share;
+}
+
+/// "spool_lag: the valve's spool follows the command late"
+std::string meaning_of(const std::string& id) {
+  const auto found = effects::find(id);
+  return found ? fmt::format("{}: {}", id, effects::kCatalogue[*found]->summary) : id;
+}
+
+std::string title_of(const GapReport& report) {
+  if (report.traces.empty()) return "Simulated against measured";
+  return report.traces.size() == 1 ? fmt::format("Simulated against measured: {}", report.traces.front().name)
+                                   : fmt::format("Simulated against measured: {} logs", report.traces.size());
+}
+
+void add_tiles(Page& page, const GapReport& report) {
+  page.tiles(
+      {{"As configured", in_kPa(report.as_configured_Pa), "kPa", {}, "figures of the data sheet"},
+       {"Recalibrated", in_kPa(report.recalibrated_Pa), "kPa", {}, "valve's figures fitted, no effect"},
+       {"With effects", in_kPa(report.with_effects_Pa), "kPa", {}, "what is named below, added"},
+       {"Noise floor", in_kPa(report.noise_floor_Pa), "kPa", {}, "no model does better"},
+       {"Closed", in_percent(report.closed_fraction), "%", {}, "of what was above the floor"}});
+}
+
+// ---- how far
+
+/// The error left as calibration and then each effect is added. Shares of the squared error do not depend on the order.
+void add_gap(Page& page, const GapReport& report) {
+  std::vector<std::string> steps{"as configured", "recalibrated"};
+  std::vector<double> left_kPa{in_kPa(report.as_configured_Pa), in_kPa(report.recalibrated_Pa)};
+  const std::vector<NamedEffect> added = effects_in_model(report);
+  const double before = report.recalibrated_Pa * report.recalibrated_Pa;
+  const double closed = before - report.with_effects_Pa * report.with_effects_Pa;
+  double share = 0.0;
+  for (std::size_t i = 0; i < added.size(); ++i) {
+    share += added[i].share;
+    const bool last = i + 1 == added.size();
+    steps.push_back("with " + added[i].id);
+    left_kPa.push_back(
+        in_kPa(last ? report.with_effects_Pa : std::sqrt(std::max(before - share * closed, 0.0))));
+  }
+  steps.push_back("noise floor");
+  left_kPa.push_back(in_kPa(report.noise_floor_Pa));
+  page.section("The gap")
+      .paragraph(
+          "The model runs free: it starts from the first row of a log, is fed with the measured command and "
+          "volume, and "
+          "never sees the measured pressure again. The bars are its error on rows that no fit has seen. From "
+          "the top: with "
+          "the rig's figures as they are, with the valve's figures fitted, with each effect added; at the "
+          "bottom, what "
+          "noise alone makes.")
+      .chart(BarChart{.title = "Error left, from configured to floor",
+                      .categories = steps,
+                      .value = {.quantity = "RMS error", .unit = "kPa", .min = 0.0},
+                      .series = {{"RMS error", left_kPa}}});
+}
+
+// ---- which
+
+std::vector<std::string> rivals_of(const GapReport& report) {
+  std::vector<std::string> rivals;
+  for (const NamedEffect& one : report.effects) rivals.push_back(one.id);
+  return rivals;
+}
+
+Table effects_table(const GapReport& report) {
+  Table table{.caption = "Effects named",
+              .columns = {"Effect", "Confidence [%]", "Share of what closes [%]", "Error without [kPa]",
+                          "with [kPa]", "Not told from"},
+              .rows = {}};
+  for (const NamedEffect& one : report.effects) {
+    table.rows.push_back({one.id, in_percent(one.confidence), in_percent(one.share),
+                          in_kPa(one.gap_without_Pa), in_kPa(one.gap_with_Pa),
+                          one.aliases.empty() ? std::string("none") : listed(one.aliases, "and")});
+  }
+  return table;
+}
+
+Table parameter_table(const GapReport& report) {
+  Table table{.caption = "Parameters of the effects named",
+              .columns = {"Effect", "Parameter", "Value", "95 % interval", ""},
+              .rows = {}};
+  for (const NamedEffect& one : report.effects) {
+    for (const Estimate& of : one.parameters) {
+      table.rows.push_back({one.id, of.name, to_three_digits(of.value), interval_text(of),
+                            std::string(of.at_bound ? "at its bound" : "")});
+    }
+  }
+  return table;
+}
+
+void add_ranking(Section& section, const GapReport& report) {
+  if (report.candidates.empty()) return;
+  std::vector<std::string> ids;
+  std::vector<double> confidence_percent;
+  std::vector<double> left_kPa;
+  for (const Candidate& one : report.candidates) {
+    ids.push_back(one.id);
+    confidence_percent.push_back(in_percent(one.confidence));
+    left_kPa.push_back(in_kPa(one.heldout_Pa));
+  }
+  section.paragraph(
+      "Every effect of the catalogue was fitted alone, together with the valve's figures. Left: the "
+      "probability that "
+      "it is present. Right: the error that it leaves. A small error does not make a cause: an effect with "
+      "more freedom "
+      "fits almost anything a little, and an alias fits as well as the truth.");
+  section.row({BarChart{.title = "Probability that it is present",
+                        .categories = ids,
+                        .value = {.quantity = "Confidence", .unit = "%", .min = 0.0, .max = 100.0},
+                        .series = {{"confidence", confidence_percent}}},
+               BarChart{.title = "Error left by each effect alone",
+                        .caption = fmt::format("RMS, held out; recalibrated, without any effect: {}.",
+                                               kPa_text(report.recalibrated_Pa)),
+                        .categories = ids,
+                        .value = {.quantity = "RMS error", .unit = "kPa", .min = 0.0},
+                        .series = {{"RMS error", left_kPa}}}});
+}
+
+void add_cause(Page& page, const GapReport& report) {
+  Section& section = page.section("The cause");
+  switch (report.verdict) {
+    case Verdict::none:
+      section.paragraph("There is no gap beyond noise, and so no cause to look for.");
+      break;
+    case Verdict::calibration:
+      section.paragraph(
+          "The valve's figures, fitted, account for all of it. Effects that act just as one of these figures "
+          "does, such "
+          "as a volume error at fixed volume, are among what calibration takes up.");
+      break;
+    case Verdict::unexplained:
+      section.note(
+          "No effect of the catalogue, nor a set of them, closes the gap. None is named: look at where the "
+          "model errs, and "
+          "at the disturbance over time, for a cause that the catalogue does not have.");
+      break;
+    case Verdict::ambiguous:
+      section.note(
+          fmt::format("{} fit alike. They are rivals, not a sum: which one it is takes another experiment.",
+                      listed(rivals_of(report), "and")));
+      break;
+    case Verdict::explained:
+      section.paragraph(
+          "With what is named here the error comes down to where it cannot be told from noise.");
+      break;
+    case Verdict::partly_explained:
+      section.note(
+          "What is named here is present, but does not close the gap: a rest beyond noise has another cause, "
+          "which the "
+          "catalogue may not have.");
+      break;
+  }
+  if (!report.effects.empty()) {
+    std::vector<std::string> meanings;
+    for (const NamedEffect& one : report.effects) meanings.push_back(meaning_of(one.id));
+    section.list(meanings).table(effects_table(report));
+    const Table parameters = parameter_table(report);
+    if (!parameters.rows.empty()) section.table(parameters);
+  }
+  if (report.verdict != Verdict::none) add_ranking(section, report);
+}
+
+// ---- where
+
+/// Rows from the top: the highest pressure first.
+HeatMap error_map(const ErrorMap& map, const std::vector<std::vector<double>>& rms_Pa, double greatest_kPa,
+                  std::string title) {
+  HeatMap heat{.title = std::move(title),
+               .row_quantity = "Ratio",
+               .rows = {},
+               .column_quantity = "Command (V)",
+               .columns = {},
+               .value = {.quantity = "RMS error", .unit = "kPa", .min = 0.0, .max = greatest_kPa},
+               .values = {}};
+  for (const double command_V : map.command_V) heat.columns.push_back(fmt::format("{:.3g}", command_V));
+  for (std::size_t row = map.pressure_ratio.size(); row-- > 0;) {
+    heat.rows.push_back(fmt::format("{:.2g}", map.pressure_ratio[row]));
+    heat.values.push_back(scaled(rms_Pa[row], 1e-3));
+  }
+  return heat;
+}
+
+void add_where(Page& page, const GapReport& report) {
+  Section& section = page.section("Where");
+  if (report.equation) {
+    section.paragraph(
+        fmt::format("Found before any cause was named: a disturbance of the equation '{}' explains the "
+                    "recalibrated model's error "
+                    "best (confidence {}).",
+                    report.equation->equation, percent(report.equation->confidence)));
+  }
+  if (!report.where.empty()) {
+    BarChart bars{.title = "Where the recalibrated model errs",
+                  .caption = "Share of its squared error.",
+                  .categories = {},
+                  .value = {.quantity = "Share", .unit = "%", .min = 0.0},
+                  .series = {{"share", {}}}};
+    for (const auto& one : report.where) {
+      bars.categories.push_back(one.regime);
+      bars.series.front().values.push_back(in_percent(one.share));
+    }
+    section.chart(bars);
+  }
+  const ErrorMap& map = report.map;
+  double greatest_kPa = 0.0;
+  for (const auto& row : map.rms_Pa) {
+    for (const double rms_Pa : row)
+      greatest_kPa = std::max(greatest_kPa, std::isfinite(rms_Pa) ? in_kPa(rms_Pa) : 0.0);
+  }
+  if (greatest_kPa <= 0.0) return;
+  if (report.effects.empty()) {
+    section.paragraph(
+        "The error over the command and the pressure ratio (p - ambient)/(supply - ambient); cells that the "
+        "logs never "
+        "visit are empty.");
+    section.chart(error_map(map, map.rms_Pa, greatest_kPa, "Error of the recalibrated model"));
+    return;
+  }
+  section.paragraph(
+      "The error over the command and the pressure ratio (p - ambient)/(supply - ambient), on one scale "
+      "before and after; "
+      "cells that the logs never visit are empty.");
+  section.row({error_map(map, map.rms_Pa, greatest_kPa, "Before: recalibrated"),
+               error_map(map, map.closed_Pa, greatest_kPa, "After: with the effects named")});
+}
+
+// ---- over time
+
+Curve error_curve(const std::string& name, const Trace& trace, const std::vector<double>& model_Pa) {
+  Curve curve{name, trace.time_s, {}};
+  for (std::size_t i = 0; i < model_Pa.size(); ++i) {
+    curve.y.push_back(1e-3 * (model_Pa[i] - trace.measured_Pa[i]));
+  }
+  return curve;
+}
+
+/// To the end of the last tick.
+report::Axis time_axis(const Trace& trace) {
+  const double first_s = trace.time_s.front();
+  const double last_s = trace.time_s.back();
+  const double tick_s = (last_s - first_s) / static_cast<double>(trace.time_s.size() - 1);
+  return {.quantity = "Time", .unit = "s", .min = first_s, .max = std::round(1e4 * (last_s + tick_s)) / 1e4};
+}
+
+void add_trace(Page& page, const GapReport& report, const Trace& trace) {
+  const bool closed = !report.effects.empty();
+  std::vector<Mark> heldout;
+  std::string caption = "Fitted throughout.";
+  if (trace.heldout_from < trace.time_s.size()) {
+    caption = trace.heldout_from == 0 ? "Held out: no fit has seen it."
+                                      : "Right of the mark: held out, no fit has seen it.";
+    if (trace.heldout_from > 0) heldout = {{Mark::On::kX, trace.time_s[trace.heldout_from], "held out"}};
+  }
+  LineChart pressure{
+      .title = fmt::format("Pressure, {}", trace.name),
+      .caption = caption,
+      .x = time_axis(trace),
+      .y = {"Pressure", "kPa"},
+      .curves = {{"measured", trace.time_s, scaled(trace.measured_Pa, 1e-3), Stroke::kSolid, Ink::kNeutral},
+                 {"as configured", trace.time_s, scaled(trace.as_configured_Pa, 1e-3), Stroke::kSolid,
+                  Ink::kFaint},
+                 {"recalibrated", trace.time_s, scaled(trace.recalibrated_Pa, 1e-3)}},
+      .marks = heldout,
+      .group = trace.name};
+  LineChart error{.title = fmt::format("Error, {}", trace.name),
+                  .caption = "Model minus measured.",
+                  .x = time_axis(trace),
+                  .y = {"Error", "kPa"},
+                  .curves = {error_curve("recalibrated", trace, trace.recalibrated_Pa)},
+                  .marks = heldout,
+                  .group = trace.name};
+  if (closed) {
+    pressure.curves.push_back({"with effects", trace.time_s, scaled(trace.with_effects_Pa, 1e-3)});
+    error.curves.push_back(error_curve("with effects", trace, trace.with_effects_Pa));
+  }
+  Section& section = page.section(fmt::format("Measured against model: {}", trace.name));
+  section.chart(pressure).chart(error).chart(
+      LineChart{.title = fmt::format("Command, {}", trace.name),
+                .x = time_axis(trace),
+                .y = {"Command", "V"},
+                .curves = {{"command", trace.time_s, trace.command_V, Stroke::kSteps}},
+                .group = trace.name});
+  if (!trace.disturbance_kg_s.empty()) {
+    section.chart(LineChart{
+        .title = fmt::format("Disturbance, {}", trace.name),
+        .caption = "The flow that, added to the chamber, would make the recalibrated model follow the "
+                   "measurement: what is missing, before it has a name.",
+        .x = time_axis(trace),
+        .y = {"Flow", "g/s"},
+        .curves = {{"disturbance", trace.time_s, scaled(trace.disturbance_kg_s, 1e3)}},
+        .group = trace.name});
+  }
+}
+
+// ---- calibration, and what the logs cannot tell
+
+void add_calibration(Page& page, const GapReport& report) {
+  if (report.calibration.empty()) return;
+  const bool closed = !report.effects.empty();
+  Table table{.caption = "Figures of the valve",
+              .columns = {"Figure", "Configured", "Recalibrated", "95 % interval", "Change [%]"},
+              .rows = {}};
+  if (closed) table.columns.push_back("With the effects named");
+  for (const CalibratedFigure& one : report.calibration) {
+    const double change = 100.0 * (one.fitted.value / one.configured - 1.0);
+    table.rows.push_back({one.name, one.configured, to_three_digits(one.fitted.value),
+                          interval_text(one.fitted) + (one.fitted.at_bound ? ", at its bound" : ""),
+                          to_three_digits(change)});
+    if (closed) table.rows.back().emplace_back(to_three_digits(one.with_effects));
+  }
+  Section& section = page.section("Calibration");
+  section.paragraph(
+      "The figures that calibration may change. One whose interval is wide, or that ends at its bound, is "
+      "not shown by "
+      "these logs.");
+  if (closed) {
+    section.paragraph(
+        "Without the effects named, these figures bend to make up for them: the last column is what the "
+        "valve has once "
+        "they are in the model.");
+  }
+  section.table(table);
+}
+
+void add_limits(Page& page, const GapReport& report) {
+  Section& section = page.section("What these logs can and cannot tell");
+  if (report.next) section.note(fmt::format("Next experiment: {}", next_text(report)));
+  if (report.alias_classes.empty()) {
+    section.paragraph("This excitation can tell every effect of the catalogue from every other.");
+  } else {
+    std::vector<std::string> classes;
+    for (const auto& of : report.alias_classes) classes.push_back(listed(of, "and"));
+    section.paragraph("By this excitation alone, whatever the chamber, these cannot be told from each other:")
+        .list(classes);
+  }
+  if (report.detectable.empty()) return;
+  Table table{.caption = "Size at which each effect would just have shown (5 % false alarms, 95 % power)",
+              .columns = {"Effect", "Parameter", "Just shown at"},
+              .rows = {}};
+  for (const auto& one : report.detectable) {
+    table.rows.push_back({one.id, one.parameter, to_three_digits(one.smallest)});
+  }
+  section.paragraph("An effect that is not named may still be there, but weaker than this:").table(table);
+}
+
+}  // namespace
+
+Page diagnose_page(const GapReport& report) {
+  Page page(title_of(report));
+  page.lead(verdict_sentence(report));
+  add_tiles(page, report);
+  add_gap(page, report);
+  add_cause(page, report);
+  add_where(page, report);
+  for (const Trace& trace : report.traces) add_trace(page, report, trace);
+  add_calibration(page, report);
+  add_limits(page, report);
+  return page;
+}
+
+}  // namespace plenum::host::tools

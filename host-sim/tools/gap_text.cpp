@@ -1,0 +1,117 @@
+#include "host-sim/tools/gap_text.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace plenum::host::tools {
+namespace {
+
+using diagnose::Estimate;
+using diagnose::GapReport;
+using diagnose::NamedEffect;
+using diagnose::Verdict;
+
+std::string number_text(double value) {
+  return std::isfinite(value) ? fmt::format("{:.4g}", value) : std::string("-");
+}
+
+std::vector<std::string> ids_of(const std::vector<NamedEffect>& effects) {
+  std::vector<std::string> ids;
+  for (const NamedEffect& one : effects) ids.push_back(one.id);
+  return ids;
+}
+
+}  // namespace
+
+std::string percent(double share) {
+  if (!std::isfinite(share)) return "-";
+  const double value = 100.0 * share;
+  return value > 0.0 && value < 1.0 ? std::string("< 1 %") : fmt::format("{:.0f} %", value);
+}
+
+std::string kPa_text(double pressure_Pa) {
+  return fmt::format("{:.3g} kPa", 1e-3 * pressure_Pa);
+}
+
+std::string listed(const std::vector<std::string>& names, std::string_view conjunction) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (i > 0) text += i + 1 == names.size() ? fmt::format(" {} ", conjunction) : ", ";
+    text += names[i];
+  }
+  return text;
+}
+
+std::string interval_text(const Estimate& of) {
+  return fmt::format("{} to {}", number_text(of.low95), number_text(of.high95));
+}
+
+std::string text_of(const Estimate& of) {
+  return fmt::format("{} {} ({}{})", of.name, number_text(of.value), interval_text(of),
+                     of.at_bound ? ", at its bound" : "");
+}
+
+std::string verdict_sentence(const GapReport& report) {
+  const std::string recalibrated = kPa_text(report.recalibrated_Pa);
+  const std::string with_effects = kPa_text(report.with_effects_Pa);
+  const std::vector<std::string> ids = ids_of(report.effects);
+  const bool several = ids.size() > 1;
+  const std::string closed = percent(report.closed_fraction);
+  switch (report.verdict) {
+    case Verdict::none:
+      return fmt::format(
+          "No gap: as configured the model errs by {} in free run, where noise alone makes {}.",
+          kPa_text(report.as_configured_Pa), kPa_text(report.noise_floor_Pa));
+    case Verdict::calibration:
+      return fmt::format(
+          "Calibration closes the gap: with the valve's figures fitted the model errs by {} instead of {}; "
+          "no "
+          "effect is missing.",
+          recalibrated, kPa_text(report.as_configured_Pa));
+    case Verdict::explained:
+      return fmt::format(
+          "{} {} the gap: with {} the model errs by {} instead of {}, which closes {} of what could be "
+          "closed.",
+          listed(ids, "and"), several ? "explain" : "explains", several ? "them" : "it", with_effects,
+          recalibrated, closed);
+    case Verdict::partly_explained:
+      return fmt::format(
+          "{} {} part of the gap: with {} the model errs by {} instead of {}, which closes {}; a rest beyond "
+          "noise stays unexplained.",
+          listed(ids, "and"), several ? "explain" : "explains", several ? "them" : "it", with_effects,
+          recalibrated, closed);
+    case Verdict::ambiguous:
+      return fmt::format(
+          "{}: these logs cannot tell which; the model errs by {} with the likeliest, {} without.",
+          listed(ids, "or"), with_effects, recalibrated);
+    case Verdict::unexplained:
+      break;
+  }
+  return fmt::format("A gap of {} that no effect of the catalogue closes; noise alone makes {}.",
+                     recalibrated, kPa_text(report.noise_floor_Pa));
+}
+
+std::string next_text(const GapReport& report) {
+  if (!report.next) return "";
+  std::string text = fmt::format("{}: {}", report.next->excitation, report.next->why);
+  if (!report.next->separates.empty()) {
+    text += fmt::format(" It parts {} with probability {}.", listed(report.next->separates, "and"),
+                        percent(report.next->power));
+  }
+  return text;
+}
+
+std::vector<NamedEffect> effects_in_model(const GapReport& report) {
+  std::vector<NamedEffect> chosen;
+  for (const NamedEffect& one : report.effects) {
+    const bool rival = std::any_of(chosen.begin(), chosen.end(), [&](const NamedEffect& other) {
+      return std::find(other.aliases.begin(), other.aliases.end(), one.id) != other.aliases.end();
+    });
+    if (!rival) chosen.push_back(one);
+  }
+  return chosen;
+}
+
+}  // namespace plenum::host::tools

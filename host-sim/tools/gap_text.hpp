@@ -1,0 +1,36 @@
+// A gap report in words: what the terminal and the page both say.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "host-sim/diagnose/gap_report.hpp"
+
+namespace plenum::host::tools {
+
+/// One sentence that answers the question, with the effects named and the errors in kPa.
+std::string verdict_sentence(const diagnose::GapReport& report);
+
+/// "natural_frequency_Hz 9.8 (9.7 to 9.9)"; an end that the log leaves open, and a bound that was hit, are told.
+std::string text_of(const diagnose::Estimate& estimate);
+
+/// "9.7 to 9.9", an open end as "-".
+std::string interval_text(const diagnose::Estimate& estimate);
+
+std::string percent(double share);
+
+/// Three significant digits, in kPa.
+std::string kPa_text(double pressure_Pa);
+
+/// "a, b or c"
+std::string listed(const std::vector<std::string>& names, std::string_view conjunction);
+
+/// What to do next, why, and what that parts with which probability; empty where the report plans nothing.
+std::string next_text(const diagnose::GapReport& report);
+
+/// The effects that go into one model together, in order of their share: of those that the log cannot tell apart
+/// only the first.
+std::vector<diagnose::NamedEffect> effects_in_model(const diagnose::GapReport& report);
+
+}  // namespace plenum::host::tools
