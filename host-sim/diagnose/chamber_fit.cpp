@@ -16,7 +16,7 @@ constexpr int kDynamic = Eigen::Dynamic;
 using Vector = identify::BoxVector<kDynamic>;
 using Gram = identify::BoxGram<kDynamic>;
 
-constexpr double kStartScale_Pa = 1000.0;
+constexpr double kStartScale_Pa = 10000.0;
 constexpr double kStartRoom_Pa = 60000.0;
 constexpr double kDifference =
     1e-4;  // of a scaled variable: its error and that of rounding are both below 1e-4

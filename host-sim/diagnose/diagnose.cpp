@@ -287,12 +287,13 @@ class Diagnosis {
     if (report_.verdict == Verdict::ambiguous || report_.verdict == Verdict::unexplained) plan();
   }
 
-  /// Whether the recalibrated model follows the fitted rows, and the held-out rows as well as its figures are known: a
-  /// log that does not show all of them leaves twice the noise there.
+  /// Whether the recalibrated model follows the held-out rows; or else the fitted ones, and the others as well as its
+  /// figures are known: a log that does not show all of them leaves twice the noise there.
   bool calibrated() const {
     const double floor = report_.noise_floor_Pa;
-    return search_.recalibrated.fit.rms_Pa() < kNearFloor * floor &&
-           report_.recalibrated_Pa < (kNearFloor + 1.0) * floor;
+    return report_.recalibrated_Pa < kNearFloor * floor ||
+           (search_.recalibrated.fit.rms_Pa() < kNearFloor * floor &&
+            report_.recalibrated_Pa < (kNearFloor + 1.0) * floor);
   }
 
   /// Both causes that fit alike are listed.

@@ -210,7 +210,7 @@ Search search(const Scene& scene, const std::vector<HeldOut>& heldout, const Sea
     if (options.progress) options.progress(share);
   };
   Search result;
-  result.recalibrated = searcher.tried(fit(scene, 0, scene.nominal, {}));
+  result.recalibrated = searcher.tried(fit(scene, 0, scene.nominal, {}, {.most_iterations = 100}));
   tell(0.1);
 
   std::vector<std::size_t> all;

@@ -19,7 +19,8 @@ std::vector<double> white(std::size_t rows, double sigma, unsigned seed) {
 TEST(WhiteNoise, IsRecoveredFromUnderAPressureThatSwingsAThousandTimesAsFar) {
   for (const unsigned seed : {1U, 2U, 3U}) {
     std::vector<double> signal = white(4000, 120.0, seed);
-    for (std::size_t i = 0; i < signal.size(); ++i) signal[i] += 4e5 + 1.2e5 * std::sin(0.01 * static_cast<double>(i));
+    for (std::size_t i = 0; i < signal.size(); ++i)
+      signal[i] += 4e5 + 1.2e5 * std::sin(0.01 * static_cast<double>(i));
     EXPECT_NEAR(white_noise(signal), 120.0, 8.0) << "seed " << seed;
   }
 }
