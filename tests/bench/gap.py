@@ -1,0 +1,139 @@
+"""The diagnosis of sealed cases, scored: rows of `plenum blind score` against the targets, and how long a diagnosis takes.
+
+usage: gap.py PLENUM [--cases N] [--none N] [--seed N] [--keep DIR]
+       gap.py PLENUM --seconds
+
+Two sets are made: N cases of every kind and tier, and N more without any effect, for the false alarms, which are counted over the
+effectless cases of both. `plenum diagnose` gets log, held-out log and rig of each, and nothing else of the set. The seed is one that nothing
+was tuned on. A case that is refused, or on which the program fails, is a case without an answer: wrong in each share. The score, its
+confusion matrix and each wrong answer go to standard error; --keep leaves sets, answers and scores in DIR.
+
+With --seconds: the wall time of a whole diagnosis of a log of 100 s and its held-out log of 60 s, nothing else running, the median of
+three cases of one effect each (tier 1).
+"""
+
+import argparse
+import json
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from pathlib import Path
+
+SEED = 20261121
+SIDE_BY_SIDE = 2
+TIMED_CASES, TIMED_SECONDS = 3, 100
+
+
+def say(text):
+    print(text, file=sys.stderr, flush=True)
+
+
+def row(name, value, unit, better, target):
+    value = None if value is None else round(value, 4)
+    print(json.dumps({"name": name, "value": value, "unit": unit, "better": better, "target": target}), flush=True)
+
+
+def generate(plenum, folder, cases, seed, *more):
+    subprocess.run([plenum, "blind", "generate", "--out", folder, "--cases", str(cases), "--seed", str(seed), *more],
+                   check=True, stdout=subprocess.DEVNULL)
+    return sorted(folder.glob("case-*"))
+
+
+def diagnose(plenum, case, answer):
+    """The program's exit code and its last word on standard error; its answer is at `answer`, if it has one."""
+    done = subprocess.run([plenum, "diagnose", "--rig", case / "rig.toml", "--heldout", case / "heldout.csv",
+                           "--json", answer, case / "log.csv"],
+                          stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    words = done.stderr.strip().splitlines()
+    return done.returncode, words[-1] if words else "no word on standard error"
+
+
+def score(plenum, name, folder, cases, seed, *more):
+    say(f"gap: making {cases} cases, {name}")
+    made = generate(plenum, folder / name, cases, seed, *more)
+    answers = folder / f"{name}-answers"
+    answers.mkdir()
+    begin = time.monotonic()
+    with ThreadPoolExecutor(SIDE_BY_SIDE) as pool:
+        waiting = {pool.submit(diagnose, plenum, case, answers / f"{case.name}.json"): case.name for case in made}
+        for number, one in enumerate(as_completed(waiting), start=1):
+            code, word = one.result()
+            if code != 0:
+                (answers / f"{waiting[one]}.json").unlink(missing_ok=True)
+                say(f"gap: {waiting[one]} of {name}: exit {code}: {word}")
+            if number % 10 == 0 or number == len(made):
+                say(f"gap: {number} of {len(made)} diagnosed, {time.monotonic() - begin:.0f} s")
+    if not any(answers.iterdir()):
+        sys.exit(f"gap: not one of {len(made)} cases has an answer")
+    file = folder / f"{name}-score.json"
+    text = subprocess.run([plenum, "blind", "score", folder / name, "--answers", answers, "--json", file],
+                          check=True, stdout=subprocess.PIPE, text=True).stdout
+    say(f"\n{name}, seed {seed}\n{text}")
+    result = json.loads(file.read_text(encoding="utf-8"))
+    for wrong in result["mistakes"]:
+        truth = ", ".join(f"{one['id']} {one['alone_over_floor']:.1f}" for one in wrong["truth"]) or "none"
+        said = ", ".join("~".join([f"{one['id']} {one['confidence']:.2f}", *one["aliases"]]) for one in wrong["effects"])
+        say(f"{wrong['case']} tier {wrong['tier']}, {wrong['what']}: truth (over the floor) {truth}; "
+            f"{wrong['verdict']}: {said or 'nothing named'}; equation {wrong['equation'] or 'none'}")
+    return result
+
+
+def shares(plenum, options, folder):
+    all_kinds = score(plenum, "all", folder, options.cases, options.seed)
+    none = score(plenum, "none", folder, options.none, options.seed + 1, "--kind", "none")
+    top1 = all_kinds["top1_percent"]
+    alarms = [one["false_alarm_percent"] for one in (all_kinds, none)]
+    quiet = sum(one["of"] for one in alarms)
+    row("gap.top1_tier1_percent", top1["tier1"]["percent"], "%", "higher", 97)
+    row("gap.top1_tier2_percent", top1["tier2"]["percent"], "%", "higher", 92)
+    row("gap.top1_tier3_percent", top1["tier3"]["percent"], "%", "higher", None)
+    row("gap.top1_percent", top1["all"]["percent"], "%", "higher", None)
+    row("gap.singleton_correct_percent", all_kinds["singleton_correct_percent"]["percent"], "%", "higher", 99)
+    row("gap.coverage_percent", all_kinds["coverage_percent"]["percent"], "%", "higher", 98)
+    row("gap.multi_f1", all_kinds["multi_f1"]["f1"], "", "higher", 0.90)
+    row("gap.false_alarm_percent", 100 * sum(one["right"] for one in alarms) / quiet if quiet else None, "%", "lower", 1)
+    row("gap.unknown_flagged_percent", all_kinds["unknown_flagged_percent"]["percent"], "%", "higher", 90)
+    row("gap.closed_median_percent", all_kinds["closed_median_percent"], "%", "higher", 97)
+    row("gap.equation_named_percent", all_kinds["equation_named_percent"]["percent"], "%", "higher", 95)
+    row("gap.calibration_error", all_kinds["calibration_error"], "", "lower", 0.05)
+    row("gap.without_answer", all_kinds["missing_answers"] + none["missing_answers"], "cases", "lower", 0)
+    row("gap.cases", all_kinds["cases"] + none["cases"], "cases", "higher", None)
+
+
+def seconds(plenum, options, folder):
+    took = []
+    for case in generate(plenum, folder / "timed", TIMED_CASES, options.seed, "--kind", "one", "--tier", "1",
+                         "--seconds", str(TIMED_SECONDS)):
+        begin = time.monotonic()
+        code, word = diagnose(plenum, case, folder / "timed.json")
+        took.append(time.monotonic() - begin)
+        say(f"gap: {case.name}: {took[-1]:.1f} s")
+        if code != 0:
+            sys.exit(f"gap: {case.name}: exit {code}: {word}")
+    row("gap.seconds", statistics.median(took), "s", "lower", 8)
+    row("gap.seconds_worst", max(took), "s", "lower", None)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("plenum")
+    parser.add_argument("--cases", type=int, default=120)
+    parser.add_argument("--none", type=int, default=60)
+    parser.add_argument("--seed", type=int, default=SEED)
+    parser.add_argument("--keep", type=Path)
+    parser.add_argument("--seconds", action="store_true")
+    options = parser.parse_args()
+    measure = seconds if options.seconds else shares
+    if options.keep:
+        options.keep.mkdir(parents=True, exist_ok=True)
+        measure(options.plenum, options, options.keep)
+    else:
+        with tempfile.TemporaryDirectory() as folder:
+            measure(options.plenum, options, Path(folder))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,119 @@
+// The candidate fits of one blind case, timed, for gap_speed.py: says what the peer needs to do the same fits, then
+// does them.
+//
+// usage: gap_speed CASE SECONDS    prints one JSON object
+//
+// The first SECONDS of CASE/log.csv are fitted: recalibration from the rig's figures, then each effect of kCandidates
+// with the valve's figures, from the recalibrated valve and one typical step of the effect's first parameter. Each
+// time is the least of kRepeats calls of fit(), which runs on one thread: the processor's, so that what else the
+// machine does counts for neither.
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <exception>
+#include <filesystem>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <string_view>
+
+#include "host-sim/diagnose/chamber_fit.hpp"
+#include "host-sim/plant/gas.hpp"
+#include "host-sim/trace/log_csv.hpp"
+
+namespace {
+
+using namespace plenum::host;
+using Json = nlohmann::ordered_json;
+
+constexpr std::string_view kCandidates[] = {"spool_lag", "supply_droop", "volume_error", "sensor_lag"};
+constexpr int kRepeats = 3;
+
+struct Timed {
+  diagnose::Fit fit;
+  double seconds = std::numeric_limits<double>::infinity();
+};
+
+Timed timed_fit(const diagnose::Scene& scene, effects::EffectSet on, const effects::Figures& start,
+                const std::vector<double>& start_Pa) {
+  Timed timed;
+  for (int k = 0; k < kRepeats; ++k) {
+    const std::clock_t begin = std::clock();
+    timed.fit = diagnose::fit(scene, on, start, start_Pa);
+    timed.seconds = std::min(timed.seconds, static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
+  }
+  return timed;
+}
+
+Json json_of(std::string_view effect, const effects::Figures& start, const Timed& timed) {
+  Json variables = Json::array();
+  for (const diagnose::Variable& v : timed.fit.variables) {
+    variables.push_back({{"figure", v.figure}, {"low", v.low}, {"high", v.high}, {"scale", v.scale}});
+  }
+  return {{"effect", effect},
+          {"start", start},
+          {"variables", variables},
+          {"seconds", timed.seconds},
+          {"squares_Pa2", timed.fit.squares},
+          {"iterations", timed.fit.iterations},
+          {"converged", timed.fit.converged},
+          {"figures", timed.fit.figures},
+          {"start_Pa", timed.fit.start_Pa.front()}};
+}
+
+Json fits_of(const std::filesystem::path& folder, double seconds) {
+  const auto rig = trace::read_rig(folder / "rig.toml");
+  const auto log = trace::read_log(folder / "log.csv", rig);
+  diagnose::Scene scene = diagnose::make_scene(rig);
+  scene.records.push_back(
+      diagnose::make_record("log.csv", log, seconds / (log.period_s * static_cast<double>(log.size()))));
+  const diagnose::Record& record = scene.records.front();
+  const std::vector<double> start_Pa{record.measured_Pa.front()};
+
+  const auto plate = plant::thin_plate_constants(scene.around.gas, scene.around.discharge_coefficient);
+  Json first_figures;
+  Json fits = Json::array();
+  const Timed valve = timed_fit(scene, 0, scene.nominal, start_Pa);
+  fits.push_back(json_of("", scene.nominal, valve));
+  for (const std::string_view id : kCandidates) {
+    const std::size_t at = effects::find(id).value();
+    const effects::Parameter& first = effects::kCatalogue[at]->parameters.front();
+    effects::Figures start = valve.fit.figures;
+    start[effects::first_figure(at)] = first.neutral() + first.typical_change;
+    first_figures[std::string(id)] = effects::first_figure(at);
+    fits.push_back(json_of(id, start, timed_fit(scene, 1U << at, start, valve.fit.start_Pa)));
+  }
+  return {{"rows", record.fitted_rows},
+          {"tick_s", record.drive.timing.tick_s},
+          {"average_s", record.drive.timing.average_s},
+          {"steps", record.drive.timing.steps},
+          {"gas_J_kg", scene.around.gas.specific_gas_constant_J_kg_K() * scene.around.gas.temperature_K},
+          {"kappa", scene.around.gas.kappa},
+          {"supply_Pa", scene.around.supply_Pa},
+          {"ambient_Pa", scene.around.ambient_Pa},
+          {"alpha_s_m", plate.alpha_s_m},
+          {"theta", plate.theta},
+          {"command_V", record.drive.command_V},
+          {"volume_m3", record.drive.volume_m3},
+          {"measured_Pa", record.measured_Pa},
+          {"begin_Pa", start_Pa.front()},
+          {"recalibrated_start_Pa", valve.fit.start_Pa.front()},
+          {"first_figures", first_figures},
+          {"fits", fits}};
+}
+
+}  // namespace
+
+int main(int count, char** words) {
+  const double seconds = count == 3 ? std::strtod(words[2], nullptr) : 0.0;
+  if (!(seconds > 0.0)) {
+    std::fprintf(stderr, "usage: gap_speed CASE SECONDS\n");
+    return 2;
+  }
+  try {
+    std::printf("%s\n", fits_of(words[1], seconds).dump().c_str());
+  } catch (const std::exception& fault) {
+    std::fprintf(stderr, "gap_speed: %s\n", fault.what());
+    return 2;
+  }
+}
