@@ -2,8 +2,10 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
+#include "host-sim/diagnose/noise.hpp"
 #include "host-sim/identify/box_solver.hpp"
 
 namespace plenum::host::diagnose {
@@ -142,12 +144,39 @@ class FreeRunSquares {
   std::vector<Variable> variables_;
 };
 
+/// A measured volume without its noise, which compression would turn into pressure noise row by row: least squares of a
+/// cubic over 9 rows (Savitzky and Golay 1964), where the noise is above a ten-thousandth. It halves the noise; a swing of
+/// 1.5 Hz loses 1e-4 of its amplitude at 100 Hz.
+std::vector<double> calmed(const std::vector<double>& volume_m3) {
+  constexpr std::ptrdiff_t kHalf = 4;
+  constexpr std::array<double, kHalf + 1> kWeights{59.0, 54.0, 39.0, 14.0, -21.0};
+  constexpr double kSum = 231.0;
+  constexpr double kWorthIt = 1e-4;
+  if (white_noise(volume_m3) < kWorthIt * volume_m3.front()) return volume_m3;
+  std::vector<double> calm = volume_m3;
+  const auto rows = static_cast<std::ptrdiff_t>(volume_m3.size());
+  const auto at = [&](std::ptrdiff_t i) {  // beyond an end: mirrored in the end's value
+    const auto row = [&](std::ptrdiff_t k) { return volume_m3[static_cast<std::size_t>(k)]; };
+    if (i < 0) return 2.0 * row(0) - row(-i);
+    if (i >= rows) return 2.0 * row(rows - 1) - row(2 * (rows - 1) - i);
+    return row(i);
+  };
+  for (std::ptrdiff_t i = 0; i < rows; ++i) {
+    double sum = kWeights[0] * at(i);
+    for (std::ptrdiff_t k = 1; k <= kHalf; ++k) {
+      sum += kWeights[static_cast<std::size_t>(k)] * (at(i - k) + at(i + k));
+    }
+    calm[static_cast<std::size_t>(i)] = sum / kSum;
+  }
+  return calm;
+}
+
 }  // namespace
 
 Record make_record(const std::string& name, const trace::Log& log, double fitted_share) {
   const auto rows = static_cast<double>(log.size());
   return {name,
-          effects::make_drive(log.command_V, log.volume_m3,
+          effects::make_drive(log.command_V, calmed(log.volume_m3),
                               {.tick_s = log.period_s, .average_s = log.pressure_average_s, .steps = 4}),
           log.pressure_Pa, static_cast<std::size_t>(std::lround(rows * fitted_share))};
 }

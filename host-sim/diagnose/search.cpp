@@ -227,11 +227,11 @@ Search search(const Scene& scene, const std::vector<HeldOut>& heldout, const Sea
   std::vector<std::size_t> beside = all;
   for (int size = 1; size <= kMostEffects && !beside.empty(); ++size) {
     if (size > 1) trials = searcher.all_with(result.best, beside);
-    const double correlated = searcher.correlation(result.best);
-    const std::size_t chosen =
-        best_of(trials, searcher.correlation(trials[best_of(trials, correlated)].valid()
-                                                 ? trials[best_of(trials, correlated)]
-                                                 : result.best));
+    // the correlation is that of the best candidate's error: that of the error before it is what it explains
+    const std::size_t first = best_of(trials, searcher.correlation(result.best));
+    if (!trials[first].valid()) break;
+    const double correlated = searcher.correlation(trials[first]);
+    const std::size_t chosen = best_of(trials, correlated);
     if (!worth_entering(trials[chosen], result.best, correlated)) break;
     if (size > 1 && !closes_enough(trials[chosen], result.best, result.recalibrated, options.noise_Pa)) break;
     // those that gained most beside the old set are looked at beside the new one

@@ -21,7 +21,7 @@ MAY_INCLUDE = {
     # The judge of diagnose shares no physics with what it judges.
     "host-sim/blind": ["host-sim/trace"],
     "host-sim/identify": ["host-sim/plant", "host-sim/effects", "host-sim/trace"],
-    "host-sim/diagnose": ["host-sim/identify", "host-sim/effects", "host-sim/trace"],
+    "host-sim/diagnose": ["host-sim/identify", "host-sim/effects", "host-sim/plant", "host-sim/trace"],
     # The socketcand and SocketCAN doors: the driver of the board is the one exception.
     "host-sim/client": ["firmware/canopen", "firmware/telemetry", "firmware/ports", "board/drivers"],
     "host-sim/report": ["host-sim/trace"],

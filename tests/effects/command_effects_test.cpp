@@ -200,9 +200,24 @@ TEST(ValveHysteresis, WithoutWidthTheSpoolIsWhereItsCommandIs) {
 
 // ---- null_drift
 
+TEST(NullDrift, WavesRiseFromZeroAndAWholePeriodEndsThere) {
+  for (int k = 1; k <= 5; ++k) {
+    double x[] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+    x[1 + k] = 0.3;
+    NullDrift<double> drift;
+    drift.prepare(x, 0.01);
+    EXPECT_EQ(drift.at(5.0), 5.0) << "wave " << k;
+    const int half_period = 6000 / k;  // of 120 s / k, in ticks
+    for (int tick = 0; tick < half_period; ++tick) drift.end_tick();
+    EXPECT_NEAR(drift.at(5.0), 5.0 - 0.3, 1e-9) << "wave " << k;
+    for (int tick = 0; tick < half_period; ++tick) drift.end_tick();
+    EXPECT_NEAR(drift.at(5.0), 5.0, 1e-9) << "wave " << k;
+  }
+}
+
 TEST(NullDrift, FollowsItsExponentialAndReachesItsFigureAtAMinute) {
   for (const double tau_s : {2.0, 25.0, 1e6, kInfinity}) {
-    const double x[] = {-0.7, 1.0 / tau_s};
+    const double x[] = {-0.7, 1.0 / tau_s, 0.0, 0.0, 0.0, 0.0, 0.0};
     NullDrift<double> drift;
     drift.prepare(x, kTick_s);
     for (int k = 0; k <= 6000; ++k) {
