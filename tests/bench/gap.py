@@ -14,6 +14,7 @@ three cases of one effect each (tier 1).
 
 import argparse
 import json
+import resource
 import statistics
 import subprocess
 import sys
@@ -103,14 +104,19 @@ def shares(plenum, options, folder):
     row("gap.cases", all_kinds["cases"] + none["cases"], "cases", "higher", None)
 
 
+def processor_seconds():
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
 def seconds(plenum, options, folder):
     took = []
     for case in generate(plenum, folder / "timed", TIMED_CASES, options.seed, "--kind", "one", "--tier", "1",
                          "--seconds", str(TIMED_SECONDS)):
-        begin = time.monotonic()
+        begin, used = time.monotonic(), processor_seconds()
         code, word = diagnose(plenum, case, folder / "timed.json")
         took.append(time.monotonic() - begin)
-        say(f"gap: {case.name}: {took[-1]:.1f} s")
+        say(f"gap: {case.name}: {took[-1]:.1f} s, {processor_seconds() - used:.1f} s of the processors")
         if code != 0:
             sys.exit(f"gap: {case.name}: exit {code}: {word}")
     row("gap.seconds", statistics.median(took), "s", "lower", 8)

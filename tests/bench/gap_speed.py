@@ -36,7 +36,7 @@ from scipy.signal import lfilter
 SEED = 20261121
 DIFFERENCE = 1e-4  # of a scaled variable
 SAME_COST = 0.01
-START_SCALE_PA, START_ROOM_PA = 1000.0, 60000.0
+START_SCALE_PA, START_ROOM_PA = 10000.0, 60000.0
 TOLERANCE = 1e-5  # of the cost: that of the fit which is timed beside
 SPOOL_PARTS = 3
 OPEN_ABOVE, EXHAUST_BELOW, INLET_GAIN, EXHAUST_GAIN, INLET_LEAK, EXHAUST_LEAK, TRANSITION = range(7)
