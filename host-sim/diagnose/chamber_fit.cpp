@@ -22,7 +22,9 @@ constexpr double kStartScale_Pa = 10000.0;
 constexpr double kStartRoom_Pa = 60000.0;
 constexpr double kDifference =
     1e-4;  // of a scaled variable: its error and that of rounding are both below 1e-4
-constexpr double kSettling_s = 0.5;
+constexpr double kForgetting_s = 0.3;
+constexpr double kSettling_s = 0.5;       // after that, the rows from which a start is estimated
+constexpr double kStartSpread_Pa = 5000;  // of a first reading about the pressure: a tick at 0.5 MPa/s
 
 /// The sum of squares over the fitted rows as a function of the scaled variables.
 class FreeRunSquares {
@@ -70,7 +72,8 @@ class FreeRunSquares {
     for (std::size_t r = 0; r < scene_.records.size(); ++r) {
       const Record& record = scene_.records[r];
       const double start = start_at(z, r);
-      const auto rows = static_cast<Eigen::Index>(record.fitted_rows) - 1;
+      const auto settled = static_cast<Eigen::Index>(record.settled_rows);
+      const auto rows = static_cast<Eigen::Index>(record.fitted_rows) - settled;
       Eigen::MatrixXd table(rows, n + 1);
       table.setZero();
       // columns of this record: the figures, then its own start
@@ -96,8 +99,8 @@ class FreeRunSquares {
         }
         const std::vector<double> readings = run_lanes(record, runs);
         for (Eigen::Index row = 0; row < rows; ++row) {
-          const double* at = readings.data() + (row + 1) * kLanes;
-          if (first == 0) table(row, n) = at[0] - record.measured_Pa[static_cast<std::size_t>(row) + 1];
+          const double* at = readings.data() + (row + settled) * kLanes;
+          if (first == 0) table(row, n) = at[0] - record.measured_Pa[static_cast<std::size_t>(row + settled)];
           for (std::size_t k = 0; k < columns.size(); ++k) {
             table(row, columns[k]) = (at[k + 1] - at[0]) / steps[k];
           }
@@ -130,7 +133,7 @@ class FreeRunSquares {
 
   static double score(const std::vector<double>& readings, const Record& record) {
     double sum = 0.0;
-    for (std::size_t row = 1; row < record.fitted_rows; ++row) {
+    for (std::size_t row = record.settled_rows; row < record.fitted_rows; ++row) {
       const double e = readings[row * kLanes] - record.measured_Pa[row];
       sum += e * e;
     }
@@ -175,10 +178,13 @@ std::vector<double> calmed(const std::vector<double>& volume_m3) {
 
 Record make_record(const std::string& name, const trace::Log& log, double fitted_share) {
   const auto rows = static_cast<double>(log.size());
-  return {name,
-          effects::make_drive(log.command_V, calmed(log.volume_m3),
-                              {.tick_s = log.period_s, .average_s = log.pressure_average_s, .steps = 4}),
-          log.pressure_Pa, static_cast<std::size_t>(std::lround(rows * fitted_share))};
+  return {
+      name,
+      effects::make_drive(log.command_V, calmed(log.volume_m3),
+                          {.tick_s = log.period_s, .average_s = log.pressure_average_s, .steps = 4}),
+      log.pressure_Pa,
+      std::max<std::size_t>(1, static_cast<std::size_t>(std::min(kForgetting_s / log.period_s, 0.1 * rows))),
+      static_cast<std::size_t>(std::lround(rows * fitted_share))};
 }
 
 Scene make_scene(const trace::RigDescription& rig) {
@@ -254,7 +260,7 @@ Fit fit(const Scene& scene, EffectSet on, const Figures& start, const std::vecto
   result.figures = squares.figures_at(solution.z);
   for (std::size_t r = 0; r < begin.size(); ++r) result.start_Pa.push_back(squares.start_at(solution.z, r));
   result.squares = solution.squares;
-  for (const Record& record : scene.records) result.rows += record.fitted_rows - 1;
+  for (const Record& record : scene.records) result.rows += record.fitted_rows - record.settled_rows;
   result.gram = squares.gram(solution.z);
   result.iterations = solution.iterations;
   result.converged = solution.converged;
@@ -273,20 +279,22 @@ std::vector<double> run(const Scene& scene, const Record& record, EffectSet on, 
 
 double estimate_start(const Scene& scene, const Record& record, EffectSet on, const Figures& figures) {
   const auto rows =
-      std::min(record.rows(), static_cast<std::size_t>(kSettling_s / record.drive.timing.tick_s) + 2);
+      std::min(record.rows(),
+               record.settled_rows + static_cast<std::size_t>(kSettling_s / record.drive.timing.tick_s) + 2);
   std::vector<double> lanes(rows * static_cast<std::size_t>(kLanes));
   double start = record.measured_Pa.front();
   constexpr double kStep_Pa = 100.0;
   for (int pass = 0; pass < 3; ++pass) {
     const std::array<effects::Run, 2> runs{{{figures, start}, {figures, start + kStep_Pa}}};
     effects::free_run(scene.around, record.drive, on, runs, lanes);
-    double slope2 = 0.0, slope_error = 0.0;
-    for (std::size_t row = 1; row < rows; ++row) {
+    const double known = scene.noise_Pa * scene.noise_Pa / (kStartSpread_Pa * kStartSpread_Pa);
+    double slope2 = known;
+    double slope_error = known * (start - record.measured_Pa.front());
+    for (std::size_t row = record.settled_rows; row < rows; ++row) {
       const double slope = (lanes[row * kLanes + 1] - lanes[row * kLanes]) / kStep_Pa;
       slope2 += slope * slope;
       slope_error += slope * (lanes[row * kLanes] - record.measured_Pa[row]);
     }
-    if (slope2 <= 1e-9) break;
     start = std::clamp(start - slope_error / slope2, record.measured_Pa.front() - 0.9 * kStartRoom_Pa,
                        record.measured_Pa.front() + 0.9 * kStartRoom_Pa);
     start = std::max(start, 2e3);
@@ -296,7 +304,7 @@ double estimate_start(const Scene& scene, const Record& record, EffectSet on, co
 
 Score score(const std::vector<double>& reading_Pa, const Record& record, std::size_t first) {
   Score s;
-  for (std::size_t row = std::max<std::size_t>(first, 1); row < record.rows(); ++row) {
+  for (std::size_t row = std::max(first, record.settled_rows); row < record.rows(); ++row) {
     const double e = reading_Pa[row] - record.measured_Pa[row];
     s.squares += e * e;
     ++s.rows;

@@ -17,11 +17,13 @@
 
 namespace plenum::host::diagnose {
 
-/// A log as a fit sees it: rows 1 .. fitted_rows - 1 are fitted, the rest is held out.
+/// A log as a fit sees it: rows settled_rows .. fitted_rows - 1 are fitted, the rest is held out. Before that the model
+/// forgets what it cannot know: where spool and hose stood before the first row.
 struct Record {
   std::string name;
   effects::Drive drive;
   std::vector<double> measured_Pa;
+  std::size_t settled_rows = 1;
   std::size_t fitted_rows = 0;
 
   std::size_t rows() const { return measured_Pa.size(); }

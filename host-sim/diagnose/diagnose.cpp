@@ -184,7 +184,7 @@ class Diagnosis {
     std::vector<double> error;
     for (const HeldOut& held : heldout_) {
       const std::vector<double> reading = heldout_reading(scene_, held, search_.recalibrated.fit);
-      for (std::size_t row = std::max<std::size_t>(held.first, 1); row < reading.size(); ++row) {
+      for (std::size_t row = std::max(held.first, held.record.settled_rows); row < reading.size(); ++row) {
         error.push_back(reading[row] - held.record.measured_Pa[row]);
       }
     }
@@ -337,7 +337,7 @@ class Diagnosis {
   void where() {
     std::vector<Scored> scored;
     for (const HeldOut& held : heldout_) {
-      scored.push_back({&held.record, std::max<std::size_t>(held.first, 1),
+      scored.push_back({&held.record, std::max(held.first, held.record.settled_rows),
                         heldout_reading(scene_, held, search_.recalibrated.fit),
                         heldout_reading(scene_, held, used_->fit)});
     }

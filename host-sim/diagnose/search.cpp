@@ -109,7 +109,7 @@ class Searcher {
       const std::vector<double> reading =
           run(scene_, record, trial.on, trial.fit.figures, trial.fit.start_Pa[i]);
       std::vector<double> error;
-      for (std::size_t row = 1; row < record.fitted_rows; ++row) {
+      for (std::size_t row = record.settled_rows; row < record.fitted_rows; ++row) {
         error.push_back(reading[row] - record.measured_Pa[row]);
       }
       worst = std::max(worst, correlation_rows(error));
