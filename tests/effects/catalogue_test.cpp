@@ -90,10 +90,10 @@ TEST(Catalogue, ValueAndCoordinateOfAParameterTurnIntoEachOther) {
 }
 
 TEST(Catalogue, NamesCarryTheirUnitUnlessTheyAreRatios) {
-  const std::set<std::string_view> ratios{"damping",        "inlet_slope",    "inlet_curve",
-                                          "exhaust_slope",  "exhaust_curve",  "critical_ratio",
-                                          "subsonic_index", "cracking_ratio", "discharge_slope",
-                                          "exponent",       "gain_error"};
+  const std::set<std::string_view> ratios{
+      "damping",         "inlet_slope",   "inlet_curve",    "inlet_bend",     "exhaust_bend",
+      "exhaust_slope",   "exhaust_curve", "critical_ratio", "subsonic_index", "cracking_ratio",
+      "discharge_slope", "exponent",      "gain_error"};
   const std::set<std::string_view> units{"_Hz", "_s",  "_V",   "_kPa_s_per_g", "_g_s_MPa",
                                          "_m",  "_mm", "_W_K", "_mL",          "_kPa"};
   for (const Effect* effect : catalogue()) {
