@@ -225,11 +225,10 @@ HeatMap error_map(const ErrorMap& map, const std::vector<std::vector<double>>& r
 void add_where(Page& page, const GapReport& report) {
   Section& section = page.section("Where");
   if (report.equation) {
-    section.paragraph(
-        fmt::format("Found before any cause was named: a disturbance of the equation '{}' explains the "
-                    "recalibrated model's error "
-                    "best (confidence {}).",
-                    report.equation->equation, percent(report.equation->confidence)));
+    section.paragraph(fmt::format(
+        "Whatever the cause: the effects that act in the equation '{}' share most of the odds when each is "
+        "tried alone ({}).",
+        report.equation->equation, percent(report.equation->confidence)));
   }
   if (!report.where.empty()) {
     BarChart bars{.title = "Where the recalibrated model errs",
