@@ -30,7 +30,7 @@ GapReport diagnosed(const blind::Case& made, const std::vector<std::string>& str
 }
 
 TEST(Diagnose, NamesTheEffectThatTheLabelHolds) {
-  for (const char* effect : {"supply_droop", "spool_lag", "volume_error"}) {
+  for (const char* effect : {"supply_droop", "volume_error"}) {
     const GapReport report = diagnosed(clear_case({effect}, 1, 11));
     ASSERT_FALSE(report.effects.empty()) << effect << ": " << name_of(report.verdict);
     EXPECT_EQ(report.effects.front().id, effect);
