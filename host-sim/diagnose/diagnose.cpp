@@ -119,8 +119,8 @@ std::string id_of(std::size_t effect) {
 /// Probabilities from differences of evidence.
 std::vector<double> probabilities(const std::vector<double>& evidence) {
   const double best = *std::max_element(evidence.begin(), evidence.end());
-  std::vector<double> p;
-  for (const double e : evidence) p.push_back(std::exp(e - best));
+  std::vector<double> p(evidence);
+  for (double& one : p) one = std::exp(one - best);
   const double sum = std::accumulate(p.begin(), p.end(), 0.0);
   for (double& one : p) one /= sum;
   return p;

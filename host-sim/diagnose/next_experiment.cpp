@@ -290,22 +290,18 @@ double variety(const Scene& scene, const Excitation& excitation, const Rival& ri
 }
 
 NextExperiment most_varied(const Scene& scene, const std::vector<Excitation>& inputs, const Rival& rival) {
-  const Excitation* best = nullptr;
-  double most = -1.0;
-  for (const Excitation& e : inputs) {
-    const double here = variety(scene, e, rival);
-    if (here > most) {
-      most = here;
-      best = &e;
-    }
-  }
+  std::vector<double> variety_of(inputs.size());
+  std::transform(inputs.begin(), inputs.end(), variety_of.begin(),
+                 [&](const Excitation& e) { return variety(scene, e, rival); });
+  const auto most = std::max_element(variety_of.begin(), variety_of.end()) - variety_of.begin();
+  const Excitation& best = inputs[static_cast<std::size_t>(most)];
   NextExperiment next;
-  next.excitation = best->id;
+  next.excitation = best.id;
   next.why = fmt::format(
       "No effect of the catalogue closes the gap; {} take the chamber through the widest variety of regimes, "
       "and show "
       "in which of them the model errs.",
-      best->title);
+      best.title);
   return next;
 }
 
@@ -395,6 +391,7 @@ NextExperiment next_experiment(const Scene& scene, const std::vector<Rival>& riv
   NextExperiment next;
   for (const Excitation& e : inputs) {
     std::vector<Answer> answers;
+    answers.reserve(rivals.size());
     for (const Rival& rival : rivals) answers.push_back(answer_of(scene, e, rival));
     double nearest_Pa = std::numeric_limits<double>::infinity();
     std::pair<std::size_t, std::size_t> nearest{0, 1};

@@ -81,7 +81,7 @@ class Searcher {
       if (look.squares < best.squares) best = std::move(look);
     }
     if (!std::isfinite(best.squares)) return Trial{};
-    const Trial plain = tried(fit(scene_, on, best.figures, best.start_Pa, finish(base.fit.refined)));
+    Trial plain = tried(fit(scene_, on, best.figures, best.start_Pa, finish(base.fit.refined)));
     if (!refinable(effect) || !plain.valid()) return plain;
     const Trial refined =
         tried(fit(scene_, on, plain.fit.figures, plain.fit.start_Pa, finish(base.fit.refined | bit(effect))));

@@ -1,5 +1,7 @@
 #include "host-sim/rig/effects_chamber.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <stdexcept>
@@ -57,9 +59,8 @@ ChamberEffects chamber_effects(const std::map<std::string, std::map<std::string,
                       [](const effects::Parameter& p) { return p.name; });
       }
       if (!(value >= of->low && value <= of->high)) {
-        throw std::invalid_argument("effect " + id + ": " + name + " = " + std::to_string(value) +
-                                    ", expected " + std::to_string(of->low) + " to " +
-                                    std::to_string(of->high));
+        throw std::invalid_argument(
+            fmt::format("effect {}: {} = {:g}, expected {:g} to {:g}", id, name, value, of->low, of->high));
       }
       const auto place = static_cast<std::size_t>(of - parameters.begin());
       result.figures[effects::first_figure(*found) + place] = of->coordinate_of(value);

@@ -19,6 +19,7 @@ std::string number_text(double value) {
 
 std::vector<std::string> ids_of(const std::vector<NamedEffect>& effects) {
   std::vector<std::string> ids;
+  ids.reserve(effects.size());
   for (const NamedEffect& one : effects) ids.push_back(one.id);
   return ids;
 }

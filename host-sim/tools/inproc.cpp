@@ -99,7 +99,7 @@ void RigChoice::add_to(CLI::App& app) {
 
 trace::RigDescription RigChoice::description() const {
   if (rig_file.empty()) return plant == "mpye" ? mpye_description() : trace::RigDescription{};
-  const trace::RigDescription description = trace::read_rig(rig_file);
+  trace::RigDescription description = trace::read_rig(rig_file);
   const auto& sampling = description.sampling;
   if (sampling.rate_Hz != kRate_Hz || sampling.pressure_average_s != 1.0 / kRate_Hz) {
     throw trace::InputError(fmt::format(

@@ -33,7 +33,7 @@ bool LogInput::of_ventilator() const {
 
 trace::RigDescription LogInput::rig() const {
   if (has_rig()) {
-    const trace::RigDescription rig = trace::read_rig(rig_file_);
+    trace::RigDescription rig = trace::read_rig(rig_file_);
     try {
       static_cast<void>(rig::chamber_effects(rig.effects));
     } catch (const std::invalid_argument& error) {
