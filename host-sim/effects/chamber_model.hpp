@@ -114,13 +114,13 @@ ChamberModel<N>::ChamberModel(const Surroundings& around, const Timing& timing, 
   null_drift_.prepare(x(kIdNullDrift), timing.tick_s);
   area_shape_.prepare(x(kIdAreaShape));
   flow_function_.prepare(x(kIdFlowFunction));
-  supply_droop_.prepare(x(kIdSupplyDroop), step_s_);
-  backpressure_.prepare(x(kIdExhaustBackpressure), step_s_);
+  supply_droop_.prepare(x(kIdSupplyDroop), step_s_, supply_Pa_);
+  backpressure_.prepare(x(kIdExhaustBackpressure), gas_J_kg_, around.gas.kappa, step_s_, ambient_Pa_);
   leak_.prepare(x(kIdChamberLeak), ambient_Pa_);
   tube_.prepare(x(kIdTubeDynamics), gas_J_kg_, around.gas.kappa, step_s_, start_Pa);
   volume_error_.prepare(x(kIdVolumeError));
   const N volume = on_ & (1U << kIdVolumeError) ? volume_error_.volume(volume_m3) : N(volume_m3);
-  heat_.prepare(x(kIdHeatTransfer), around.gas.specific_gas_constant_J_kg_K(),
+  heat_.prepare(x(kIdHeatTransfer), around.gas.specific_gas_constant_J_kg_K(), around.ambient_Pa,
                 start_Pa * volume * (1.0 / gas_J_kg_));
   sensor_lag_.prepare(x(kIdSensorLag), step_s_, start_Pa);
   sensor_bias_.prepare(x(kIdSensorBias), around.ambient_Pa);
@@ -229,26 +229,31 @@ N ChamberModel<N>::step(const Openings& open, const N& volume_m3, const N& squee
   const N& at_valve = on(kIdTubeDynamics) ? tube_.at_valve_Pa() : pressure_Pa_;
   N supply = supply_Pa_;
   N behind = ambient_Pa_;
-  if (on(kIdSupplyDroop)) {
-    const Flow now = plate(supply_droop_.supply(supply_Pa_), at_valve);
-    supply =
-        supply_droop_.supply_at_middle(supply_Pa_, open.inlet_m2 * now.flow, open.inlet_m2 * now.by_upstream);
-  }
-  if (on(kIdExhaustBackpressure)) {
-    const Flow now = plate(at_valve, backpressure_.behind(ambient_Pa_));
-    behind = backpressure_.behind_at_middle(ambient_Pa_, open.exhaust_m2 * now.flow,
-                                            -open.exhaust_m2 * now.by_downstream);
-  }
   const N n = on(kIdHeatTransfer) ? heat_.exponent() : N(1.4);
   const N per_mass = n * gas_J_kg_ / volume_m3;  // Pa for a kilogram
+  if (on(kIdSupplyDroop)) {
+    const Flow now = plate(supply_droop_.supply_Pa(), at_valve);
+    supply = supply_droop_.supply_at_middle_Pa(open.inlet_m2 * now.flow, open.inlet_m2 * now.by_upstream);
+  }
+  if (on(kIdExhaustBackpressure)) {
+    const N fall = on(kIdTubeDynamics) ? N(0.0) : 0.5 * step_s_ * per_mass;
+    behind = backpressure_.behind_at_middle_Pa(at_valve, fall, [&](const N& from_Pa, const N& behind_Pa) {
+      const Flow now = plate(from_Pa, behind_Pa);
+      return Flow{open.exhaust_m2 * now.flow, open.exhaust_m2 * now.by_upstream,
+                  open.exhaust_m2 * now.by_downstream};
+    });
+  }
   N compression = n * squeeze_1_s;
   N pull(0.0);  // of the heat on the rate, at p = 0
   const auto warm = [&](const N& net_kg_s) {
     if (!on(kIdHeatTransfer)) return;
     const N mass = heat_.mass_kg() + 0.5 * step_s_ * net_kg_s;
-    const N relaxation = heat_.relaxation_1_s(mass);
+    const N at_wall = mass * gas_J_kg_ / volume_m3;  // the pressure of this mass at the wall's temperature
+    const N relaxation = heat_.relaxation_at_middle_1_s(
+        mass, begin, 0.5 * step_s_ * (per_mass * net_kg_s - compression * begin), 0.5 * step_s_, at_wall,
+        volume_m3);
     compression += relaxation;
-    pull = relaxation * mass * gas_J_kg_ / volume_m3;
+    pull = relaxation * at_wall;
   };
 
   N inlet, exhaust, mean;
@@ -297,7 +302,7 @@ N ChamberModel<N>::step(const Openings& open, const N& volume_m3, const N& squee
     exhaust = 0.5 * (first.exhaust + second.exhaust);
   }
   if (on(kIdSupplyDroop)) supply_droop_.draw(inlet);
-  if (on(kIdExhaustBackpressure)) backpressure_.vent(exhaust, ambient_Pa_);
+  if (on(kIdExhaustBackpressure)) backpressure_.vent(exhaust);
   if (on(kIdHeatTransfer)) {
     // the mass that the step's own balance of energy has moved
     heat_.gain((pressure_Pa_ - begin + step_s_ * (compression * mean - pull)) / per_mass);

@@ -1,6 +1,7 @@
 // What an entry of the catalogue says of itself. How it acts stands beside it, in the effect's own file.
 #pragma once
 
+#include <cmath>
 #include <limits>
 #include <span>
 #include <string_view>
@@ -16,8 +17,8 @@ constexpr std::string_view name_of(Equation equation) {
 }
 
 /// How a parameter enters a calculation. A frequency that vanishes at infinity enters by its reciprocal, which
-/// vanishes at zero, where it can be differentiated.
-enum class Coordinate { linear, reciprocal };
+/// vanishes at zero, where it can be differentiated; a limit that acts by its square, by the square of that.
+enum class Coordinate { linear, reciprocal, reciprocal_square };
 
 struct Parameter {
   std::string_view name;  ///< with its unit: natural_frequency_Hz
@@ -29,10 +30,16 @@ struct Parameter {
   Coordinate coordinate = Coordinate::linear;
   bool refines = false;  ///< a fit frees it only where the effect's other parameters do not suffice
 
-  double coordinate_of(double value) const { return coordinate == Coordinate::linear ? value : 1.0 / value; }
-  double value_of(double at) const { return coordinate == Coordinate::linear ? at : 1.0 / at; }
-  double least() const { return coordinate == Coordinate::linear ? low : 1.0 / high; }
-  double greatest() const { return coordinate == Coordinate::linear ? high : 1.0 / low; }
+  double coordinate_of(double value) const {
+    if (coordinate == Coordinate::linear) return value;
+    return coordinate == Coordinate::reciprocal ? 1.0 / value : 1.0 / (value * value);
+  }
+  double value_of(double at) const {
+    if (coordinate == Coordinate::linear) return at;
+    return coordinate == Coordinate::reciprocal ? 1.0 / at : 1.0 / std::sqrt(at);
+  }
+  double least() const { return coordinate == Coordinate::linear ? low : coordinate_of(high); }
+  double greatest() const { return coordinate == Coordinate::linear ? high : coordinate_of(low); }
   double neutral() const { return coordinate_of(vanishes_at); }
 };
 

@@ -1,11 +1,14 @@
 // exhaust_backpressure: a silencer or manifold raises the pressure behind the exhaust port.
 //
-//   P = P_a + s,   tau s' = sqrt(P_a^2 + (R m_ex)^2) - P_a - s
+//   V P'/(kappa R_g T) = m_ex - sqrt(P^2 - P_a^2)/R
 //
 // P pressure behind the port, P_a ambient [Pa]; m_ex flow out of the chamber [kg/s]; R resistance of the silencer
-// [Pa s/kg], the orifice law far from choking at its inlet; tau time constant of the volume between [s].
-// Assumptions: alone on the manifold. Vanishes at R = 0. It acts only where the exhaust is not choked. Numerical
-// treatment: as of supply_droop. Source: ISO 6358 series resistance.
+// [Pa s/kg], the orifice law far from choking at its inlet; V volume of the manifold between [m3], R_g T of its gas
+// [J/kg]. Assumptions: alone on the manifold, nothing comes back from it. Vanishes at R = 0. It acts only where the
+// exhaust is not choked. Numerical treatment: the implicit Euler rule, whose quadratic equation is solved in closed form,
+//   P_1 = (E^2 + P_a^2)/(q E + sqrt(E^2 - (q^2 - 1) P_a^2)),  q = R (V/(kappa R_g T h) + s),  E = R m + q P_0,
+// s [kg/(s Pa)] by which the flow falls as P rises; at any V, also at none. The step itself sees P at its middle, from
+// half a step; the whole step is extrapolated from one and two: second order. Source: ISO 6358 series resistance.
 #pragma once
 
 #include <array>
@@ -17,46 +20,66 @@ namespace plenum::host::effects {
 
 inline constexpr std::array<Parameter, 2> kExhaustBackpressureParameters{{
     {"resistance_kPa_s_per_g", "of the silencer, P^2 - P_a^2 = (R m)^2", 0.0, 400.0, 0.0, 10.0},
-    {"settling_s", "time constant of the volume before it", 0.005, 1.0, 0.01, 0.02},
+    {"manifold_mL", "V: volume of the manifold before it", 0.0, 2000.0, 0.0, 20.0},
 }};
 inline constexpr Effect kExhaustBackpressure{
     "exhaust_backpressure",
     Equation::mass_flow,
     "the pressure behind the exhaust port rises with the flow through silencer or manifold",
-    "P^2 = P_a^2 + (R m_ex)^2, with a first-order lag",
+    "V P'/(kappa R T) = m_ex - sqrt(P^2 - P_a^2)/R",
     "ISO 6358, resistances in series",
     kExhaustBackpressureParameters};
 
 template <class N>
 class ExhaustBackpressure {
  public:
-  void prepare(const N* x, double step_s) {
+  /// `gas_J_kg`: R_g T.
+  void prepare(const N* x, double gas_J_kg, double kappa, double step_s, const N& ambient_Pa) {
     resistance_ = x[0] * 1e6;
-    keep_ = each(x[1], [&](double tau) { return std::exp(-step_s / tau); });
-    keep_half_ = each(x[1], [&](double tau) { return std::exp(-0.5 * step_s / tau); });
-    above_Pa_ = N(0.0);
+    inertia_ = x[1] * (1e-6 / (kappa * gas_J_kg * step_s)) * resistance_;
+    ambient_Pa_ = ambient_Pa;
+    behind_Pa_ = ambient_Pa;
   }
-  N behind(const N& ambient_Pa) const { return ambient_Pa + above_Pa_; }
-  /// Half a step on, the flow being `flow_kg_s` now and falling as this pressure rises by `slope_kg_s_Pa`: implicit, as
-  /// a chamber nearly empty vents a flow that a small pressure stops.
-  N behind_at_middle(const N& ambient_Pa, const N& flow_kg_s, const N& slope_kg_s_Pa) const {
-    const N end = steady(flow_kg_s, ambient_Pa);
-    const N gain = (1.0 - keep_half_) * resistance_ * resistance_ * larger(flow_kg_s, N(0.0)) /
-                   (ambient_Pa + end) * slope_kg_s_Pa;
-    return ambient_Pa + (keep_half_ * above_Pa_ + (1.0 - keep_half_) * end + gain * above_Pa_) / (1.0 + gain);
+  const N& behind_Pa() const { return behind_Pa_; }
+  /// Half a step on; `flow(p, P)` gives {flow, by_downstream} of the open port from the pressure p before it, which is
+  /// `upstream_Pa` now and falls by `fall_Pa_s_kg` of the flow until then. The flow falls as P rises: a chamber nearly
+  /// empty vents a flow that a small pressure stops. Without a manifold P is found from nothing, by Newton steps that go
+  /// at most half of the way to equal pressures, where the flow's slope is infinite.
+  template <class Flow>
+  N behind_at_middle_Pa(const N& upstream_Pa, const N& fall_Pa_s_kg, const Flow& flow) const {
+    N at = behind_Pa_;
+    N upstream = upstream_Pa;
+    for (int i = 0; i < kSteps; ++i) {
+      const auto now = flow(upstream, at);
+      const N slope = -now.by_downstream;
+      const N next = after(at, behind_Pa_, 2.0 * inertia_, resistance_ * slope, now.flow);
+      const N held = smaller(next, larger(0.5 * (at + upstream), at));
+      const N out = larger(now.flow + slope * (at - held), N(0.0));
+      upstream = larger(upstream_Pa - fall_Pa_s_kg * out, 0.5 * upstream_Pa);
+      at = held;
+    }
+    return at;
   }
   /// A step passes, with this mean flow.
-  void vent(const N& flow_kg_s, const N& ambient_Pa) {
-    const N end = steady(flow_kg_s, ambient_Pa);
-    above_Pa_ = end + keep_ * (above_Pa_ - end);
+  void vent(const N& flow_kg_s) {
+    const N none(0.0);
+    const N whole = after(none, behind_Pa_, inertia_, none, flow_kg_s);
+    const N half = after(none, behind_Pa_, 2.0 * inertia_, none, flow_kg_s);
+    behind_Pa_ = larger(2.0 * after(none, half, 2.0 * inertia_, none, flow_kg_s) - whole, ambient_Pa_);
   }
 
  private:
-  N steady(const N& flow_kg_s, const N& ambient_Pa) const {
-    const N loss = resistance_ * larger(flow_kg_s, N(0.0));
-    return root(ambient_Pa * ambient_Pa + loss * loss) - ambient_Pa;
+  static constexpr int kSteps = 4;
+
+  /// Of an implicit step from `before_Pa`: `inertia` R V/(kappa R_g T h), the flow linear about `at_Pa` with R times its
+  /// slope.
+  N after(const N& at_Pa, const N& before_Pa, const N& inertia, const N& slope, const N& flow_kg_s) const {
+    const N q = inertia + slope;
+    const N E = resistance_ * larger(flow_kg_s, N(0.0)) + slope * at_Pa + inertia * before_Pa;
+    const N ambient2 = ambient_Pa_ * ambient_Pa_;
+    return (E * E + ambient2) / (q * E + root(larger(E * E - (q * q - 1.0) * ambient2, N(0.0))));
   }
-  N resistance_{}, keep_{}, keep_half_{}, above_Pa_{};
+  N resistance_{}, inertia_{}, ambient_Pa_{}, behind_Pa_{};
 };
 
 }  // namespace plenum::host::effects

@@ -1,14 +1,18 @@
 // spool_lag: the spool follows its command as a damped mass on a spring.
 //
-//   x'' = w^2 (u - x) - 2 zeta w x'
+//   tau c' = u - c,   v' = w^2 (c - x) - 2 zeta w v,   x' = v/sqrt(1 + (v/S)^2)
 //
-// u command, x effective command [V]; w = 2 pi f natural frequency [rad/s]; zeta damping [-].
-// Assumptions: linear, no stop. Vanishes at f -> infinity. Numerical treatment: closed form for a command held
-// over a step: (x - u, x'/w) is multiplied by the exponential of a 2x2 matrix, which is found once a run. What
-// enters is the mean of x over the step, from the equation integrated over it,
+// u command, c current of the coil, x effective command [V]; w = 2 pi f natural frequency [rad/s]; zeta damping [-];
+// tau the coil's time constant [s]; S greatest speed of the spool [V/s], that of saturated current and of flow forces.
+// Assumptions: no stop. Vanishes at f -> infinity with tau = 0 and S -> infinity, which is x'' = w^2 (u - x) - 2 zeta w
+// x'. Numerical treatment: closed form for a command held over a step: (x - c, v/w) is multiplied by the exponential of
+// a 2x2 matrix, which is found once a run, and c enters by its mean. What enters is the mean of x over the step, from
+// the equation integrated over it,
 //   int (x - u) = -(x1' - x0')/w^2 - 2 zeta (x1 - x0)/w:
-// exact at any w, so that a spool faster than the step is late by the right area, 2 zeta/w to the first order.
-// Source: "Mathematical and Intelligent Modeling of Electropneumatic Servo Actuator Systems" (1).
+// exact at any w, so that a spool faster than the step is late by the right area, 2 zeta/w to the first order. With a
+// speed limit the way of the step is cut by the limit at its mean speed, and v regains what the spring then keeps.
+// Source: "Mathematical and Intelligent Modeling of Electropneumatic Servo Actuator Systems" (1); coil and slew rate
+// of proportional valves: Merritt, Hydraulic Control Systems (1967), 7.
 #pragma once
 
 #include <array>
@@ -20,22 +24,26 @@
 
 namespace plenum::host::effects {
 
-inline constexpr std::array<Parameter, 2> kSpoolLagParameters{{
+inline constexpr std::array<Parameter, 4> kSpoolLagParameters{{
     {"natural_frequency_Hz", "of the spool on its spring", 2.0, kInfinity, kInfinity, 0.02,
      Coordinate::reciprocal},
     {"damping", "damping ratio", 0.3, 2.0, 0.8, 0.3},
+    {"slew_V_s", "S: greatest speed of the spool", 5.0, kInfinity, kInfinity, 2e-5,
+     Coordinate::reciprocal_square, true},
+    {"coil_s", "tau: time constant of the coil's current", 0.0, 0.05, 0.0, 0.001, Coordinate::linear, true},
 }};
-inline constexpr Effect kSpoolLag{"spool_lag",
-                                  Equation::command,
-                                  "the valve's spool follows the command late, as a damped second-order lag",
-                                  "x'' = w^2 (u - x) - 2 zeta w x', w = 2 pi f",
-                                  "Electropneumatic servo (1)",
-                                  kSpoolLagParameters};
+inline constexpr Effect kSpoolLag{
+    "spool_lag",
+    Equation::command,
+    "the valve's spool follows the command late: a mass on a spring, behind a coil, of limited speed",
+    "x'' = w^2 (c - x) - 2 zeta w x', w = 2 pi f, |x'| < S, tau c' = u - c",
+    "Electropneumatic servo (1)",
+    kSpoolLagParameters};
 
 template <class N>
 class SpoolLag {
  public:
-  /// `x`: 1/f [s] and zeta; `step_s`: what one call of follow() spans.
+  /// `x`: 1/f [s], zeta, 1/S^2 [s^2/V^2] and tau; `step_s`: what one call of follow() spans.
   void prepare(const N* x, double step_s, double command_V) {
     for (int i = 0; i < kLanesOf<N>; ++i) {
       const double tau_s = lane(x[0], i) * (0.5 / std::numbers::pi);
@@ -47,19 +55,33 @@ class SpoolLag {
     }
     tau_per_step_ = x[0] * (0.5 / std::numbers::pi / step_s);
     twice_damping_ = 2.0 * x[1];
+    per_slew_ = x[2] * (1.0 / (step_s * step_s));
+    // half of w h: what the spring gives to the speed, held below 1 for a spool faster than the step
+    regain_ = each(x[0], [&](double period_s) {
+      return period_s > 0.0 ? 1.0 / (1.0 + period_s / (std::numbers::pi * step_s)) : 0.0;
+    });
+    keep_current_ = each(x[3], [&](double tau) { return tau > 0.0 ? std::exp(-step_s / tau) : 0.0; });
+    coil_per_step_ = x[3] * (1.0 / step_s);
+    current_V_ = N(command_V);
     place_V_ = N(command_V);
     speed_V_ = N(0.0);
   }
 
   /// One step with `command` held; returns the mean of x over it.
   N follow(const N& command) {
-    const N off = place_V_ - command;
+    const N current_end = command + keep_current_ * (current_V_ - command);
+    const N current = command - coil_per_step_ * (current_end - current_V_);
+    current_V_ = current_end;
+    const N off = place_V_ - current;
     const N off_end = own_ * off + speed_to_place_ * speed_V_;
     const N speed_end = place_to_speed_ * off + speed_own_ * speed_V_;
-    const N mean = command - tau_per_step_ * (speed_end - speed_V_ + twice_damping_ * (off_end - off));
-    place_V_ = command + off_end;
-    speed_V_ = speed_end;
-    return mean;
+    const N mean = current - tau_per_step_ * (speed_end - speed_V_ + twice_damping_ * (off_end - off));
+    const N way = off_end - off;
+    const N kept = 1.0 - 1.0 / root(1.0 + per_slew_ * way * way);  // of the way, by the limit
+    const N late = kept * (mean - place_V_);
+    place_V_ = current + off_end - kept * way;
+    speed_V_ = speed_end + regain_ * kept * way;
+    return mean - late;
   }
 
  private:
@@ -79,7 +101,8 @@ class SpoolLag {
   }
 
   N own_{}, speed_to_place_{}, place_to_speed_{}, speed_own_{}, tau_per_step_{}, twice_damping_{};
-  N place_V_{}, speed_V_{};
+  N per_slew_{}, regain_{}, keep_current_{}, coil_per_step_{};
+  N current_V_{}, place_V_{}, speed_V_{};
 };
 
 }  // namespace plenum::host::effects

@@ -93,9 +93,9 @@ TEST(Catalogue, NamesCarryTheirUnitUnlessTheyAreRatios) {
   const std::set<std::string_view> ratios{
       "damping",         "inlet_slope",   "inlet_curve",    "inlet_bend",     "exhaust_bend",
       "exhaust_slope",   "exhaust_curve", "critical_ratio", "subsonic_index", "cracking_ratio",
-      "discharge_slope", "exponent",      "gain_error"};
-  const std::set<std::string_view> units{"_Hz", "_s",  "_V",   "_kPa_s_per_g", "_g_s_MPa",
-                                         "_m",  "_mm", "_W_K", "_mL",          "_kPa"};
+      "discharge_slope", "exponent",      "gain_error",     "pressure_power", "orifice_share"};
+  const std::set<std::string_view> units{"_Hz", "_s",   "_V",  "_kPa_s_per_g", "_g_s_MPa", "_m",
+                                         "_mm", "_W_K", "_mL", "_kPa",         "_V_s"};
   for (const Effect* effect : catalogue()) {
     for (const Parameter& p : effect->parameters) {
       const bool has_unit = std::any_of(units.begin(), units.end(),

@@ -80,15 +80,19 @@ struct Case {
 TEST(ChamberModel, ErrorFallsWithTheSquareOfTheStepWhateverTheEffect) {
   const std::vector<double> command_V = smooth_command_V(400);
   const Case cases[] = {{kIdSpoolLag, {30.0, 0.8}},
+                        {kIdSpoolLag, {30.0, 0.8, 8.0, 0.004}},
                         {kIdValveHysteresis, {0.2}},
                         {kIdAreaShape, {1.0, 0.5, -0.5, 1.0}},
                         {kIdNullDrift, {0.5, 10.0}},
                         {kIdFlowFunction, {0.35, 0.6, 1.0, 0.2}},
                         {kIdSupplyDroop, {30.0, 0.02}},
-                        {kIdExhaustBackpressure, {60.0, 0.02}},
+                        {kIdSupplyDroop, {30.0, 0.02, 0.7}},
+                        {kIdExhaustBackpressure, {60.0, 20.0}},
+                        {kIdExhaustBackpressure, {60.0, 0.0}},
                         {kIdChamberLeak, {1.0}},
                         {kIdTubeDynamics, {2.0, 4.0}},
                         {kIdHeatTransfer, {0.5, 1.4}},
+                        {kIdHeatTransfer, {0.5, 1.3, 0.8, 30.0}},
                         {kIdVolumeError, {30.0}},
                         {kIdSensorLag, {0.02}},
                         {kIdSensorBias, {5.0, 0.02}}};

@@ -34,7 +34,7 @@ double mean_step_response(double from_s, double span_s, double frequency_Hz, dou
 }
 
 SpoolLag<double> spool_of(double frequency_Hz, double damping, double step_s) {
-  const double x[] = {1.0 / frequency_Hz, damping};
+  const double x[] = {1.0 / frequency_Hz, damping, 0.0, 0.0};
   SpoolLag<double> spool;
   spool.prepare(x, step_s, 0.0);
   return spool;
@@ -66,6 +66,51 @@ TEST(SpoolLag, SpoolFasterThanTheStepIsLateByTwiceItsDampingOverItsFrequency) {
     double area_s = 0.0;
     for (int k = 0; k < 10; ++k) area_s += 0.01 * (1.0 - spool.follow(1.0));
     EXPECT_NEAR(area_s / late_s, 1.0, 1e-6) << frequency_Hz << " Hz";
+  }
+}
+
+TEST(SpoolLag, SpoolOfLimitedSpeedFollowsARampAsLateAsTheForceForItsSpeedTakes) {
+  // x' = r asks for v = r/sqrt(1 - (r/S)^2), and v for c - x = 2 zeta v/w
+  const double step_s = 1e-4, damping = 0.7, slew_V_s = 40.0, frequency_Hz = 20.0;
+  const double omega_1_s = 2.0 * std::numbers::pi * frequency_Hz;
+  for (const double rate_V_s : {5.0, 20.0, 36.0}) {
+    const double x[] = {1.0 / frequency_Hz, damping, 1.0 / (slew_V_s * slew_V_s), 0.0};
+    SpoolLag<double> spool;
+    spool.prepare(x, step_s, 0.0);
+    double late_V = 0.0;
+    for (int k = 0; k < 10000; ++k) {
+      const double command_V = rate_V_s * step_s * (k + 0.5);
+      late_V = command_V - spool.follow(command_V);
+    }
+    const double share = rate_V_s / slew_V_s;
+    const double expected_V = 2.0 * damping / omega_1_s * rate_V_s / std::sqrt(1.0 - share * share);
+    EXPECT_NEAR(late_V / expected_V, 1.0, 1e-3) << rate_V_s << " V/s";
+  }
+}
+
+TEST(SpoolLag, NoSpoolIsFasterThanItsSlew) {
+  for (const double frequency_Hz : {10.0, 100.0, 1e4, kInfinity}) {
+    const double slew_V_s = 30.0, step_s = 0.001;
+    const double x[] = {1.0 / frequency_Hz, 0.5, 1.0 / (slew_V_s * slew_V_s), 0.0};
+    SpoolLag<double> spool;
+    spool.prepare(x, step_s, 0.0);
+    for (int k = 0; k < 100; ++k) {
+      ASSERT_LE(spool.follow(5.0), slew_V_s * step_s * (k + 1))
+          << "V after step " << k << ", " << frequency_Hz << " Hz";
+    }
+    for (int k = 0; k < 900; ++k) spool.follow(5.0);
+    EXPECT_NEAR(spool.follow(5.0), 5.0, 1e-3) << "V, " << frequency_Hz << " Hz: it arrives";
+  }
+}
+
+TEST(SpoolLag, CoilBeforeAFastSpoolIsAFirstOrderLag) {
+  const double step_s = 0.002, coil_s = 0.006;
+  const double x[] = {0.0, 0.8, 0.0, coil_s};
+  SpoolLag<double> spool;
+  spool.prepare(x, step_s, 0.0);
+  for (int k = 0; k < 30; ++k) {
+    const double begin = std::exp(-k * step_s / coil_s), end = std::exp(-(k + 1) * step_s / coil_s);
+    ASSERT_NEAR(spool.follow(1.0), 1.0 - coil_s / step_s * (begin - end), 1e-12) << "V, step " << k;
   }
 }
 

@@ -54,7 +54,7 @@ TEST(HeatTransfer, GreatConductanceHoldsThePerfectGasAtWallTemperatureThroughFil
 TEST(HeatTransfer, PressureAfterAFastSqueezeFadesWithTheGassOwnTimeConstant) {
   // squeezed to 0.8 of the volume within a tick, then held: p settles at p_0/0.8
   const double conductance_W_K = 0.2;
-  const Figures figures = with(sealed(), kIdHeatTransfer, {conductance_W_K, 1.4});
+  const Figures figures = with(sealed(), kIdHeatTransfer, {conductance_W_K, 1.4, 0.0, 20.0});
   const Timing timing{.tick_s = kTick_s, .average_s = 0.0, .steps = 64};
   ChamberModel<double> model({}, timing, only(kIdHeatTransfer), figures.data(), 3e5, 5.0, 200e-6);
   std::vector<double> squeeze;
@@ -63,13 +63,29 @@ TEST(HeatTransfer, PressureAfterAFastSqueezeFadesWithTheGassOwnTimeConstant) {
   const std::vector<double> hold(65, squeeze.back());
   const double mass_kg = 3e5 * 200e-6 / RT();
   const double c_v = Surroundings{}.gas.specific_gas_constant_J_kg_K() / 0.4;
-  const double tau_s = c_v * mass_kg / conductance_W_K;
+  const double tau_s =
+      c_v * mass_kg / (conductance_W_K * (160.0 + 20.0) / 100.0);  // of the 160 mL and its ends
   const double first_Pa = model.pressure_Pa() - 3e5 / 0.8;
   EXPECT_GT(first_Pa, 2e4) << "Pa: heated by the squeeze";
   for (int k = 1; k <= 300; ++k) {
     model.tick(5.0, hold.data());
     ASSERT_NEAR(model.pressure_Pa() - 3e5 / 0.8, first_Pa * std::exp(-k * kTick_s / tau_s), 1e-3)
         << "Pa after " << k << " ticks";
+  }
+}
+
+TEST(HeatTransfer, ConductanceGrowsWithThePowerOfThePressureAndWithTheWall) {
+  const double mass_kg = 4e-4, ambient_Pa = 101325.0, gas_constant = 287.0;
+  for (const double power : {0.0, 0.5, 0.8}) {
+    const double x[] = {0.3, 1.4, power, 50.0};
+    HeatTransfer<double> heat;
+    heat.prepare(x, gas_constant, ambient_Pa, mass_kg);
+    for (const double pressure_Pa : {2e4, 1e5, 3e5, 1.2e6}) {
+      const double conductance_W_K = 0.3 * std::pow(pressure_Pa / ambient_Pa, power) * (120.0 + 50.0) / 100.0;
+      const double expected_1_s = conductance_W_K / (gas_constant / 0.4 * mass_kg);
+      EXPECT_NEAR(heat.relaxation_1_s(mass_kg, pressure_Pa, 120e-6) / expected_1_s, 1.0, 1e-6)
+          << pressure_Pa << " Pa, power " << power;
+    }
   }
 }
 

@@ -85,15 +85,49 @@ TEST(FlowFunction, DischargeSlopeIsLinearInTheRatioOnBothSidesOfTheCriticalOne) 
 
 // ---- supply_droop
 
-TEST(SupplyDroop, SteadyDroopIsResistanceTimesFlowAndRecoveryIsExponential) {
-  const double x[] = {20.0, 0.1};  // 20 kPa for a gram a second
+SupplyDroop<double> source(double resistance_kPa_s_per_g, double recovery_s, double orifice_share,
+                           double step_s = 0.0025) {
+  const double x[] = {resistance_kPa_s_per_g, recovery_s, orifice_share};
   SupplyDroop<double> droop;
-  droop.prepare(x, 0.0025);
+  droop.prepare(x, step_s, kSupply_Pa);
+  return droop;
+}
+
+TEST(SupplyDroop, SteadyDroopOfARegulatorIsResistanceTimesFlow) {
+  SupplyDroop<double> droop = source(20.0, 0.1, 0.0);  // 20 kPa for a gram a second
   for (int k = 0; k < 2000; ++k) droop.draw(3e-3);
-  EXPECT_NEAR(droop.supply(kSupply_Pa), kSupply_Pa - 60e3, 1e-6) << "Pa";
-  for (int k = 1; k <= 200; ++k) {
-    droop.draw(0.0);
-    ASSERT_NEAR(droop.supply(kSupply_Pa), kSupply_Pa - 60e3 * std::exp(-0.0025 * k / 0.1), 1e-6) << "Pa";
+  EXPECT_NEAR(droop.supply_Pa(), kSupply_Pa - 60e3, 1e-6) << "Pa";
+}
+
+TEST(SupplyDroop, RecoveryOfARegulatorIsExponentialToTheSecondOrder) {
+  const auto error_Pa = [](double step_s) {
+    SupplyDroop<double> droop = source(20.0, 0.1, 0.0, step_s);
+    for (int k = 0; k < 20000; ++k) droop.draw(3e-3);
+    double worst = 0.0;
+    for (int k = 1; k * step_s <= 0.5; ++k) {
+      droop.draw(0.0);
+      worst = std::max(worst, std::abs(droop.supply_Pa() - kSupply_Pa + 60e3 * std::exp(-step_s * k / 0.1)));
+    }
+    return worst;
+  };
+  EXPECT_LT(error_Pa(0.0025), 5.0) << "Pa";
+  EXPECT_NEAR(error_Pa(0.0025) / error_Pa(0.000625), 16.0, 1.0);
+}
+
+TEST(SupplyDroop, SteadyFlowThroughAnOrificeIsTheRootOfItsDroop) {
+  SupplyDroop<double> droop = source(20.0, 0.1, 1.0);
+  for (int k = 0; k < 4000; ++k) droop.draw(2e-3);
+  const double supply_Pa = droop.supply_Pa();
+  EXPECT_NEAR((kSupply_Pa * kSupply_Pa - supply_Pa * supply_Pa) / (20.0 * 40e3 * 40e3), 1.0, 1e-9);
+}
+
+TEST(SupplyDroop, AirPushedBackRaisesTheSupplyByTheSameLaw) {
+  for (const double share : {0.0, 0.5, 1.0}) {
+    SupplyDroop<double> droop = source(20.0, 0.1, share);
+    for (int k = 0; k < 4000; ++k) droop.draw(-2e-3);
+    const double through_Pa = droop.supply_Pa() - (1.0 - share) * 40e3;
+    EXPECT_NEAR((through_Pa * through_Pa - kSupply_Pa * kSupply_Pa) / 1e9, 20.0 * share * 1.6, 1e-6)
+        << "1e9 Pa^2, orifice share " << share;
   }
 }
 
@@ -109,52 +143,70 @@ TEST(SupplyDroop, ChokedFillSettlesAtTheFlowOfTheDroopingSupply) {
 }
 
 TEST(SupplyDroop, SupplyKeepsAFifthOfItself) {
-  const double x[] = {400.0, 0.005};
-  SupplyDroop<double> droop;
-  droop.prepare(x, 0.0025);
-  for (int k = 0; k < 100; ++k) droop.draw(1.0);
-  EXPECT_DOUBLE_EQ(droop.supply(kSupply_Pa), 0.2 * kSupply_Pa);
+  for (const double share : {0.0, 0.7, 1.0}) {
+    SupplyDroop<double> droop = source(400.0, 0.005, share);
+    for (int k = 0; k < 100; ++k) droop.draw(1.0);
+    EXPECT_DOUBLE_EQ(droop.supply_Pa(), 0.2 * kSupply_Pa) << share;
+  }
 }
 
-TEST(SupplyDroop, MiddleOfAStepIsHalfARelaxationAndHoldsAFlowThatAnyDroopStops) {
-  const double x[] = {20.0, 0.005};
-  SupplyDroop<double> droop;
-  droop.prepare(x, 0.0025);
-  EXPECT_NEAR(droop.supply_at_middle(kSupply_Pa, 3e-3, 0.0),
-              kSupply_Pa - 60e3 * (1.0 - std::exp(-0.00125 / 0.005)), 1e-6)
-      << "Pa";
+TEST(SupplyDroop, MiddleOfAStepIsAnImplicitHalfAndHoldsAFlowThatAnyDroopStops) {
+  const SupplyDroop<double> droop = source(20.0, 0.005, 0.0);
+  const double half = 0.00125 / 0.005;
+  EXPECT_NEAR(droop.supply_at_middle_Pa(3e-3, 0.0), kSupply_Pa - 60e3 * half / (1.0 + half), 1e-6) << "Pa";
   // the flow is 3 g/s less 1 mg/s for each Pa of droop: 3 kPa stop it
-  EXPECT_GT(droop.supply_at_middle(kSupply_Pa, 3e-3, 1e-6), kSupply_Pa - 3e3) << "Pa";
+  EXPECT_GT(droop.supply_at_middle_Pa(3e-3, 1e-6), kSupply_Pa - 3e3) << "Pa";
 }
 
 // ---- exhaust_backpressure
 
-TEST(ExhaustBackpressure, MiddleOfAStepIsHalfARelaxationAndHoldsAFlowThatAnyPressureStops) {
-  const double x[] = {40.0, 0.005};
+ExhaustBackpressure<double> silencer_of(double resistance_kPa_s_per_g, double manifold_mL, double step_s) {
+  const double x[] = {resistance_kPa_s_per_g, manifold_mL};
   ExhaustBackpressure<double> silencer;
-  silencer.prepare(x, 0.0025);
-  const double steady_Pa = std::hypot(kAmbient_Pa, 80e3) - kAmbient_Pa;
-  EXPECT_NEAR(silencer.behind_at_middle(kAmbient_Pa, 2e-3, 0.0),
-              kAmbient_Pa + steady_Pa * (1.0 - std::exp(-0.00125 / 0.005)), 1e-6)
-      << "Pa";
-  EXPECT_LT(silencer.behind_at_middle(kAmbient_Pa, 2e-3, 1e-6), kAmbient_Pa + 2e3) << "Pa";
+  silencer.prepare(x, RT(), 1.4, step_s, kAmbient_Pa);
+  return silencer;
+}
+
+struct Vented {
+  double flow, by_downstream;
+};
+
+TEST(ExhaustBackpressure, WithoutAManifoldTheMiddleOfAStepIsTheSilencersOwnPressure) {
+  const ExhaustBackpressure<double> silencer = silencer_of(40.0, 0.0, 0.0025);
+  const auto steady = [](double, double) { return Vented{2e-3, 0.0}; };
+  EXPECT_NEAR(silencer.behind_at_middle_Pa(6e5, 0.0, steady), std::hypot(kAmbient_Pa, 80e3), 1e-6) << "Pa";
+  // the flow is 2 g/s less 1 mg/s for each Pa behind the port: 2 kPa stop it
+  const auto stopped = [](double, double behind_Pa) {
+    return Vented{2e-3 - 1e-6 * (behind_Pa - kAmbient_Pa), -1e-6};
+  };
+  const double behind_Pa = silencer.behind_at_middle_Pa(6e5, 0.0, stopped);
+  EXPECT_NEAR(std::hypot(kAmbient_Pa, 40e6 * stopped(6e5, behind_Pa).flow), behind_Pa, 1e-3) << "Pa";
 }
 
 TEST(ExhaustBackpressure, SteadyPressureBehindThePortIsThatOfTheSilencer) {
-  const double x[] = {40.0, 0.02};
-  ExhaustBackpressure<double> silencer;
-  silencer.prepare(x, 0.0025);
-  for (int k = 0; k < 1000; ++k) silencer.vent(2e-3, kAmbient_Pa);
-  const double behind_Pa = silencer.behind(kAmbient_Pa);
-  EXPECT_NEAR(behind_Pa * behind_Pa - kAmbient_Pa * kAmbient_Pa, 80e3 * 80e3, 1.0) << "Pa^2";
-  silencer.vent(0.0, kAmbient_Pa);
-  EXPECT_NEAR(silencer.behind(kAmbient_Pa) - kAmbient_Pa,
-              (behind_Pa - kAmbient_Pa) * std::exp(-0.0025 / 0.02), 1e-9)
-      << "Pa";
+  for (const double manifold_mL : {0.0, 5.0, 100.0}) {
+    ExhaustBackpressure<double> silencer = silencer_of(40.0, manifold_mL, 0.0025);
+    for (int k = 0; k < 4000; ++k) silencer.vent(2e-3);
+    EXPECT_NEAR(silencer.behind_Pa(), std::hypot(kAmbient_Pa, 80e3), 1e-3) << "Pa, " << manifold_mL << " mL";
+  }
+}
+
+TEST(ExhaustBackpressure, ManifoldEmptiesAsAHyperbolicCosine) {
+  // P' = -k sqrt(P^2 - P_a^2):  P = P_a cosh(theta - k t), at rest from theta on
+  const double manifold_m3 = 100e-6;
+  const double k_1_s = 1.4 * RT() / (manifold_m3 * 40e6);
+  ExhaustBackpressure<double> silencer = silencer_of(40.0, 100.0, 1e-4);
+  for (int k = 0; k < 100000; ++k) silencer.vent(2e-3);
+  const double theta = std::acosh(silencer.behind_Pa() / kAmbient_Pa);
+  for (int k = 1; k <= 500; ++k) {
+    silencer.vent(0.0);
+    const double left = std::max(0.0, theta - k_1_s * 1e-4 * k);
+    ASSERT_NEAR(silencer.behind_Pa(), kAmbient_Pa * std::cosh(left), 2.0) << "Pa after " << 0.1 * k << " ms";
+  }
 }
 
 TEST(ExhaustBackpressure, ChangesNothingWhileTheExhaustIsChoked) {
-  const Figures figures = with(sharp_valve(kGain_m2_V), kIdExhaustBackpressure, {40.0, 0.01});
+  const Figures figures = with(sharp_valve(kGain_m2_V), kIdExhaustBackpressure, {40.0, 5.0});
   const double choked = flow_kg_s(0, sharp_valve(kGain_m2_V), 4.0, 6e5);
   EXPECT_EQ(flow_kg_s(only(kIdExhaustBackpressure), figures, 4.0, 6e5, {}, 20),
             flow_kg_s(0, sharp_valve(kGain_m2_V), 4.0, 6e5, {}, 20));
@@ -164,7 +216,7 @@ TEST(ExhaustBackpressure, ChangesNothingWhileTheExhaustIsChoked) {
 TEST(ExhaustBackpressure, SubsonicVentIsInEquilibriumWithTheSilencer) {
   const Surroundings around;
   const plant::ThinPlate plate(plant::thin_plate_constants(around.gas, around.discharge_coefficient));
-  const Figures figures = with(sharp_valve(kGain_m2_V), kIdExhaustBackpressure, {200.0, 0.01});
+  const Figures figures = with(sharp_valve(kGain_m2_V), kIdExhaustBackpressure, {200.0, 2.0});
   const double vented = -flow_kg_s(only(kIdExhaustBackpressure), figures, 4.0, 1.5e5, {}, 50);
   const double behind_Pa = std::hypot(kAmbient_Pa, 200e6 * vented);
   EXPECT_NEAR(vented / (kGain_m2_V * plate.phi(1.5e5, behind_Pa)), 1.0, 1e-5);

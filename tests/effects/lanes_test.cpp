@@ -57,6 +57,14 @@ TEST(Exponential, OfALaneIsThatOfItsNumber) {
   }
 }
 
+TEST(Power, AgreesWithTheLibraryOverFourHundredfold) {
+  for (double x = 0.05; x <= 20.0; x *= 1.1) {
+    for (const double a : {-0.6, 0.0, 0.35, 0.5, 1.0, 1.3}) {
+      EXPECT_NEAR(power(x, a) / std::pow(x, a), 1.0, 1e-7) << x << "^" << a;
+    }
+  }
+}
+
 TEST(Lanes, EachTakesItsOwnBranch) {
   Lanes<0> a, b;
   for (int i = 0; i < kLanes; ++i) {
