@@ -279,7 +279,7 @@ double hose_volume_m3(double length_m, double bore_mm) {
   return std::numbers::pi / 4.0 * bore_mm * bore_mm * 1e-6 * length_m;
 }
 
-TEST(TubeDynamics, WhatTheValvePassesIsFoundInHoseAndChamber) {
+TEST(TubeDynamics, WhatTheValvePassesIsFoundInTheValvesHalfOfTheHoseAndInTheChamber) {
   const double flow = 2e-3;
   const double per_flow = 1.4 * RT() / 150e-6;
   for (const double length_m : {0.01, 1.0, 8.0}) {
@@ -293,13 +293,13 @@ TEST(TubeDynamics, WhatTheValvePassesIsFoundInHoseAndChamber) {
                                 })
                        .end_Pa;
       const double gained_kg =
-          ((chamber_Pa - 2e5) * 150e-6 + (tube.at_valve_Pa() - 2e5) * hose_m3) / (1.4 * RT());
+          ((chamber_Pa - 2e5) * 150e-6 + (tube.at_valve_Pa() - 2e5) * 0.5 * hose_m3) / (1.4 * RT());
       ASSERT_NEAR(gained_kg / (flow * 0.0025 * k), 1.0, 1e-9) << "step " << k << ", " << length_m << " m";
     }
   }
 }
 
-TEST(TubeDynamics, SteadyDropIsLaminarPlusTurbulentFriction) {
+TEST(TubeDynamics, SteadyDropIsThatOfIsothermalFlowWithLaminarPlusTurbulentFriction) {
   const double flow = 1e-3;
   const double length_m = 2.0;
   const double bore_m = 4e-3;
@@ -308,14 +308,13 @@ TEST(TubeDynamics, SteadyDropIsLaminarPlusTurbulentFriction) {
   for (int k = 0; k < 4000; ++k) {
     tube.advance(3e5, {0.0, 0.0, 0.0}, [&](double) { return Valve{flow, 0.0}; });
   }
-  const double rho = 3e5 / RT();
+  // p dp = -R T (128 mu w/(pi D^4) + f w^2/(2 D A^2)) dx, from one end to the other
   const double area = std::numbers::pi / 4.0 * bore_m * bore_m;
-  const double speed = flow / (rho * area);
-  const double expected_Pa =
-      128.0 * 1.8e-5 * length_m * flow / (std::numbers::pi * std::pow(bore_m, 4) * rho) +
-      0.03 * length_m / bore_m * 0.5 * rho * speed * speed;
+  const double per_m = 128.0 * 1.8e-5 * flow / (std::numbers::pi * std::pow(bore_m, 4)) +
+                       0.03 * flow * flow / (2.0 * bore_m * area * area);
+  const double expected_Pa = std::sqrt(3e5 * 3e5 + 2.0 * RT() * per_m * length_m);
   EXPECT_NEAR(tube.flow_kg_s() / flow, 1.0, 1e-9);
-  EXPECT_NEAR((tube.at_valve_Pa() - 3e5) / expected_Pa, 1.0, 1e-9);
+  EXPECT_NEAR(tube.at_valve_Pa() / expected_Pa, 1.0, 1e-9);
 }
 
 TEST(TubeDynamics, ShutHoseSwingsAtTheFrequencyOfItsLump) {
@@ -333,7 +332,20 @@ TEST(TubeDynamics, ShutHoseSwingsAtTheFrequencyOfItsLump) {
   ASSERT_EQ(crossings_s.size(), 9U);
   const double frequency_Hz = 4.0 / (crossings_s[8] - crossings_s[0]);
   const double sound_m_s = std::sqrt(1.4 * RT());
-  EXPECT_NEAR(frequency_Hz / (sound_m_s / (2.0 * std::numbers::pi * length_m)), 1.0, 0.01) << "Hz";
+  EXPECT_NEAR(frequency_Hz / (sound_m_s / (std::numbers::sqrt2 * std::numbers::pi * length_m)), 1.0, 0.01)
+      << "Hz";
+}
+
+TEST(TubeDynamics, RestingHoseAddsItsAirToTheChamber) {
+  // slow changes: the chamber is larger by the hose, its own half and the valve's
+  const double length_m = 0.5, bore_mm = 8.0;
+  const Figures figures = with(sharp_valve(1e-12), kIdTubeDynamics, {length_m, bore_mm});
+  const Drive drive = drive_of(std::vector<double>(400, 6.0), plant::VolumeMotion(100e-6), 4);
+  const std::vector<double> with_hose = run(only(kIdTubeDynamics), figures, drive, 1.2e5);
+  const std::vector<double> without = run(0, sharp_valve(1e-12), drive, 1.2e5);
+  EXPECT_GT(without.back() - 1.2e5, 1.0) << "Pa";
+  EXPECT_NEAR((without.back() - 1.2e5) / (with_hose.back() - 1.2e5),
+              1.0 + hose_volume_m3(length_m, bore_mm) / 100e-6, 1e-2);
 }
 
 TEST(TubeDynamics, VeryShortHoseIsAsNone) {
@@ -356,7 +368,7 @@ TEST(TubeDynamics, HoseOfAnyLengthAndBoreIsTheSameAtFourStepsAsAtManyMore) {
       };
       const std::vector<double> fine = at(512);
       EXPECT_LT(rms_difference(at(4), fine), 400.0) << "Pa, " << length_m << " m of " << bore_mm << " mm";
-      EXPECT_LT(rms_difference(at(64), fine), 10.0) << "Pa, " << length_m << " m of " << bore_mm << " mm";
+      EXPECT_LT(rms_difference(at(64), fine), 15.0) << "Pa, " << length_m << " m of " << bore_mm << " mm";
     }
   }
 }
