@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "host-sim/diagnose/noise.hpp"
+#include "host-sim/effects/chamber_effects.hpp"
 #include "host-sim/identify/box_solver.hpp"
 
 namespace plenum::host::diagnose {
@@ -29,9 +30,10 @@ constexpr double kStartSpread_Pa = 5000;  // of a first reading about the pressu
 /// The sum of squares over the fitted rows as a function of the scaled variables.
 class FreeRunSquares {
  public:
-  FreeRunSquares(const Scene& scene, EffectSet on, const Figures& base, std::vector<double> start_Pa,
-                 std::vector<Variable> variables)
-      : scene_(scene),
+  FreeRunSquares(const effects::Surroundings& around, const std::vector<Record>& records, EffectSet on,
+                 const Figures& base, std::vector<double> start_Pa, std::vector<Variable> variables)
+      : around_(around),
+        records_(records),
         on_(on),
         base_(base),
         start_Pa_(std::move(start_Pa)),
@@ -57,8 +59,8 @@ class FreeRunSquares {
 
   double squares(const Vector& z) const {
     double sum = 0.0;
-    for (std::size_t r = 0; r < scene_.records.size(); ++r) {
-      const Record& record = scene_.records[r];
+    for (std::size_t r = 0; r < records_.size(); ++r) {
+      const Record& record = records_[r];
       const effects::Run base{figures_at(z), start_at(z, r)};
       sum += score(run_lanes(record, {&base, 1}), record);
     }
@@ -69,8 +71,8 @@ class FreeRunSquares {
     const Eigen::Index n = size();
     Gram sum = Gram::Zero(n + 1, n + 1);
     const Figures base = figures_at(z);
-    for (std::size_t r = 0; r < scene_.records.size(); ++r) {
-      const Record& record = scene_.records[r];
+    for (std::size_t r = 0; r < records_.size(); ++r) {
+      const Record& record = records_[r];
       const double start = start_at(z, r);
       const auto settled = static_cast<Eigen::Index>(record.settled_rows);
       const auto rows = static_cast<Eigen::Index>(record.fitted_rows) - settled;
@@ -127,7 +129,7 @@ class FreeRunSquares {
   /// Over the fitted rows only.
   std::vector<double> run_lanes(const Record& record, std::span<const effects::Run> runs) const {
     std::vector<double> readings(record.fitted_rows * static_cast<std::size_t>(kLanes));
-    effects::free_run(scene_.around, record.drive, on_, runs, readings);
+    effects::free_run(around_, record.drive, on_, runs, readings);
     return readings;
   }
 
@@ -140,7 +142,8 @@ class FreeRunSquares {
     return sum;
   }
 
-  const Scene& scene_;
+  const effects::Surroundings& around_;
+  const std::vector<Record>& records_;
   EffectSet on_;
   Figures base_;
   std::vector<double> start_Pa_;
@@ -193,7 +196,9 @@ Scene make_scene(const trace::RigDescription& rig) {
   scene.around.supply_Pa = rig.supply.pressure_Pa;
   scene.around.ambient_Pa = rig.ambient.pressure_Pa;
   scene.around.discharge_coefficient = rig.valve.discharge_coefficient;
-  scene.nominal = effects::neutral_figures();
+  const effects::ChamberEffects known = effects::chamber_effects(rig.effects);
+  scene.known = known.on;
+  scene.nominal = known.figures;
   scene.nominal[effects::kOpenAbove] = rig.valve.open_above_V;
   scene.nominal[effects::kExhaustBelow] = rig.valve.exhaust_below_V;
   scene.nominal[effects::kInletGain] = rig.valve.inlet_area_per_V_m2;
@@ -249,7 +254,7 @@ Fit fit(const Scene& scene, EffectSet on, const Figures& start, const std::vecto
   result.variables = variables_of(scene, on, options.refined);
   Figures base = start;
   for (const Variable& v : result.variables) base[v.figure] = std::clamp(base[v.figure], v.low, v.high);
-  const FreeRunSquares squares(scene, on, base, begin, result.variables);
+  const FreeRunSquares squares(scene.around, scene.records, on | scene.known, base, begin, result.variables);
   identify::BoxProblem<kDynamic> problem;
   problem.squares = [&](const Vector& z) { return squares.squares(z); };
   problem.gram = [&](const Vector& z) { return squares.gram(z); };
@@ -267,11 +272,43 @@ Fit fit(const Scene& scene, EffectSet on, const Figures& start, const std::vecto
   return result;
 }
 
+double joint_squares(const Scene& scene, const Fit& fit, const std::vector<Record>& heldout,
+                     const std::vector<double>& held_start_Pa, bool same_start) {
+  const FreeRunSquares held(scene.around, heldout, fit.on | scene.known, fit.figures, held_start_Pa,
+                            fit.variables);
+  const Eigen::Index figures = held.figures();
+  const auto fitted_starts = static_cast<Eigen::Index>(fit.start_Pa.size());
+  const auto held_starts = static_cast<Eigen::Index>(held_start_Pa.size());
+  const Eigen::Index n = figures + fitted_starts + (same_start ? 0 : held_starts);
+  const Eigen::Index first_held_start = same_start ? figures : figures + fitted_starts;
+  Eigen::MatrixXd both = Eigen::MatrixXd::Zero(n + 1, n + 1);
+  const auto add = [&](const Eigen::MatrixXd& gram, Eigen::Index first_start) {
+    std::vector<Eigen::Index> place(static_cast<std::size_t>(gram.rows()), n);
+    for (Eigen::Index i = 0; i + 1 < gram.rows(); ++i) {
+      place[static_cast<std::size_t>(i)] = i < figures ? i : first_start + i - figures;
+    }
+    both(place, place) += gram;
+  };
+  add(fit.gram, figures);
+  add(held.gram(Vector::Zero(held.size())), first_held_start);
+
+  Vector low(n), high(n);
+  low.setConstant(-1.0);
+  high.setConstant(1.0);
+  low.head(figures) = low.head(figures).cwiseMax(held.low().head(figures));
+  high.head(figures) = high.head(figures).cwiseMin(held.high().head(figures));
+  identify::BoxMatrix<kDynamic> H = both.topLeftCorner(n, n);
+  H.diagonal().array() += 1e-9 * H.diagonal().maxCoeff() + 1e-12;
+  const Vector g = both.topRightCorner(n, 1);
+  const Vector d = identify::quadratic_in_box<kDynamic>(H, g, low, high);
+  return both(n, n) + 2.0 * g.dot(d) + d.dot(H * d);
+}
+
 std::vector<double> run(const Scene& scene, const Record& record, EffectSet on, const Figures& figures,
                         double start_Pa) {
   std::vector<double> lanes(record.rows() * static_cast<std::size_t>(kLanes));
   const effects::Run one{figures, start_Pa};
-  effects::free_run(scene.around, record.drive, on, {&one, 1}, lanes);
+  effects::free_run(scene.around, record.drive, on | scene.known, {&one, 1}, lanes);
   std::vector<double> readings(record.rows());
   for (std::size_t row = 0; row < readings.size(); ++row) readings[row] = lanes[row * kLanes];
   return readings;
@@ -286,7 +323,7 @@ double estimate_start(const Scene& scene, const Record& record, EffectSet on, co
   constexpr double kStep_Pa = 100.0;
   for (int pass = 0; pass < 3; ++pass) {
     const std::array<effects::Run, 2> runs{{{figures, start}, {figures, start + kStep_Pa}}};
-    effects::free_run(scene.around, record.drive, on, runs, lanes);
+    effects::free_run(scene.around, record.drive, on | scene.known, runs, lanes);
     const double known = scene.noise_Pa * scene.noise_Pa / (kStartSpread_Pa * kStartSpread_Pa);
     double slope2 = known;
     double slope_error = known * (start - record.measured_Pa.front());

@@ -32,7 +32,9 @@ struct Record {
 /// The logs of one chamber and what its rig says.
 struct Scene {
   effects::Surroundings around;
-  effects::Figures nominal{};  ///< [valve] as configured, every effect vanished
+  effects::Figures nominal{};  ///< [valve] and [effects] as configured, every other effect vanished
+  effects::EffectSet known =
+      0;  ///< effects as configured: on in every run, with these figures unless a fit changes them
   double noise_Pa = 100.0;
   std::vector<Record> records;
 };
@@ -76,6 +78,13 @@ struct FitOptions {
 /// From `start`; its start pressures may be empty, and are then taken from the log and refined.
 Fit fit(const Scene& scene, effects::EffectSet on, const effects::Figures& start,
         const std::vector<double>& start_Pa, const FitOptions& options = {});
+
+/// Sum of squares over `fit`'s rows and those of `heldout` (their settled_rows .. fitted_rows - 1) of the fit to both that
+/// the linearisation at `fit` leads to, no variable moving by more than its scale: what the held-out rows say against the model, not
+/// against figures that the fitted rows left unknown. `held_start_Pa`: a start pressure each; `same_start`: they are those of the
+/// fitted records, in their order.
+double joint_squares(const Scene& scene, const Fit& fit, const std::vector<Record>& heldout,
+                     const std::vector<double>& held_start_Pa, bool same_start);
 
 /// Readings of a free run over a whole record [Pa].
 std::vector<double> run(const Scene& scene, const Record& record, effects::EffectSet on,

@@ -1,8 +1,5 @@
 #include "host-sim/rig/effects_chamber.hpp"
 
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <array>
 #include <stdexcept>
 #include <variant>
@@ -12,14 +9,6 @@ namespace {
 
 constexpr int kSteps = 16;
 
-/// "what 'given', expected a, b, c", from the names of `all`.
-template <class All, class Name>
-std::invalid_argument unknown(const std::string& what, const std::string& given, const All& all, Name name) {
-  std::string names;
-  for (const auto& one : all) names += (names.empty() ? "" : ", ") + std::string(name(one));
-  return std::invalid_argument(what + " '" + given + "', expected " + names);
-}
-
 const plant::ThinPlateValveConfig& sheet_of(const plant::Valve& valve) {
   const auto* plate = std::get_if<plant::ThinPlateValve>(&valve);
   if (plate == nullptr)
@@ -27,7 +16,8 @@ const plant::ThinPlateValveConfig& sheet_of(const plant::Valve& valve) {
   return plate->config();
 }
 
-effects::Figures figures_of(const plant::ThinPlateValveConfig& sheet, const ChamberEffects& effects) {
+effects::Figures figures_of(const plant::ThinPlateValveConfig& sheet,
+                            const effects::ChamberEffects& effects) {
   effects::Figures figures = effects.figures;
   figures[effects::kOpenAbove] = sheet.open_above_V;
   figures[effects::kExhaustBelow] = sheet.exhaust_below_V;
@@ -41,36 +31,8 @@ effects::Figures figures_of(const plant::ThinPlateValveConfig& sheet, const Cham
 
 }  // namespace
 
-ChamberEffects chamber_effects(const std::map<std::string, std::map<std::string, double>>& wanted) {
-  ChamberEffects result;
-  for (const auto& [id, values] : wanted) {
-    const auto found = effects::find(id);
-    if (!found) {
-      throw unknown("unknown effect", id, effects::catalogue(),
-                    [](const effects::Effect* e) { return e->id; });
-    }
-    result.on |= effects::EffectSet{1} << *found;
-    const auto parameters = effects::kCatalogue[*found]->parameters;
-    for (const auto& [name, value] : values) {
-      const auto of = std::find_if(parameters.begin(), parameters.end(),
-                                   [&name = name](const effects::Parameter& p) { return p.name == name; });
-      if (of == parameters.end()) {
-        throw unknown("effect " + id + ": unknown parameter", name, parameters,
-                      [](const effects::Parameter& p) { return p.name; });
-      }
-      if (!(value >= of->low && value <= of->high)) {
-        throw std::invalid_argument(
-            fmt::format("effect {}: {} = {:g}, expected {:g} to {:g}", id, name, value, of->low, of->high));
-      }
-      const auto place = static_cast<std::size_t>(of - parameters.begin());
-      result.figures[effects::first_figure(*found) + place] = of->coordinate_of(value);
-    }
-  }
-  return result;
-}
-
 EffectsChamber::EffectsChamber(const plant::Valve& valve, const plant::ChamberConfig& config,
-                               const plant::VolumeMotion& volume, const ChamberEffects& effects,
+                               const plant::VolumeMotion& volume, const effects::ChamberEffects& effects,
                                double tick_s)
     : volume_(volume),
       supply_Pa_(config.supply_Pa),

@@ -5,32 +5,20 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <memory>
-#include <string>
 
+#include "host-sim/effects/chamber_effects.hpp"
 #include "host-sim/effects/chamber_model.hpp"
 #include "host-sim/plant/chamber.hpp"
 
 namespace plenum::host::rig {
-
-/// Which effects are on, and with which figures; those of the valve are the chamber's.
-struct ChamberEffects {
-  effects::EffectSet on = 0;
-  effects::Figures figures = effects::neutral_figures();
-};
-
-/// Effects by id, figures by the name of their parameter and in its unit; a parameter left out has the value at which it
-/// vanishes. Throws std::invalid_argument for an id or a name that the catalogue does not have, with those there are,
-/// and for a value out of its bounds.
-ChamberEffects chamber_effects(const std::map<std::string, std::map<std::string, double>>& wanted);
 
 class EffectsChamber {
  public:
   /// The chamber begins at rest, as a ChamberPlant. Throws std::invalid_argument when `valve` is no thin plate, or
   /// `config` has a spool: here a spool is an effect.
   EffectsChamber(const plant::Valve& valve, const plant::ChamberConfig& config,
-                 const plant::VolumeMotion& volume, const ChamberEffects& effects, double tick_s);
+                 const plant::VolumeMotion& volume, const effects::ChamberEffects& effects, double tick_s);
 
   /// A tick with `command_V` held. Returns the sensor's mean over it.
   double advance(double command_V);

@@ -42,7 +42,8 @@ struct ChamberConfig {
   SensorConfig volume_m3;
   double unpowered_V =
       5.0;  ///< the command that a valve without power amounts to: its springs centre the spool
-  std::optional<ChamberEffects> effects = {};  ///< set: an EffectsChamber takes the place of the plant
+  std::optional<effects::ChamberEffects> effects =
+      {};  ///< set: an EffectsChamber takes the place of the plant
 };
 
 struct BoardConfig {

@@ -104,8 +104,8 @@ RigConfig mpye_rig(const MpyeRig& wanted) {
 
 RigConfig thin_plate_rig(const trace::RigDescription& description, const ThinPlateRig& wanted) {
   require_chambers(wanted.chambers);
-  std::optional<ChamberEffects> effects;
-  if (!description.effects.empty()) effects = chamber_effects(description.effects);
+  std::optional<effects::ChamberEffects> effects;
+  if (!description.effects.empty()) effects = effects::chamber_effects(description.effects);
   RigConfig rig{.board = {}, .bus = {}, .seed = wanted.seed};
   plant::Random random(wanted.seed ^ 0x7468'696eU);
   plant::Gas gas;

@@ -50,7 +50,7 @@ void switch_on(std::string_view option, Figures& effects) {
   const std::string id(option.substr(0, equals));
   const auto found = effects::find(id);
   auto& figures = effects[id];
-  if (!found) return;  // refused with the list of those there are, by rig::chamber_effects()
+  if (!found) return;  // refused with the list of those there are, by effects::chamber_effects()
   std::string_view rest = option.substr(equals + 1);
   for (bool first = true;; first = false) {
     const std::size_t comma = rest.find(',');

@@ -35,7 +35,7 @@ trace::RigDescription LogInput::rig() const {
   if (has_rig()) {
     trace::RigDescription rig = trace::read_rig(rig_file_);
     try {
-      static_cast<void>(rig::chamber_effects(rig.effects));
+      static_cast<void>(effects::chamber_effects(rig.effects));
     } catch (const std::invalid_argument& error) {
       throw trace::InputError(fmt::format("{}: {}", rig_file_, error.what()));
     }

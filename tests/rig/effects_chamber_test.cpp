@@ -46,36 +46,9 @@ double quantum_Pa(const RigConfig& config) {
   return (board.adc.high_V - board.adc.low_V) / 65536.0 * board.chamber[0].pressure_Pa.per_V;
 }
 
-TEST(ChamberEffects, FiguresStandWhereTheCatalogueSaysAndTheRestVanishes) {
-  const ChamberEffects effects = chamber_effects(
-      {{"spool_lag", {{"natural_frequency_Hz", 20.0}}}, {"sensor_bias", {{"gain_error", 0.01}}}});
-  EXPECT_EQ(effects.on, 1U << effects::kIdSpoolLag | 1U << effects::kIdSensorBias);
-  effects::Figures expected = effects::neutral_figures();
-  expected[effects::first_figure(effects::kIdSpoolLag)] = 1.0 / 20.0;
-  expected[effects::first_figure(effects::kIdSensorBias) + 1] = 0.01;
-  EXPECT_EQ(effects.figures, expected);
-}
-
-TEST(ChamberEffects, RefusalSaysWhatThereIs) {
-  using ::testing::AllOf;
-  using ::testing::HasSubstr;
-  EXPECT_THAT(refusal([] {
-                chamber_effects({{"spool", {}}});
-              }),
-              AllOf(HasSubstr("'spool'"), HasSubstr("spool_lag, dead_time"), HasSubstr("sensor_bias")));
-  EXPECT_THAT(refusal([] {
-                chamber_effects({{"spool_lag", {{"f", 10.0}}}});
-              }),
-              AllOf(HasSubstr("spool_lag"), HasSubstr("'f'"), HasSubstr("natural_frequency_Hz, damping")));
-  EXPECT_THAT(refusal([] {
-                chamber_effects({{"dead_time", {{"delay_s", 0.5}}}});
-              }),
-              AllOf(HasSubstr("delay_s = 0.5"), HasSubstr("0.08")));
-}
-
 TEST(EffectsChamber, IsOfAThinPlateWithoutSpool) {
   RigConfig config = mpye_rig({.chambers = 1, .spool = false});
-  config.board[0].chamber[0].effects = ChamberEffects{};
+  config.board[0].chamber[0].effects = effects::ChamberEffects{};
   EXPECT_THAT(refusal([&] { Rig rig(config); }), ::testing::HasSubstr("thin-plate"));
   config = quiet_rig({{"dead_time", {{"delay_s", 0.01}}}});
   config.board[0].chamber[0].chamber.spool = plant::SpoolConfig{};

@@ -142,6 +142,9 @@ class Diagnose(plenum_test.Plenum):
         self.assertIn("[effects.dead_time]", (self.folder / "found.toml").read_text())
         self.done("sim", "--plant", "thin-plate", "--rig", "found.toml", "--chambers", 1, "--seconds", 5, "--out", "again")
         self.done("identify", "--rig", "found.toml", "logs/chamber-1.csv")
+        again = json.loads(self.done("diagnose", "--rig", "found.toml", of_log[-1], "--json", "-"))
+        self.assertEqual(again["effects"], [], "the rig that was found holds the effect")
+        self.assertLess(again["gap_kPa"]["as_configured"], 1.2 * gap["gap_kPa"]["with_effects"])
 
     def test_a_chamber_without_an_effect_has_none_named_and_json_alone_goes_to_standard_output(self):
         of_log = self.simulated()

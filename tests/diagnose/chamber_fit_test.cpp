@@ -1,0 +1,91 @@
+// Fits of the chamber: effects that the rig already has, and what held-out rows say of a fit.
+#include "host-sim/diagnose/chamber_fit.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "tests/diagnose/chamber_scene.hpp"
+
+namespace plenum::host::diagnose {
+namespace {
+
+constexpr double kNoise_Pa = 100.0;
+
+void add_noise(Record& record, unsigned seed) {
+  std::mt19937 bits(seed);
+  std::normal_distribution<double> noise(0.0, kNoise_Pa);
+  for (double& p : record.measured_Pa) p += noise(bits);
+}
+
+/// Commands that never open the exhaust, from 1 V below to `high_V` above where the supply opens.
+std::vector<double> filling_V(std::size_t rows, double low_V, double high_V) {
+  std::vector<double> command_V = jumping_V(rows);
+  const auto [least, greatest] = std::minmax_element(command_V.begin(), command_V.end());
+  const double from = *least, span = *greatest - *least;
+  for (double& u : command_V) u = low_V + (u - from) / span * (high_V - low_V);
+  return command_V;
+}
+
+TEST(ChamberFit, AnEffectOfTheRigIsInEveryRun) {
+  trace::RigDescription rig;
+  rig.effects["dead_time"]["delay_s"] = 0.013;
+  const Scene known = make_scene(rig);
+  EXPECT_EQ(known.known, effects::EffectSet{1} << effects::kIdDeadTime);
+  Scene plain = chamber_scene(jumping_V(600), 30e-6);
+  effects::Figures late = plain.nominal;
+  late[effects::first_figure(effects::kIdDeadTime)] = 0.013;
+  const std::vector<double> expected =
+      run(plain, plain.records[0], effects::EffectSet{1} << effects::kIdDeadTime, late, 3e5);
+  EXPECT_EQ(run(known, plain.records[0], 0, known.nominal, 3e5), expected);
+  EXPECT_NE(run(plain, plain.records[0], 0, plain.nominal, 3e5), expected);
+}
+
+TEST(ChamberFit, WithAnEffectOfTheRigTheValveIsFittedAsWithoutIt) {
+  trace::RigDescription rig;
+  rig.effects["dead_time"]["delay_s"] = 0.013;
+  Scene known = make_scene(rig);
+  known.records = chamber_scene(jumping_V(1500), 30e-6).records;
+  known.records[0].measured_Pa = run(known, known.records[0], 0, known.nominal, 3e5);
+  effects::Figures wrong = known.nominal;
+  wrong[effects::kInletGain] *= 1.1;
+  wrong[effects::kOpenAbove] += 0.02;
+  const Fit found = fit(known, 0, wrong, {});
+  EXPECT_NEAR(found.figures[effects::kInletGain] / known.nominal[effects::kInletGain], 1.0, 1e-3);
+  EXPECT_NEAR(found.figures[effects::kOpenAbove], known.nominal[effects::kOpenAbove], 1e-3);
+  EXPECT_LT(found.rms_Pa(), 5.0);
+}
+
+TEST(JointSquares, OfTheSameRowsTwiceAreTwiceTheFit) {
+  Scene scene = chamber_scene(jumping_V(1500), 30e-6);
+  add_noise(scene.records[0], 3);
+  const Fit found = fit(scene, 0, scene.nominal, {}, {.most_iterations = 100, .tolerance = 1e-9});
+  EXPECT_NEAR(joint_squares(scene, found, scene.records, found.start_Pa, true) / (2.0 * found.squares), 1.0,
+              1e-4);
+}
+
+TEST(JointSquares, LeaveToTheHeldOutRowsWhatTheFittedOnesDoNotShow) {
+  Scene scene = chamber_scene(jumping_V(10), 0.0);
+  const effects::Figures truth = scene.nominal;
+  const auto record_of = [&](const std::vector<double>& command_V, double start_Pa, unsigned seed) {
+    Record record = chamber_scene(command_V, 0.0).records[0];
+    record.measured_Pa = run(scene, record, 0, truth, start_Pa);
+    add_noise(record, seed);
+    return record;
+  };
+  scene.records = {record_of(
+      filling_V(1500, truth[effects::kOpenAbove] - 0.2, truth[effects::kOpenAbove] + 0.3), 1.2e5, 5)};
+  const std::vector<Record> held{record_of(jumping_V(1500), 3e5, 6)};
+  effects::Figures start = truth;
+  start[effects::kExhaustGain] *= 1.04;
+  const Fit found = fit(scene, 0, start, {});
+  const double start_Pa = estimate_start(scene, held[0], 0, found.figures);
+  const Score alone = score(run(scene, held[0], 0, found.figures, start_Pa), held[0], 1);
+  const double joint = joint_squares(scene, found, held, {start_Pa}, false);
+  ASSERT_GT(alone.rms_Pa(), 5.0 * kNoise_Pa) << "the fitted log shows the exhaust";
+  EXPECT_LT(std::sqrt(joint / static_cast<double>(found.rows + alone.rows)), 1.1 * kNoise_Pa);
+  EXPECT_GT(joint, found.squares);
+}
+
+}  // namespace
+}  // namespace plenum::host::diagnose
