@@ -21,7 +21,7 @@ struct DiagnoseOptions {
 
 /// Finds the gap between the rig's nominal model and the logs of one chamber, where it lies, which effects cause it and
 /// how far they close it. Without `heldout` the last 40 % of each log are held out. Throws std::invalid_argument for
-/// an unknown effect in `strike`; logs that cannot be diagnosed are for require_diagnosable() to refuse.
+/// an unknown effect in `strike` and for more than 16 logs of either kind; logs that cannot be diagnosed are for require_diagnosable() to refuse.
 GapReport diagnose(const std::vector<NamedLog>& logs, const std::vector<NamedLog>& heldout,
                    const trace::RigDescription& rig, const DiagnoseOptions& options = {});
 

@@ -1,10 +1,14 @@
 #include "host-sim/diagnose/search.hpp"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <numeric>
+#include <span>
 #include <thread>
 
 #include "host-sim/diagnose/noise.hpp"
@@ -16,19 +20,25 @@ using effects::EffectSet;
 using effects::Figures;
 using effects::kEffects;
 
-constexpr int kMostEffects = 3;
-constexpr std::size_t kSecondLook =
-    6;  // effects tried beside a set: those that gained most beside the set before
+constexpr std::size_t kBeam = 2;      ///< sets of a size that are enlarged
+constexpr std::size_t kFinished = 6;  ///< of the effects looked at beside a set, those whose fit is finished
 /// An effect enters a set for this much evidence beyond its parameters' price, and for this share of the squares: less
 /// can be clutter (jitter, ripple) that one of fourteen effects happens to fit. An effect as large as the noise, the
 /// least that is called detectable, takes away half.
 constexpr double kWorthEntering = 6.0;
 constexpr double kLeastShare = 0.15;
-/// A second or third effect must close these shares of the gap that calibration leaves, and of what the set without it
-/// leaves, and this share of the noise: less is the form of the first effect, which no catalogue holds exactly.
-constexpr double kFurtherOfAll = 0.05;
-constexpr double kFurtherOfRest = 0.3;
+constexpr double kNothingLeft = 1.05;  ///< of the noise
+/// Each of several effects must close this share of the squares that the set without it leaves above the noise, and this
+/// share of the noise: less is the form of the others, which no catalogue holds exactly.
+constexpr double kFurtherOfRest = 0.76;
 constexpr double kFurtherOfNoise = 0.25;
+/// Independent pieces of information in a log. Not more: no model is exact, and what all leave out would decide between
+/// rivals whose errors differ by a hundredth.
+constexpr double kLeastPieces = 20.0;
+constexpr double kMostPieces = 200.0;
+/// Short fits are run this long, in so few steps a tick.
+constexpr double kLook_s = 40.0;
+constexpr int kLookSteps = 2;
 
 EffectSet bit(std::size_t effect) {
   return EffectSet{1} << effect;
@@ -44,47 +54,117 @@ void in_parallel(std::size_t count, unsigned threads, const std::function<void(s
   work();
 }
 
+bool worth_entering(const Trial& with, const Trial& base, double correlated_rows) {
+  return with.valid() && with.evidence(correlated_rows) - base.evidence(correlated_rows) > kWorthEntering &&
+         with.joint_squares < (1.0 - kLeastShare) * base.joint_squares &&
+         with.heldout_squares < (1.0 - kLeastShare) * base.heldout_squares;
+}
+
+/// By evidence, but after all others those that do not lower the held-out error.
+void best_first(std::vector<Trial>& trials, const Trial& recalibrated, double correlated_rows) {
+  const auto rank = [&](const Trial& t) {
+    return std::pair(worth_entering(t, recalibrated, correlated_rows), t.evidence(correlated_rows));
+  };
+  std::sort(trials.begin(), trials.end(), [&](const Trial& a, const Trial& b) { return rank(a) > rank(b); });
+}
+
+/// Of several trials of one set, which stand best first, only the best.
+void once_each(std::vector<Trial>& trials) {
+  std::vector<EffectSet> seen;
+  std::erase_if(trials, [&](const Trial& t) {
+    const bool again = std::find(seen.begin(), seen.end(), t.on) != seen.end();
+    seen.push_back(t.on);
+    return again;
+  });
+}
+
+/// Whether an effect closes enough, beyond being significant, to be named beside others.
+bool closes_enough(const Trial& with, const Trial& base, double noise_Pa) {
+  return base.heldout_Pa() - with.heldout_Pa() > kFurtherOfNoise * noise_Pa &&
+         share_of_rest(with, base, noise_Pa) > kFurtherOfRest;
+}
+
+/// The same logs, shorter and in fewer steps a tick.
+Scene coarse(const Scene& scene) {
+  Scene coarse = scene;
+  for (Record& record : coarse.records) {
+    const effects::Drive fine = record.drive;
+    const auto rows = std::min(record.fitted_rows, static_cast<std::size_t>(kLook_s / fine.timing.tick_s));
+    std::vector<double> volume_m3(rows);
+    for (std::size_t row = 0; row < rows; ++row) {
+      volume_m3[row] = fine.volume_m3[row * static_cast<std::size_t>(fine.timing.steps)];
+    }
+    effects::Timing timing = fine.timing;
+    timing.steps = kLookSteps;
+    record.drive = effects::make_drive(std::span(fine.command_V).first(rows), volume_m3, timing);
+    record.measured_Pa.resize(rows);
+    record.fitted_rows = rows;
+  }
+  return coarse;
+}
+
 class Searcher {
  public:
   Searcher(const Scene& scene, const std::vector<HeldOut>& heldout, const SearchOptions& options)
-      : scene_(scene), heldout_(heldout), options_(options) {}
+      : scene_(scene), coarse_(coarse(scene)), heldout_(heldout), options_(options) {
+    for (const HeldOut& held : heldout) {
+      held_records_.push_back(held.record);
+      held_records_.back().settled_rows = std::max(held.first, held.record.settled_rows);
+      held_records_.back().fitted_rows = held.record.rows();
+    }
+  }
 
   Trial tried(Fit fit) const {
     Trial trial;
     trial.on = fit.on;
-    for (const HeldOut& held : heldout_) {
-      const Score s = score(heldout_reading(scene_, held, fit), held.record, held.first);
+    std::vector<double> start_Pa;
+    for (std::size_t i = 0; i < heldout_.size(); ++i) {
+      start_Pa.push_back(heldout_start(scene_, heldout_[i], fit));
+      const Score s = score(run(scene_, heldout_[i].record, fit.on, fit.figures, start_Pa.back()),
+                            heldout_[i].record, heldout_[i].first);
       trial.heldout_squares += s.squares;
       trial.heldout_rows += s.rows;
     }
+    trial.joint_squares =
+        joint_squares(scene_, fit, held_records_, start_Pa, heldout_.front().continues >= 0);
     trial.fit = std::move(fit);
     return trial;
   }
 
-  /// The set of `base` with `effect` besides: short fits from several sizes of it, the best to its end.
-  Trial with(const Trial& base, std::size_t effect) const {
+  /// The set of `base` with `effect` besides: the best of short fits from several sizes of it.
+  Fit look(const Trial& base, std::size_t effect) const {
     const EffectSet on = base.on | bit(effect);
     const std::size_t at = effects::first_figure(effect);
     const effects::Parameter& first = effects::kCatalogue[effect]->parameters.front();
     Fit best;
+    best.on = on;
     best.squares = std::numeric_limits<double>::infinity();
-    for (const double size : {0.3, 3.0, -1.0}) {
+    constexpr std::array<double, 3> kSizes{0.3, 3.0, -1.0};
+    // beside other effects one size is enough to tell which are worth fitting to their end
+    constexpr std::array<double, 1> kSizesBeside{1.0};
+    for (const double size :
+         base.on == 0 ? std::span<const double>(kSizes) : std::span<const double>(kSizesBeside)) {
       Figures start = base.fit.figures;
-      start[at] = first.neutral() + size * first.typical_change;
+      const double from = scene_.nominal[at];
+      start[at] = from + size * first.typical_change;
       if (start[at] < first.least() || start[at] > first.greatest()) {
-        if (size < 0.0 && first.neutral() > first.least())
-          start[at] = first.neutral() - 0.3 * first.typical_change;
+        if (size < 0.0 && from > first.least()) start[at] = from - 0.3 * first.typical_change;
         if (start[at] < first.least() || start[at] > first.greatest()) continue;
       }
-      Fit look = fit(scene_, on, start, base.fit.start_Pa,
+      Fit look = fit(coarse_, on, start, base.fit.start_Pa,
                      {.most_iterations = 5, .tolerance = 1e-3, .refined = base.fit.refined});
       if (look.squares < best.squares) best = std::move(look);
     }
-    if (!std::isfinite(best.squares)) return Trial{};
-    Trial plain = tried(fit(scene_, on, best.figures, best.start_Pa, finish(base.fit.refined)));
+    return best;
+  }
+
+  /// A look at `effect` fitted to its end, refined where that pays.
+  Trial finished(const Fit& look, std::size_t effect) const {
+    if (!std::isfinite(look.squares)) return Trial{};
+    Trial plain = tried(fit(scene_, look.on, look.figures, look.start_Pa, finish(look.refined)));
     if (!refinable(effect) || !plain.valid()) return plain;
-    const Trial refined =
-        tried(fit(scene_, on, plain.fit.figures, plain.fit.start_Pa, finish(base.fit.refined | bit(effect))));
+    Trial refined = tried(
+        fit(scene_, look.on, plain.fit.figures, plain.fit.start_Pa, finish(look.refined | bit(effect))));
     const double correlated = correlation(plain);
     return refined.valid() && refined.heldout_squares < plain.heldout_squares &&
                    refined.evidence(correlated) > plain.evidence(correlated) + kWorthEntering
@@ -96,9 +176,29 @@ class Searcher {
   Trial without(const Trial& base, std::size_t effect) const {
     Figures start = base.fit.figures;
     std::size_t at = effects::first_figure(effect);
-    for (const effects::Parameter& p : effects::kCatalogue[effect]->parameters) start[at++] = p.neutral();
+    for (std::size_t k = 0; k < effects::kCatalogue[effect]->parameters.size(); ++k, ++at) {
+      start[at] = scene_.nominal[at];
+    }
     return tried(fit(scene_, base.on & ~bit(effect), start, base.fit.start_Pa,
                      finish(base.fit.refined & ~bit(effect))));
+  }
+
+  /// `set` without the effects that are not worth their place beside the others, the least first.
+  Trial pruned(Trial set, const Trial& recalibrated) const {
+    while (set.on != 0) {
+      const double correlated = correlation(set);
+      Trial least;
+      for (const std::size_t member : members(set.on)) {
+        Trial rest = std::popcount(set.on) == 1 ? recalibrated : without(set, member);
+        const bool stays = worth_entering(set, rest, correlated) &&
+                           (rest.on == 0 || closes_enough(set, rest, options_.noise_Pa));
+        if (!stays && (!least.valid() || rest.heldout_squares < least.heldout_squares))
+          least = std::move(rest);
+      }
+      if (!least.valid()) break;
+      set = std::move(least);
+    }
+    return set;
   }
 
   /// Rows for one piece of information in a trial's error on fitted rows.
@@ -117,10 +217,24 @@ class Searcher {
     return worst;
   }
 
-  std::vector<Trial> all_with(const Trial& base, const std::vector<std::size_t>& which) const {
-    std::vector<Trial> trials(which.size());
-    in_parallel(which.size(), options_.threads, [&](std::size_t i) { trials[i] = with(base, which[i]); });
-    return trials;
+  /// `base` with each of `which` besides; only the `most` that look best are fitted to their end and returned.
+  const std::vector<Trial>& all_with(const Trial& base, const std::vector<std::size_t>& which,
+                                     std::size_t most = kEffects) {
+    const auto known = beside_.find(base.on);
+    if (known != beside_.end()) return known->second;
+    std::vector<Fit> looks(which.size());
+    in_parallel(which.size(), options_.threads, [&](std::size_t i) { looks[i] = look(base, which[i]); });
+    std::vector<std::size_t> order(which.size());
+    std::iota(order.begin(), order.end(), 0U);
+    if (which.size() > most) {
+      std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(most), order.end(),
+                        [&](std::size_t a, std::size_t b) { return looks[a].squares < looks[b].squares; });
+      order.resize(most);
+    }
+    std::vector<Trial> trials(order.size());
+    in_parallel(order.size(), options_.threads,
+                [&](std::size_t i) { trials[i] = finished(looks[order[i]], which[order[i]]); });
+    return beside_.emplace(base.on, std::move(trials)).first->second;
   }
 
  private:
@@ -134,78 +248,54 @@ class Searcher {
   }
 
   const Scene& scene_;
+  Scene coarse_;  ///< for looks
   const std::vector<HeldOut>& heldout_;
+  std::vector<Record> held_records_;  ///< the same, for a fit
   const SearchOptions& options_;
+  std::map<EffectSet, std::vector<Trial>> beside_;  ///< by the set that was enlarged
 };
 
-bool worth_entering(const Trial& with, const Trial& base, double correlated_rows) {
-  return with.valid() && with.evidence(correlated_rows) - base.evidence(correlated_rows) > kWorthEntering &&
-         with.fit.squares < (1.0 - kLeastShare) * base.fit.squares &&
-         with.heldout_squares < (1.0 - kLeastShare) * base.heldout_squares;
-}
-
-/// Whether a further effect closes enough, beyond being significant.
-bool closes_enough(const Trial& with, const Trial& base, const Trial& recalibrated, double noise_Pa) {
-  const double closed = base.heldout_Pa() - with.heldout_Pa();
-  return closed > kFurtherOfAll * (recalibrated.heldout_Pa() - noise_Pa) &&
-         closed > kFurtherOfRest * (base.heldout_Pa() - noise_Pa) && closed > kFurtherOfNoise * noise_Pa;
-}
-
-/// Leaves those in `which` that live in the equation of `member`, and those that do best alone.
-void keep_likely(std::vector<std::size_t>& which, const std::vector<Trial>& alone, std::size_t member,
-                 double correlated_rows) {
-  std::sort(which.begin(), which.end(), [&](std::size_t a, std::size_t b) {
-    return alone[a].evidence(correlated_rows) > alone[b].evidence(correlated_rows);
-  });
-  std::size_t place = 0;
-  std::erase_if(which, [&](std::size_t i) {
-    return place++ >= kSecondLook &&
-           effects::kCatalogue[i]->equation != effects::kCatalogue[member]->equation;
-  });
-}
-
-std::size_t best_of(const std::vector<Trial>& trials, double correlated_rows) {
-  std::size_t best = 0;
-  for (std::size_t i = 1; i < trials.size(); ++i) {
-    if (!trials[i].valid()) continue;
-    if (!trials[best].valid() || trials[i].evidence(correlated_rows) > trials[best].evidence(correlated_rows))
-      best = i;
-  }
-  return best;
-}
+}  // namespace
 
 std::vector<std::size_t> members(EffectSet on) {
   std::vector<std::size_t> in;
   for (std::size_t i = 0; i < kEffects; ++i) {
-    if ((on & bit(i)) != 0) in.push_back(i);
+    if ((on >> i & 1U) != 0) in.push_back(i);
   }
   return in;
 }
-
-}  // namespace
 
 double Trial::heldout_Pa() const {
   return std::sqrt(heldout_squares / static_cast<double>(heldout_rows));
 }
 bool Trial::valid() const {
-  return fit.rows > 0 && std::isfinite(fit.squares + heldout_squares);
+  return fit.rows > 0 && std::isfinite(fit.squares + heldout_squares + joint_squares);
 }
 double Trial::evidence(double correlated_rows) const {
   if (!valid()) return -std::numeric_limits<double>::infinity();
-  const auto rows = static_cast<double>(fit.rows);
-  const double pieces = std::max(rows / correlated_rows, 20.0);
-  return -0.5 * pieces * std::log(fit.squares / rows) -
+  const auto rows = static_cast<double>(fit.rows + heldout_rows);
+  const double pieces = std::clamp(rows / correlated_rows, kLeastPieces, kMostPieces);
+  return -0.5 * pieces * std::log(joint_squares / rows) -
          0.5 * static_cast<double>(fit.variables.size()) * std::log(pieces);
 }
 
+double share_of_rest(const Trial& with, const Trial& without, double noise_Pa) {
+  const double noise2 = noise_Pa * noise_Pa * static_cast<double>(without.heldout_rows);
+  const double rest = without.heldout_squares - noise2;
+  return rest > 0.0 ? std::clamp((without.heldout_squares - with.heldout_squares) / rest, 0.0, 1.0) : 0.0;
+}
+
+double heldout_start(const Scene& scene, const HeldOut& held, const Fit& fit) {
+  return held.continues >= 0 ? fit.start_Pa[static_cast<std::size_t>(held.continues)]
+                             : estimate_start(scene, held.record, fit.on, fit.figures);
+}
+
 std::vector<double> heldout_reading(const Scene& scene, const HeldOut& held, const Fit& fit) {
-  const double start = held.continues >= 0 ? fit.start_Pa[static_cast<std::size_t>(held.continues)]
-                                           : estimate_start(scene, held.record, fit.on, fit.figures);
-  return run(scene, held.record, fit.on, fit.figures, start);
+  return run(scene, held.record, fit.on, fit.figures, heldout_start(scene, held, fit));
 }
 
 Search search(const Scene& scene, const std::vector<HeldOut>& heldout, const SearchOptions& options) {
-  const Searcher searcher(scene, heldout, options);
+  Searcher searcher(scene, heldout, options);
   const auto tell = [&](double share) {
     if (options.progress) options.progress(share);
   };
@@ -217,38 +307,43 @@ Search search(const Scene& scene, const std::vector<HeldOut>& heldout, const Sea
   for (std::size_t i = 0; i < kEffects; ++i) {
     if ((options.struck & bit(i)) == 0) all.push_back(i);
   }
-  std::vector<Trial> trials = searcher.all_with(result.recalibrated, all);
+  const auto but = [&](EffectSet on) {
+    std::vector<std::size_t> others = all;
+    std::erase_if(others, [&](std::size_t i) { return (on & bit(i)) != 0; });
+    return others;
+  };
   result.alone.resize(kEffects);
-  for (std::size_t k = 0; k < all.size(); ++k) result.alone[all[k]] = trials[k];
-  tell(0.5);
-
-  // forward: the effect that gains most, while it is worth it
-  result.best = result.recalibrated;
-  std::vector<std::size_t> beside = all;
-  for (int size = 1; size <= kMostEffects && !beside.empty(); ++size) {
-    if (size > 1) trials = searcher.all_with(result.best, beside);
-    // the correlation is that of the best candidate's error: that of the error before it is what it explains
-    const std::size_t first = best_of(trials, searcher.correlation(result.best));
-    if (!trials[first].valid()) break;
-    const double correlated = searcher.correlation(trials[first]);
-    const std::size_t chosen = best_of(trials, correlated);
-    if (!worth_entering(trials[chosen], result.best, correlated)) break;
-    if (size > 1 && !closes_enough(trials[chosen], result.best, result.recalibrated, options.noise_Pa)) break;
-    // those that gained most beside the old set are looked at beside the new one
-    std::vector<std::size_t> order(beside.size());
-    for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-      return trials[a].evidence(correlated) > trials[b].evidence(correlated);
-    });
-    std::vector<std::size_t> next;
-    for (const std::size_t i : order) {
-      if (i != chosen && (size == 1 || next.size() < kSecondLook)) next.push_back(beside[i]);
-    }
-    result.best = std::move(trials[chosen]);
-    beside = std::move(next);
-    if (result.best.heldout_Pa() < 1.02 * options.noise_Pa) break;  // nothing is left to explain
+  std::vector<Trial> trials = searcher.all_with(result.recalibrated, all);
+  for (const Trial& trial : trials) {
+    if (trial.valid()) result.alone[members(trial.on).front()] = trial;
   }
-  tell(0.8);
+  tell(0.4);
+
+  // forward: the best sets of each size are enlarged, also by an effect that pays only beside another
+  result.best = result.recalibrated;
+  for (std::size_t size = 1; size <= kMostEffects; ++size) {
+    std::erase_if(trials, [](const Trial& t) { return !t.valid(); });
+    if (trials.empty()) break;
+    // the correlation is that of the best candidate's error: that of the error before it is what it explains
+    best_first(trials, result.recalibrated, searcher.correlation(result.best));
+    const double correlated = searcher.correlation(trials.front());
+    best_first(trials, result.recalibrated, correlated);
+    once_each(trials);
+    const bool better = worth_entering(trials.front(), result.best, correlated);
+    if (better) result.best = trials.front();
+    if (size == kMostEffects || (size > 1 && !better)) break;
+    if (result.best.heldout_Pa() < kNothingLeft * options.noise_Pa) break;
+    std::vector<Trial> larger;
+    for (std::size_t i = 0; i < std::min(kBeam, trials.size()); ++i) {
+      const std::vector<Trial>& beside = searcher.all_with(trials[i], but(trials[i].on), kFinished);
+      larger.insert(larger.end(), beside.begin(), beside.end());
+    }
+    trials = std::move(larger);
+    tell(0.4 + 0.2 * static_cast<double>(size));
+  }
+
+  // back: what closes too little to be told from the form of the others leaves
+  result.best = searcher.pruned(std::move(result.best), result.recalibrated);
 
   // swap: each effect of the set leaves, and every other tries its place; once more where one does better
   for (int pass = 0; pass < 2; ++pass) {
@@ -258,21 +353,14 @@ Search search(const Scene& scene, const std::vector<HeldOut>& heldout, const Sea
     for (const std::size_t member : members(result.best.on)) {
       std::vector<Trial> rivals;
       if (std::popcount(result.best.on) == 1) {
-        for (const std::size_t i : all) {
-          if (i != member) rivals.push_back(result.alone[i]);
-        }
+        for (const std::size_t i : but(result.best.on)) rivals.push_back(result.alone[i]);
         rivals.push_back(result.recalibrated);
       } else {
         const Trial rest = searcher.without(result.best, member);
-        std::vector<std::size_t> others;
-        for (const std::size_t i : all) {
-          if ((result.best.on & bit(i)) == 0) others.push_back(i);
-        }
-        keep_likely(others, result.alone, member, result.correlated_rows);
-        rivals = searcher.all_with(rest, others);
+        rivals = searcher.all_with(rest, but(result.best.on), kFinished);
         rivals.push_back(rest);
       }
-      std::erase_if(rivals, [](const Trial& t) { return !t.valid(); });
+      std::erase_if(rivals, [&](const Trial& t) { return !t.valid() || t.on == result.best.on; });
       for (const Trial& rival : rivals) {
         if (rival.evidence(result.correlated_rows) > better.evidence(result.correlated_rows)) better = rival;
       }

@@ -1,11 +1,12 @@
-// Which set of effects explains the error: every effect alone, then sets by forward, swap and backward steps.
+// Which set of effects explains the error: every effect alone, then sets by forward, backward and swap steps.
 //
 //   evidence = -N/(2 c) ln(S/N) - k/2 ln(N/c)
 //
-// S sum of squared errors over the fitted rows, N their number, c rows for one independent piece of information in the
-// error, k variables: Schwarz's criterion for a free run, whose errors are correlated. Differences of evidence are
-// logarithms of odds. The held-out rows have a veto: an effect that does not lower their error does not enter. They do
-// not rank, since where the log does not show the valve's figures, chance decides what they predict.
+// S sum of squared errors over fitted and held-out rows of the fit to both (joint_squares: figures that the fitted rows leave
+// unknown must not decide what the held-out rows say), N their number, c rows for one independent piece of information in
+// the error, N/c held within 20 to 200, k variables: Schwarz's criterion for a free run, whose errors are correlated.
+// Differences of evidence are logarithms of odds. The held-out rows have a veto besides: an effect that, fitted without
+// them, does not lower their error does not enter.
 #pragma once
 
 #include <functional>
@@ -23,12 +24,16 @@ struct HeldOut {
   int continues = -1;
 };
 
+/// Of one set.
+inline constexpr std::size_t kMostEffects = 3;
+
 /// What a set of effects achieves.
 struct Trial {
   effects::EffectSet on = 0;
   Fit fit;
   double heldout_squares = 0.0;
   std::size_t heldout_rows = 0;
+  double joint_squares = 0.0;  ///< over fitted and held-out rows of the fit to both
 
   double heldout_Pa() const;
   bool valid() const;
@@ -54,6 +59,12 @@ struct SearchOptions {
 
 Search search(const Scene& scene, const std::vector<HeldOut>& heldout, const SearchOptions& options);
 
+/// The effects of a set, in the catalogue's order.
+std::vector<std::size_t> members(effects::EffectSet on);
+/// What a set closes of the squares above the noise that a smaller set leaves on held-out rows, 0 to 1.
+double share_of_rest(const Trial& with, const Trial& without, double noise_Pa);
+/// The start pressure of a held-out record's run.
+double heldout_start(const Scene& scene, const HeldOut& held, const Fit& fit);
 /// Readings of a trial's model over held-out records.
 std::vector<double> heldout_reading(const Scene& scene, const HeldOut& held, const Fit& fit);
 

@@ -62,6 +62,22 @@ TEST(Diagnose, TheSharesOfTheRegimesSumToOne) {
   EXPECT_NEAR(sum, 1.0, 0.02);
 }
 
+TEST(Diagnose, RefusesMoreLogsThanItsFitsHaveRoomFor) {
+  const blind::Case made =
+      blind::make_case({.effects = {}, .kind = "none", .tier = 1, .seconds = 10.0, .seed = 1});
+  const std::vector<NamedLog> many(17, NamedLog{"log", made.log});
+  const auto refusal = [&](const std::vector<NamedLog>& logs, const std::vector<NamedLog>& heldout) {
+    try {
+      diagnose(logs, heldout, made.rig);
+      return std::string();
+    } catch (const std::invalid_argument& error) {
+      return std::string(error.what());
+    }
+  };
+  EXPECT_NE(refusal(many, {}).find("17 logs, expected at most 16"), std::string::npos);
+  EXPECT_NE(refusal({many[0]}, many).find("17 held-out logs"), std::string::npos);
+}
+
 TEST(Diagnose, RefusesToStrikeWhatTheCatalogueDoesNotHold) {
   const blind::Case made =
       blind::make_case({.effects = {}, .kind = "none", .tier = 1, .seconds = 10.0, .seed = 1});
