@@ -224,10 +224,7 @@ typename ChamberModel<N>::Balance ChamberModel<N>::balance(const N& pressure_Pa,
 /// One step: moves the pressure, returns its mean. What the flows of the step change slowly (supply, pressure behind
 /// the exhaust, mass of the gas) enters as the flows at its beginning will have made it by its middle.
 template <class N>
-N ChamberModel<N>::step(const Openings& open, const N& chamber_m3, const N& squeezed_1_s) {
-  // half of a hose's air moves with that of the chamber
-  const N volume_m3 = on(kIdTubeDynamics) ? chamber_m3 + tube_.half_m3() : chamber_m3;
-  const N squeeze_1_s = on(kIdTubeDynamics) ? squeezed_1_s * chamber_m3 / volume_m3 : squeezed_1_s;
+N ChamberModel<N>::step(const Openings& open, const N& volume_m3, const N& squeeze_1_s) {
   const N begin = pressure_Pa_;
   const N& at_valve = on(kIdTubeDynamics) ? tube_.at_valve_Pa() : pressure_Pa_;
   N supply = supply_Pa_;

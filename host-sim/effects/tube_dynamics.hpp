@@ -1,14 +1,14 @@
 // tube_dynamics: a hose between valve and chamber holds air, resists it and must accelerate it.
 //
-//   (V/2) p_t'/(kappa R T) = m_v - w,   (L/A) w' = p_t - p - r w,   V = A L,  A = pi D^2/4
+//   V p_t'/(kappa R T) = m_v - w,   (L/A) w' = p_t - p - r w,   V = A L,  A = pi D^2/4
 //   r = 128 mu L/(pi D^4 rho) + f L |w|/(2 D rho A^2),   rho = (p_t + p)/(2 R T)
 //
 // p_t pressure at the valve, p in the chamber [Pa]; m_v flow through the valve, w into the chamber [kg/s]; L length,
-// D bore [m]; mu = 1.8e-5 Pa s viscosity, f = 0.03 friction factor of smooth hoses at Re about 1e4 (Blasius). The other
-// half of V is part of the chamber: both ends of the line are treated alike, and its friction at rest is that of
-// isothermal flow, p_t^2 - p^2 = 2 rho R T r w. Assumptions: one lump, right below a line's first resonance c/(4 L),
-// 86 Hz for a metre; the lump's own is c/(sqrt(2) pi L), a tenth below it. Vanishes at L = 0; a hose shorter than a
-// millimetre is taken as one of a millimetre. Numerical treatment: p_t,
+// D bore [m]; mu = 1.8e-5 Pa s viscosity, f = 0.03 friction factor of smooth hoses at Re about 1e4 (Blasius). At rest
+// the friction is that of isothermal flow, p_t^2 - p^2 = 2 rho R T r w. Assumptions: one lump, right below a line's
+// first resonance c/(4 L), 86 Hz for a metre; the lump's own is c/(2 pi L). (Half of V in the chamber would bring it to
+// c/(sqrt(2) pi L), but a hose of some centimetres is then found in a wrong place from most starts.) Vanishes at L = 0;
+// a hose shorter than a millimetre is taken as one of a millimetre. Numerical treatment: p_t,
 // w and the chamber's p together by the linearly implicit Euler rule in one, two and three parts of the step,
 // extrapolated to third order: stiffly stable, and no stage overshoots, so that a short hose is in equilibrium at any
 // step. (The inner stage of a Rosenbrock rule of two overshoots 2.4 times where a command jumps; a hose of 2 mm
@@ -30,8 +30,8 @@ inline constexpr std::array<Parameter, 2> kTubeDynamicsParameters{{
 inline constexpr Effect kTubeDynamics{"tube_dynamics",
                                       Equation::mass_flow,
                                       "a hose between valve and chamber: its volume, friction and inertia",
-                                      "(V/2) p_t'/(kappa R T) = m_v - w, (L/A) w' = p_t - p - r(w) w",
-                                      "Richer and Hurmuzlu (2000), one lump with half of the air at each end",
+                                      "V p_t'/(kappa R T) = m_v - w, (L/A) w' = p_t - p - r(w) w",
+                                      "Richer and Hurmuzlu (2000), one lump",
                                       kTubeDynamicsParameters};
 
 template <class N>
@@ -52,8 +52,7 @@ class TubeDynamics {
     const N bore = x[1] * 1e-3;
     const N area = std::numbers::pi / 4.0 * bore * bore;
     step_s_ = step_s;
-    half_m3_ = 0.5 * area * length;
-    per_volume_ = kappa * gas_J_kg / half_m3_;
+    per_volume_ = kappa * gas_J_kg / (area * length);
     per_inertia_ = area / length;
     laminar_ = 128.0 * 1.8e-5 / std::numbers::pi * gas_J_kg * length / (bore * bore * bore * bore);
     turbulent_ = 0.03 * gas_J_kg * 0.5 * length / (bore * area * area);
@@ -63,8 +62,6 @@ class TubeDynamics {
 
   const N& at_valve_Pa() const { return at_valve_Pa_; }
   const N& flow_kg_s() const { return flow_kg_s_; }
-  /// Of the hose's air, what moves with the chamber's.
-  const N& half_m3() const { return half_m3_; }
 
   /// One step. `valve(p_t)` gives {rate, slope}: the flow through the valve and its slope. Its last two calls are at
   /// the step's thirds.
@@ -120,7 +117,7 @@ class TubeDynamics {
             larger(y.p + (b3 - a32 * w) * d33, N(1e3))};
   }
 
-  N half_m3_{}, per_volume_{}, per_inertia_{}, laminar_{}, turbulent_{};
+  N per_volume_{}, per_inertia_{}, laminar_{}, turbulent_{};
   N at_valve_Pa_{}, flow_kg_s_{};
   double step_s_ = 0.0;
 };

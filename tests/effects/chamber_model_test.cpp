@@ -82,6 +82,7 @@ TEST(ChamberModel, ErrorFallsWithTheSquareOfTheStepWhateverTheEffect) {
   const Case cases[] = {{kIdSpoolLag, {30.0, 0.8}},
                         {kIdSpoolLag, {30.0, 0.8, 8.0, 0.004}},
                         {kIdValveHysteresis, {0.2}},
+                        {kIdValveHysteresis, {0.2, 0.5, 3.0}},
                         {kIdAreaShape, {1.0, 0.5, -0.5, 1.0}},
                         {kIdNullDrift, {0.5, 10.0}},
                         {kIdFlowFunction, {0.35, 0.6, 1.0, 0.2}},

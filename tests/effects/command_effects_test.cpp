@@ -206,9 +206,10 @@ TEST(DeadTime, ChamberAgreesWithThePlantThatIsFedLate) {
 
 // ---- valve_hysteresis
 
-ValveHysteresis<double> play_of(double width_V) {
+ValveHysteresis<double> play_of(double width_V, double rounding = 0.0, double reach = 2.0) {
+  const double x[] = {width_V, rounding, reach};
   ValveHysteresis<double> play;
-  play.prepare(&width_V, 5.0);
+  play.prepare(x, 5.0);
   return play;
 }
 
@@ -236,6 +237,34 @@ TEST(ValveHysteresis, ReversalWithinTheWidthMovesNothing) {
   EXPECT_DOUBLE_EQ(stuck_V, 5.8);
   for (const double u : {5.9, 5.7, 5.61, 5.99, 5.75}) EXPECT_EQ(play.follow(u), stuck_V);
   EXPECT_DOUBLE_EQ(play.follow(5.5), 5.7);
+}
+
+TEST(ValveHysteresis, RoundedCornerIsDahlsExponential) {
+  // swept up far, then back: z runs from 1 to -1 as 2 e^(-s/(d w/2)) - 1 over the way s
+  for (const double step_V : {0.01, 0.09}) {
+    ValveHysteresis<double> play = play_of(0.2, 1.0, 2.5);
+    for (double u = 5.0; u < 8.0; u += step_V) play.follow(u);
+    play.follow(8.0);
+    for (double way_V = step_V; way_V < 1.0; way_V += step_V) {
+      const double creep = 2.0 * std::exp(-way_V / (2.5 * 0.1)) - 1.0;
+      ASSERT_NEAR(play.follow(8.0 - way_V), 8.0 - way_V - 0.1 * creep, 1e-5) << "V, back by " << way_V;
+    }
+  }
+}
+
+TEST(ValveHysteresis, RoundedLoopIsAsWideAsThePlayAndNeverMovesAgainstItsCommand) {
+  ValveHysteresis<double> play = play_of(0.2, 0.6, 2.0);
+  double before_V = play.follow(5.0);
+  for (int k = 1; k <= 800; ++k) {
+    const double up = k <= 400 ? 1.0 : -1.0;
+    const double u = 5.0 + 0.005 * (k <= 400 ? k : 800 - k);
+    const double place_V = play.follow(u);
+    ASSERT_GE(up * (place_V - before_V), -1e-12) << "V, command " << u;
+    if (k == 400 || k == 800) {
+      EXPECT_NEAR(place_V, u - up * 0.1, 1e-4) << "V";
+    }
+    before_V = place_V;
+  }
 }
 
 TEST(ValveHysteresis, WithoutWidthTheSpoolIsWhereItsCommandIs) {
