@@ -9,6 +9,7 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "host-sim/diagnose/latent.hpp"
 #include "host-sim/diagnose/next_experiment.hpp"
 #include "host-sim/diagnose/noise.hpp"
 #include "host-sim/diagnose/search.hpp"
@@ -36,6 +37,9 @@ static_assert(effects::kValveFigures + kMostEffects * most_parameters() + 2 * kM
 /// models by up to a tenth in simulated recordings.
 constexpr double kAtFloor = 1.12;
 constexpr double kNearFloor = 1.3;
+/// From this share of the gap on, or at the floor, the effects found know their equation better than the latent
+/// disturbances do.
+constexpr double kKnowsEquation = 0.6;
 /// Shares of what recalibration left: below the first an effect explains nothing, from the second on it explains all.
 constexpr double kExplainsSome = 0.35;
 constexpr double kExplainsAll = 0.9;
@@ -141,7 +145,7 @@ class Diagnosis {
  public:
   Diagnosis(const std::vector<NamedLog>& logs, const std::vector<NamedLog>& heldout,
             const trace::RigDescription& rig, const DiagnoseOptions& options)
-      : scene_(make_scene(rig)) {
+      : scene_(make_scene(rig)), threads_(options.threads) {
     const EffectSet struck = struck_of(options.strike);
     double sum = 0.0;
     for (const NamedLog& of : logs) {
@@ -296,8 +300,27 @@ class Diagnosis {
       }
     }
     const bool gap = report_.verdict != Verdict::none && report_.verdict != Verdict::calibration;
-    if (gap) report_.equation = blame_;
+    if (gap) blame();
     if (report_.verdict == Verdict::ambiguous || report_.verdict == Verdict::unexplained) plan();
+  }
+
+  /// The equation whose disturbance explains the readings, whatever the catalogue holds; where effects close most of the
+  /// gap, theirs.
+  void blame() {
+    std::vector<const Record*> records;
+    records.reserve(scene_.records.size());
+    for (const Record& record : scene_.records) records.push_back(&record);
+    const std::vector<LatentEquation> found =
+        latent(scene_, records, search_.recalibrated.fit.figures, threads_);
+    for (const LatentEquation& e : found) {
+      report_.disturbances.push_back({std::string(effects::name_of(e.equation)), e.probability, e.size,
+                                      e.unit, e.terms.front().on, e.terms.front().share});
+    }
+    const bool known = report_.closed_fraction >= kKnowsEquation ||
+                       report_.with_effects_Pa < kAtFloor * report_.noise_floor_Pa;
+    report_.equation = known || found.empty()
+                           ? blame_
+                           : Blame{report_.disturbances.front().equation, found.front().probability};
   }
 
   /// Whether the recalibrated model follows the held-out rows; or else the fitted ones, and the others as well as its
@@ -418,6 +441,7 @@ class Diagnosis {
   };
 
   Scene scene_;
+  unsigned threads_;
   std::vector<HeldOut> heldout_;
   Search search_;
   const Trial* used_ = &search_.best;

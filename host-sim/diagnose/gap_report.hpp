@@ -62,6 +62,16 @@ struct Blame {
   double confidence = 0.0;
 };
 
+/// What an equation would have to err by, if it alone erred, for the readings to follow: found before any cause is named.
+struct Disturbance {
+  std::string equation;
+  double probability = 0.0;  ///< that this equation errs, from the readings alone
+  double size = 0.0;         ///< RMS [unit]
+  std::string unit;          ///< V, kg/s, Pa, 1/s; empty for a share of the areas
+  std::string depends_on;    ///< "the command before"; "time" where it depends on nothing that was tried
+  double dependence = 0.0;   ///< share of its mean square that does
+};
+
 struct RegimeShare {
   std::string regime;  ///< "command moving, supply port open"
   double share = 0.0;  ///< of the squared error of the recalibrated model
@@ -112,9 +122,11 @@ struct GapReport {
   double closed_fraction =
       0.0;  ///< (recalibrated - with_effects) / (recalibrated - noise_floor), 0 if nothing
   Verdict verdict = Verdict::none;
-  std::vector<NamedEffect> effects;    ///< in order of their share
-  std::vector<Candidate> candidates;   ///< every effect tried alone, best first
-  std::optional<Blame> equation;       ///< none where there is no gap
+  std::vector<NamedEffect> effects;   ///< in order of their share
+  std::vector<Candidate> candidates;  ///< every effect tried alone, best first
+  std::optional<Blame> equation;      ///< none where there is no gap
+  std::vector<Disturbance>
+      disturbances;  ///< of each equation alone, most probable first; none where there is no gap
   std::vector<RegimeShare> where;      ///< largest first
   std::optional<NextExperiment> next;  ///< where the verdict is ambiguous or unexplained
   std::vector<CalibratedFigure> calibration;

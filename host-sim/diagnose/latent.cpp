@@ -386,9 +386,7 @@ class Suspect {
   double start_size() const {
     switch (equation_) {
       case Equation::command:
-        return 0.05;
       case Equation::valve_area:
-        return 0.05;
       case Equation::mass_flow:
         return 0.05;
       case Equation::supply:
