@@ -17,14 +17,14 @@
 namespace plenum::host::effects {
 
 inline constexpr std::array<Parameter, 7> kNullDriftParameters{{
-    {"drift_at_60_s_V", "shift of the null after a minute", -1.5, 1.5, 0.0, 0.02},
+    {"drift_at_60_s_V", "shift of the null after a minute", -1.5, 1.5, 0.0, 0.1},
     {"time_constant_s", "of its approach; infinite for a ramp", 2.0, kInfinity, kInfinity, 0.05,
      Coordinate::reciprocal},
-    {"wave_1_V", "A_1, a period of 120 s", -1.5, 1.5, 0.0, 0.02, Coordinate::linear, true},
-    {"wave_2_V", "A_2, 60 s", -1.5, 1.5, 0.0, 0.02, Coordinate::linear, true},
-    {"wave_3_V", "A_3, 40 s", -1.5, 1.5, 0.0, 0.02, Coordinate::linear, true},
-    {"wave_4_V", "A_4, 30 s", -1.5, 1.5, 0.0, 0.02, Coordinate::linear, true},
-    {"wave_5_V", "A_5, 24 s", -1.5, 1.5, 0.0, 0.02, Coordinate::linear, true},
+    {"wave_1_V", "A_1, a period of 120 s", -1.5, 1.5, 0.0, 0.1, Coordinate::linear, true},
+    {"wave_2_V", "A_2, 60 s", -1.5, 1.5, 0.0, 0.1, Coordinate::linear, true},
+    {"wave_3_V", "A_3, 40 s", -1.5, 1.5, 0.0, 0.1, Coordinate::linear, true},
+    {"wave_4_V", "A_4, 30 s", -1.5, 1.5, 0.0, 0.1, Coordinate::linear, true},
+    {"wave_5_V", "A_5, 24 s", -1.5, 1.5, 0.0, 0.1, Coordinate::linear, true},
 }};
 inline constexpr Effect kNullDrift{"null_drift",
                                    Equation::command,
