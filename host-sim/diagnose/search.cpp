@@ -161,7 +161,15 @@ class Searcher {
   /// A look at `effect` fitted to its end, refined where that pays.
   Trial finished(const Fit& look, std::size_t effect) const {
     if (!std::isfinite(look.squares)) return Trial{};
-    Trial plain = tried(fit(scene_, look.on, look.figures, look.start_Pa, finish(look.refined)));
+    Fit found = fit(scene_, look.on, look.figures, look.start_Pa, finish(look.refined));
+    if (std::popcount(look.on) == 1) {
+      // The valve's figures come from a fit without the effect, and may be far from those with it.
+      Figures fresh = found.figures;
+      std::copy_n(scene_.nominal.begin(), effects::kValveFigures, fresh.begin());
+      Fit other = fit(scene_, look.on, fresh, look.start_Pa, finish(look.refined));
+      if (other.squares < found.squares) found = std::move(other);
+    }
+    Trial plain = tried(std::move(found));
     if (!refinable(effect) || !plain.valid()) return plain;
     Trial refined = tried(
         fit(scene_, look.on, plain.fit.figures, plain.fit.start_Pa, finish(look.refined | bit(effect))));
