@@ -9,6 +9,7 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "host-sim/diagnose/aliases.hpp"
 #include "host-sim/diagnose/latent.hpp"
 #include "host-sim/diagnose/next_experiment.hpp"
 #include "host-sim/diagnose/noise.hpp"
@@ -175,6 +176,8 @@ class Diagnosis {
     decide();
     where();
     calibration();
+    report_.alias_classes =
+        alias_classes(scene_, search_.recalibrated.fit.figures, search_.recalibrated.fit.start_Pa);
     traces();
     return std::move(report_);
   }

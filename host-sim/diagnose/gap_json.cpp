@@ -80,6 +80,12 @@ Json to_json(const Detectable& of) {
   return {{"id", of.id}, {"parameter", of.parameter}, {"smallest", rounded(of.smallest)}};
 }
 
+Json to_json(const Disturbance& of) {
+  return {{"equation", of.equation},     {"probability", rounded(of.probability)},
+          {"size", rounded(of.size)},    {"unit", of.unit},
+          {"depends_on", of.depends_on}, {"dependence", rounded(of.dependence)}};
+}
+
 template <class One>
 Json each(const std::vector<One>& all) {
   Json json = Json::array();
@@ -106,7 +112,8 @@ nlohmann::ordered_json to_json(const GapReport& report) {
           {"gap_p_value", rounded(report.gap_p_value)},
           {"calibration", to_json(report.calibration)},
           {"detectable", each(report.detectable)},
-          {"alias_classes", report.alias_classes}};
+          {"alias_classes", report.alias_classes},
+          {"disturbances", each(report.disturbances)}};
 }
 
 }  // namespace plenum::host::diagnose

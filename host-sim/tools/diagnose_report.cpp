@@ -225,10 +225,22 @@ HeatMap error_map(const ErrorMap& map, const std::vector<std::vector<double>>& r
 void add_where(Page& page, const GapReport& report) {
   Section& section = page.section("Where");
   if (report.equation) {
-    section.paragraph(fmt::format(
-        "Whatever the cause: the effects that act in the equation '{}' share most of the odds when each is "
-        "tried alone ({}).",
-        report.equation->equation, percent(report.equation->confidence)));
+    section.paragraph(
+        fmt::format("The equation to blame is '{}' ({}): that of the effects where they close most of the "
+                    "gap, or else that whose "
+                    "disturbance explains the readings best.",
+                    report.equation->equation, percent(report.equation->confidence)));
+  }
+  if (!report.disturbances.empty()) {
+    Table table{.caption = "Before any cause: one equation at a time is given a disturbance",
+                .columns = {"Equation", "Probability", "Size (RMS)", "Depends on", "Share that does"},
+                .rows = {}};
+    for (const auto& one : report.disturbances) {
+      table.rows.push_back({one.equation, percent(one.probability),
+                            fmt::format("{:.3g} {}", one.size, one.unit), one.depends_on,
+                            percent(one.dependence)});
+    }
+    section.table(table);
   }
   if (!report.where.empty()) {
     BarChart bars{.title = "Where the recalibrated model errs",
@@ -367,11 +379,15 @@ void add_limits(Page& page, const GapReport& report) {
   Section& section = page.section("What these logs can and cannot tell");
   if (report.next) section.note(fmt::format("Next experiment: {}", next_text(report)));
   if (report.alias_classes.empty()) {
-    section.paragraph("This excitation can tell every effect of the catalogue from every other.");
+    section.paragraph(
+        "This excitation can tell every effect of the catalogue from every other, however small.");
   } else {
     std::vector<std::string> classes;
     for (const auto& of : report.alias_classes) classes.push_back(listed(of, "and"));
-    section.paragraph("By this excitation alone, whatever the chamber, these cannot be told from each other:")
+    section
+        .paragraph(
+            "While they are small, these cannot be told from each other by this excitation, whatever was "
+            "measured; what stands with calibration looks like other figures of the valve:")
         .list(classes);
   }
   if (report.detectable.empty()) return;
