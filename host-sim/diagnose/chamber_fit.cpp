@@ -20,7 +20,9 @@ using Vector = identify::BoxVector<kDynamic>;
 using Gram = identify::BoxGram<kDynamic>;
 
 constexpr double kStartScale_Pa = 10000.0;
-constexpr double kStartRoom_Pa = 60000.0;
+/// Of a start pressure: wide, since it also stands in for what the valve did before the first row, as a command that is late.
+constexpr double kStartRoom_Pa = 250000.0;
+constexpr double kLeastStart_Pa = 5000.0;
 constexpr double kDifference =
     1e-4;  // of a scaled variable: its error and that of rounding are both below 1e-4
 constexpr double kForgetting_s = 0.3;
@@ -54,7 +56,14 @@ class FreeRunSquares {
     return start_Pa_[record] + kStartScale_Pa * z[figures() + static_cast<Eigen::Index>(record)];
   }
 
-  Vector low() const { return bounds(&Variable::low, -kStartRoom_Pa); }
+  Vector low() const {
+    Vector z = bounds(&Variable::low, -kStartRoom_Pa);
+    for (std::size_t r = 0; r < start_Pa_.size(); ++r) {
+      double& at = z[figures() + static_cast<Eigen::Index>(r)];
+      at = std::max(at, std::min(kLeastStart_Pa - start_Pa_[r], 0.0) / kStartScale_Pa);
+    }
+    return z;
+  }
   Vector high() const { return bounds(&Variable::high, kStartRoom_Pa); }
 
   double squares(const Vector& z) const {
@@ -334,7 +343,7 @@ double estimate_start(const Scene& scene, const Record& record, EffectSet on, co
     }
     start = std::clamp(start - slope_error / slope2, record.measured_Pa.front() - 0.9 * kStartRoom_Pa,
                        record.measured_Pa.front() + 0.9 * kStartRoom_Pa);
-    start = std::max(start, 2e3);
+    start = std::max(start, kLeastStart_Pa);
   }
   return start;
 }

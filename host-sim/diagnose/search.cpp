@@ -30,7 +30,7 @@ constexpr double kLeastShare = 0.15;
 constexpr double kNothingLeft = 1.05;  ///< of the noise
 /// Each of several effects must close this share of the squares that the set without it leaves above the noise, and this
 /// share of the noise: less is the form of the others, which no catalogue holds exactly.
-constexpr double kFurtherOfRest = 0.76;
+constexpr double kFurtherOfRest = 0.6;
 constexpr double kFurtherOfNoise = 0.25;
 /// Independent pieces of information in a log. Not more: no model is exact, and what all leave out would decide between
 /// rivals whose errors differ by a hundredth.

@@ -1,8 +1,7 @@
 #include "host-sim/effects/chamber_effects.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
+#include <sstream>
 #include <stdexcept>
 
 namespace plenum::host::effects {
@@ -35,8 +34,10 @@ ChamberEffects chamber_effects(const std::map<std::string, std::map<std::string,
                       [](const Parameter& p) { return p.name; });
       }
       if (!(value >= of->low && value <= of->high)) {
-        throw std::invalid_argument(
-            fmt::format("effect {}: {} = {:g}, expected {:g} to {:g}", id, name, value, of->low, of->high));
+        std::ostringstream what;
+        what << "effect " << id << ": " << name << " = " << value << ", expected " << of->low << " to "
+             << of->high;
+        throw std::invalid_argument(what.str());
       }
       const auto place = static_cast<std::size_t>(of - parameters.begin());
       result.figures[first_figure(*found) + place] = of->coordinate_of(value);

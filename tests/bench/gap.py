@@ -1,12 +1,12 @@
 """The diagnosis of sealed cases, scored: rows of `plenum blind score` against the targets, and how long a diagnosis takes.
 
-usage: gap.py PLENUM [--cases N] [--none N] [--seed N] [--keep DIR]
+usage: gap.py PLENUM [--cases N] [--none N] [--seed N] [--keep DIR] [--picture FILE.svg]
        gap.py PLENUM --seconds
 
 Two sets are made: N cases of every kind and tier, and N more without any effect, for the false alarms, which are counted over the
 effectless cases of both. `plenum diagnose` gets log, held-out log and rig of each, and nothing else of the set. The seed is one that nothing
 was tuned on. A case that is refused, or on which the program fails, is a case without an answer: wrong in each share. The score, its
-confusion matrix and each wrong answer go to standard error; --keep leaves sets, answers and scores in DIR.
+confusion matrix and each wrong answer go to standard error; --keep leaves sets, answers and scores in DIR, --picture draws the matrix.
 
 With --seconds: the wall time of a whole diagnosis of a log of 100 s and its held-out log of 60 s, nothing else running, the median of
 three cases of one effect each (tier 1).
@@ -82,8 +82,40 @@ def score(plenum, name, folder, cases, seed, *more):
     return result
 
 
+def picture(confusion, cases, seed):
+    """The matrix as an SVG that reads on light and dark pages: a row a truth, a column a first answer, darker where more of the row."""
+    truths, counts = confusion["truth"], confusion["counts"]
+    answers = [one for column, one in enumerate(confusion["answer"]) if any(row[column] for row in counts)]
+    rows = [[count for one, count in zip(confusion["answer"], row) if one in answers] for row in counts]
+    side, left, top = 30, 190, 170
+    width, height = left + side * len(answers) + 20, top + side * len(truths) + 40
+    parts = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" font-family="sans-serif" font-size="12">',
+             f'<rect width="{width}" height="{height}" fill="#fff"/>',
+             f'<text x="10" y="{height - 12}" fill="#444">{cases} sealed cases, seed {seed}; row: true cause, column: first answer; '
+             'number of cases, shade: share of the row</text>']
+    for column, answer in enumerate(answers):
+        x = left + side * column + side / 2 + 4
+        parts.append(f'<text transform="translate({x},{top - 8}) rotate(-60)" fill="#222">{answer}</text>')
+    for line, truth in enumerate(truths):
+        y = top + side * line
+        row = rows[line]
+        parts.append(f'<text x="{left - 8}" y="{y + side / 2 + 4}" text-anchor="end" fill="#222">{truth}</text>')
+        for column, answer in enumerate(answers):
+            count = row[column]
+            share = count / max(sum(row), 1)
+            hue = "31,119,180" if answer in (truth, "ambiguous, truth in it") else "200,80,40"
+            parts.append(f'<rect x="{left + side * column}" y="{y}" width="{side - 1}" height="{side - 1}" '
+                         f'fill="rgba({hue},{share:.2f})" stroke="#ddd"/>')
+            if count:
+                parts.append(f'<text x="{left + side * column + side / 2}" y="{y + side / 2 + 4}" text-anchor="middle" '
+                             f'fill="{"#fff" if share > 0.5 else "#222"}">{count}</text>')
+    return "\n".join([*parts, "</svg>", ""])
+
+
 def shares(plenum, options, folder):
     all_kinds = score(plenum, "all", folder, options.cases, options.seed)
+    if options.picture:
+        options.picture.write_text(picture(all_kinds["confusion"], options.cases, options.seed), encoding="utf-8")
     none = score(plenum, "none", folder, options.none, options.seed + 1, "--kind", "none")
     top1 = all_kinds["top1_percent"]
     alarms = [one["false_alarm_percent"] for one in (all_kinds, none)]
@@ -130,6 +162,7 @@ def main():
     parser.add_argument("--none", type=int, default=60)
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("--keep", type=Path)
+    parser.add_argument("--picture", type=Path)
     parser.add_argument("--seconds", action="store_true")
     options = parser.parse_args()
     measure = seconds if options.seconds else shares

@@ -35,6 +35,7 @@ GapReport example() {
   report.calibration = {{"open_above_V", 5.08, {"open_above_V", 5.1, 5.09, 5.11, false}, 5.095}};
   report.detectable = {{"chamber_leak", "area_m2", 2.5e-8}};
   report.alias_classes = {{"spool_lag", "dead_time"}};
+  report.disturbances = {{"command", 0.97, 0.12, "V", "the command before", 0.83}};
   return report;
 }
 
@@ -57,7 +58,9 @@ constexpr const char* kGolden = R"({
   "gap_p_value": 0.001,
   "calibration": {"open_above_V": {"configured": 5.08, "value": 5.1, "ci95": [5.09, 5.11], "with_effects": 5.095}},
   "detectable": [{"id": "chamber_leak", "parameter": "area_m2", "smallest": 2.5e-8}],
-  "alias_classes": [["spool_lag", "dead_time"]]
+  "alias_classes": [["spool_lag", "dead_time"]],
+  "disturbances": [{"equation": "command", "probability": 0.97, "size": 0.12, "unit": "V",
+                    "depends_on": "the command before", "dependence": 0.83}]
 })";
 
 TEST(GapJson, IsTheDocumentOfTheContractKeyByKeyInItsOrder) {
