@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <ostream>
 #include <random>
 #include <string>
 #include <string_view>
@@ -58,6 +59,9 @@ struct Injected {
   double value;
   const char* depends_on;
 };
+void PrintTo(const Injected& of, std::ostream* out) {
+  *out << of.effect;
+}
 
 class Latent : public testing::TestWithParam<Injected> {};
 
@@ -111,7 +115,7 @@ TEST(Latent, RecoversADriftThatWasAddedToTheCommand) {
   EXPECT_LT(std::sqrt(squares / count - mean * mean), 0.01) << "V of 0.07";
 }
 
-TEST(Latent, FindsADisturbanceFarBelowTheNoiseWhereThereIsNone) {
+TEST(Latent, FindsNoLargeDisturbanceWhereThereIsNone) {
   Scene scene = chamber_scene(jumping_V(kRows), kSwing_m3);
   scene.noise_Pa = kNoise_Pa;
   add_noise(scene.records.front(), 7);
