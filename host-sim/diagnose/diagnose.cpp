@@ -133,13 +133,18 @@ std::vector<double> probabilities(const std::vector<double>& evidence) {
   return p;
 }
 
+/// What odds among models are worth, none of which is exact: of 157 causes named first in blind cases of one to three
+/// effects 149 were there, most of them with odds of a thousand to one; of 40 named beside another, 35.
+constexpr double kTrustFirst = 0.95;
+constexpr double kTrustBeside = 0.9;
+
 /// Probability that an effect found beside others is one, and not the form of the others that the catalogue does not
-/// hold, by the share that it closes of what the others leave: placed by eye on 106 blind cases of one to three effects,
-/// where most below 0.5 were form and nearly all above 0.75 were there.
+/// hold, by the share that it closes of what the others leave: placed by eye on 106 of the cases, where most below 0.5
+/// were form and nearly all above 0.75 were there.
 double probability_beside_others(double share_of_rest) {
   constexpr double kEven = 0.63;
   constexpr double kWidth = 0.06;
-  return 1.0 / (1.0 + std::exp((kEven - share_of_rest) / kWidth));
+  return kTrustBeside / (1.0 + std::exp((kEven - share_of_rest) / kWidth));
 }
 
 class Diagnosis {
@@ -257,10 +262,6 @@ class Diagnosis {
         const Trial& rival = search_.rivals[k][r];
         if (rival.on == rest) {
           effect.gap_without_Pa = rival.heldout_Pa();
-          if (rest != 0) {
-            effect.confidence *=
-                probability_beside_others(share_of_rest(search_.best, rival, scene_.noise_Pa));
-          }
         } else if (p[r + 1] > kAlias) {
           effect.aliases.push_back(id_of(members(rival.on & ~rest).front()));
           alias_trials_.push_back({&rival, members(rival.on & ~rest).front(), p[r + 1]});
@@ -274,6 +275,12 @@ class Diagnosis {
     for (NamedEffect& effect : report_.effects) effect.share /= sum;
     std::stable_sort(report_.effects.begin(), report_.effects.end(),
                      [](const NamedEffect& a, const NamedEffect& b) { return a.share > b.share; });
+    for (NamedEffect& effect : report_.effects) {
+      const bool first = &effect == &report_.effects.front();
+      effect.confidence *=
+          first ? kTrustFirst
+                : probability_beside_others(share_of_rest(with_Pa, effect.gap_without_Pa, scene_.noise_Pa));
+    }
   }
 
   void decide() {

@@ -81,7 +81,7 @@ void once_each(std::vector<Trial>& trials) {
 /// Whether an effect closes enough, beyond being significant, to be named beside others.
 bool closes_enough(const Trial& with, const Trial& base, double noise_Pa) {
   return base.heldout_Pa() - with.heldout_Pa() > kFurtherOfNoise * noise_Pa &&
-         share_of_rest(with, base, noise_Pa) > kFurtherOfRest;
+         share_of_rest(with.heldout_Pa(), base.heldout_Pa(), noise_Pa) > kFurtherOfRest;
 }
 
 /// The same logs, shorter and in fewer steps a tick.
@@ -287,10 +287,9 @@ double Trial::evidence(double correlated_rows) const {
          0.5 * static_cast<double>(fit.variables.size()) * std::log(pieces);
 }
 
-double share_of_rest(const Trial& with, const Trial& without, double noise_Pa) {
-  const double noise2 = noise_Pa * noise_Pa * static_cast<double>(without.heldout_rows);
-  const double rest = without.heldout_squares - noise2;
-  return rest > 0.0 ? std::clamp((without.heldout_squares - with.heldout_squares) / rest, 0.0, 1.0) : 0.0;
+double share_of_rest(double with_Pa, double without_Pa, double noise_Pa) {
+  const double rest = without_Pa * without_Pa - noise_Pa * noise_Pa;
+  return rest > 0.0 ? std::clamp((without_Pa * without_Pa - with_Pa * with_Pa) / rest, 0.0, 1.0) : 0.0;
 }
 
 double heldout_start(const Scene& scene, const HeldOut& held, const Fit& fit) {

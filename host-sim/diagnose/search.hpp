@@ -61,8 +61,8 @@ Search search(const Scene& scene, const std::vector<HeldOut>& heldout, const Sea
 
 /// The effects of a set, in the catalogue's order.
 std::vector<std::size_t> members(effects::EffectSet on);
-/// What a set closes of the squares above the noise that a smaller set leaves on held-out rows, 0 to 1.
-double share_of_rest(const Trial& with, const Trial& without, double noise_Pa);
+/// What a set closes of the squares above the noise that a smaller set leaves, 0 to 1; from RMS errors on held-out rows.
+double share_of_rest(double with_Pa, double without_Pa, double noise_Pa);
 /// The start pressure of a held-out record's run.
 double heldout_start(const Scene& scene, const HeldOut& held, const Fit& fit);
 /// Readings of a trial's model over held-out records.
