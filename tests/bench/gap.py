@@ -1,12 +1,14 @@
 """The diagnosis of sealed cases, scored: rows of `plenum blind score` against the targets, and how long a diagnosis takes.
 
-usage: gap.py PLENUM [--cases N] [--none N] [--seed N] [--keep DIR] [--picture FILE.svg]
+usage: gap.py PLENUM [--cases N] [--none N] [--struck N] [--seed N] [--keep DIR] [--picture FILE.svg]
        gap.py PLENUM --seconds
 
-Two sets are made: N cases of every kind and tier, and N more without any effect, for the false alarms, which are counted over the
-effectless cases of both. `plenum diagnose` gets log, held-out log and rig of each, and nothing else of the set. The seed is one that nothing
-was tuned on. A case that is refused, or on which the program fails, is a case without an answer: wrong in each share. The score, its
-confusion matrix and each wrong answer go to standard error; --keep leaves sets, answers and scores in DIR, --picture draws the matrix.
+Three sets are made: N cases of every kind and tier; N without any effect, for the false alarms, which are counted over the
+effectless cases of both; and N of one effect, which is struck from the catalogue: what is left must then not explain the gap, unless it
+fits within the noise, and the equation should still be found. `plenum diagnose` gets log, held-out log and rig of each, and nothing
+else of the set. The seed is one that nothing was tuned on. A case that is refused, or on which the program fails, is a case without an
+answer: wrong in each share. The score, its confusion matrix and each wrong answer go to standard error; --keep leaves sets, answers and
+scores in DIR, --picture draws the matrix.
 
 With --seconds: the wall time of a whole diagnosis of a log of 100 s and its held-out log of 60 s, nothing else running, the median of
 three cases of one effect each (tier 1).
@@ -25,6 +27,7 @@ from pathlib import Path
 
 SEED = 20261121
 SIDE_BY_SIDE = 2
+AT_FLOOR = 1.12  # of the noise floor: within it an answer fits
 TIMED_CASES, TIMED_SECONDS = 3, 100
 
 
@@ -43,10 +46,10 @@ def generate(plenum, folder, cases, seed, *more):
     return sorted(folder.glob("case-*"))
 
 
-def diagnose(plenum, case, answer):
+def diagnose(plenum, case, answer, *more):
     """The program's exit code and its last word on standard error; its answer is at `answer`, if it has one."""
     done = subprocess.run([plenum, "diagnose", "--rig", case / "rig.toml", "--heldout", case / "heldout.csv",
-                           "--json", answer, case / "log.csv"],
+                           "--json", answer, *more, case / "log.csv"],
                           stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     words = done.stderr.strip().splitlines()
     return done.returncode, words[-1] if words else "no word on standard error"
@@ -112,6 +115,38 @@ def picture(confusion, cases, seed):
     return "\n".join([*parts, "</svg>", ""])
 
 
+def struck(plenum, folder, cases, seed):
+    """The answers where the true effect is no hypothesis: flagged of those that nothing else fits, right equation of
+    those that a recording can show."""
+    made = generate(plenum, folder / "struck", cases, seed, "--kind", "one")
+    answers = folder / "struck-answers"
+    answers.mkdir()
+
+    def one(case):
+        label = json.loads((folder / "struck" / "labels" / f"{case.name}.json").read_text(encoding="utf-8"))
+        effect, floor = label["effects"][0], label["noise_floor_Pa"]
+        if label["recalibrated_gap_Pa"] < floor:
+            return None
+        answer = answers / f"{case.name}.json"
+        code, word = diagnose(plenum, case, answer, "--strike", effect["id"])
+        if code != 0:
+            say(f"gap: {case.name} without {effect['id']}: exit {code}: {word}")
+            return False, False, True
+        gap = json.loads(answer.read_text(encoding="utf-8"))
+        flagged = gap["verdict"] in ("unexplained", "partly_explained")
+        right = gap["equation"] is not None and gap["equation"]["id"] == effect["equation"]
+        fitted = not flagged and 1e3 * gap["gap_kPa"]["with_effects"] <= AT_FLOOR * floor
+        if not flagged and not fitted:
+            named = ", ".join(f"{other['id']} {other['confidence']:.2f}" for other in gap["effects"])
+            say(f"gap: {case.name} tier {label['tier']} without {effect['id']}: {gap['verdict']}: {named or 'nothing named'}")
+        return flagged, right, not fitted
+
+    with ThreadPoolExecutor(SIDE_BY_SIDE) as pool:
+        told = [answer for answer in pool.map(one, made) if answer is not None]
+    counted = [flagged for flagged, _, open_gap in told if open_gap]
+    return sum(counted), len(counted), sum(right for _, right, _ in told), len(told)
+
+
 def shares(plenum, options, folder):
     all_kinds = score(plenum, "all", folder, options.cases, options.seed)
     if options.picture:
@@ -132,6 +167,9 @@ def shares(plenum, options, folder):
     row("gap.closed_median_percent", all_kinds["closed_median_percent"], "%", "higher", 97)
     row("gap.equation_named_percent", all_kinds["equation_named_percent"]["percent"], "%", "higher", 95)
     row("gap.calibration_error", all_kinds["calibration_error"], "", "lower", 0.05)
+    flagged, counted, right, of = struck(plenum, folder, options.struck, options.seed + 2)
+    row("gap.struck_flagged_percent", 100 * flagged / counted if counted else None, "%", "higher", None)
+    row("gap.struck_equation_percent", 100 * right / of if of else None, "%", "higher", None)
     row("gap.without_answer", all_kinds["missing_answers"] + none["missing_answers"], "cases", "lower", 0)
     row("gap.cases", all_kinds["cases"] + none["cases"], "cases", "higher", None)
 
@@ -160,6 +198,7 @@ def main():
     parser.add_argument("plenum")
     parser.add_argument("--cases", type=int, default=120)
     parser.add_argument("--none", type=int, default=60)
+    parser.add_argument("--struck", type=int, default=42)
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("--keep", type=Path)
     parser.add_argument("--picture", type=Path)
