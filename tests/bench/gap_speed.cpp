@@ -67,6 +67,7 @@ Json fits_of(const std::filesystem::path& folder, double seconds) {
   diagnose::Scene scene = diagnose::make_scene(rig);
   scene.records.push_back(
       diagnose::make_record("log.csv", log, seconds / (log.period_s * static_cast<double>(log.size()))));
+  scene.records.front().settled_rows = 1;  // every row
   const diagnose::Record& record = scene.records.front();
   const std::vector<double> start_Pa{record.measured_Pa.front()};
 

@@ -36,7 +36,7 @@ from scipy.signal import lfilter
 SEED = 20261121
 DIFFERENCE = 1e-4  # of a scaled variable
 SAME_COST = 0.01
-START_SCALE_PA, START_ROOM_PA = 10000.0, 60000.0
+START_SCALE_PA, START_ROOM_PA, LEAST_START_PA = 10000.0, 250000.0, 5000.0
 TOLERANCE = 1e-5  # of the cost: that of the fit which is timed beside
 SPOOL_PARTS = 3
 OPEN_ABOVE, EXHAUST_BELOW, INLET_GAIN, EXHAUST_GAIN, INLET_LEAK, EXHAUST_LEAK, TRANSITION = range(7)
@@ -120,10 +120,20 @@ class Chamber:
         droops = effect == "supply_droop"
         if droops:
             at = self.at[effect]
-            resistance = 1e6 * x[:, at]
-            keep, keep_half = np.exp(-h / x[:, at + 1]), np.exp(-0.5 * h / x[:, at + 1])
-            gain = (1 - keep_half) * resistance
-            droop = np.zeros(lanes)
+            resistance, inertia = 1e6 * x[:, at], x[:, at + 1] / h
+            linear, orifice = 1 - x[:, at + 2], 20 * x[:, at + 2]
+            supply = np.full(lanes, self.supply)
+
+        def after(pressure, d, drawn):
+            a = d * pressure - resistance * drawn
+            square = (self.supply * d - a) * (self.supply * d + a)
+            b, c, e = self.supply * linear * d**2 + a, (orifice - linear**2) * d**2 + 1, 1 + linear * d
+            into = square / (b + np.sqrt(np.maximum(b**2 + c * square, 0)))
+            forwards = np.sqrt(np.maximum((self.supply - linear * into)**2 - orifice * into**2, 0.04 * self.supply**2))
+            if (square >= 0).all():
+                return forwards
+            back = -square / (a * e + np.sqrt(np.maximum((a * e)**2 + (e**2 - orifice * d**2) * square, 0)))
+            return np.where(square < 0, (a - back) / d, forwards)
 
         def balance(pressure, opening):
             before[1] = behind[0] = pressure
@@ -133,10 +143,8 @@ class Chamber:
 
         for n, opening in enumerate(open_m2):
             if droops:
-                flow, by_supply, _ = self.plate(np.maximum(self.supply - droop, 0.2 * self.supply), p)
-                drawn, slope = opening[0] * flow, opening[0] * by_supply
-                middle = (keep_half * droop + gain * (drawn + slope * droop)) / (1 + gain * slope)
-                before[0] = np.maximum(self.supply - middle, 0.2 * self.supply)
+                flow, by_supply, _ = self.plate(supply, p)
+                before[0] = after(supply, 2 * inertia + resistance * opening[0] * by_supply, opening[0] * flow)
             net, slope, inlet = balance(p, opening)
             f = per_mass[n] * net - squeeze[n] * p
             z = h * (per_mass[n] * slope - squeeze[n])
@@ -152,8 +160,9 @@ class Chamber:
             means[n] = p + h * f * (phi_1 - 1) / z
             p = ends[n + 1] = np.maximum(p + h * f * phi_1, 1e3)
             if droops:
-                steady = 0.5 * resistance * (inlet + inlet_trial)
-                droop = steady + keep * (droop - steady)
+                drawn = 0.5 * (inlet + inlet_trial)
+                halves = after(after(supply, 2 * inertia, drawn), 2 * inertia, drawn)
+                supply = np.maximum(2 * halves - after(supply, inertia, drawn), 0.2 * self.supply)
         if effect == "sensor_lag":
             means = self.lagged(x[:, self.at[effect]], ends, means)
         return means.reshape(-1, self.steps, lanes)[:, self.steps - self.counted:].mean(axis=1)
@@ -181,7 +190,8 @@ class Problem:
         base[self.figures] = np.clip(base[self.figures], bound["low"], bound["high"])
         self.base = base
         room = START_ROOM_PA / START_SCALE_PA
-        self.low = np.append((bound["low"] - base[self.figures]) / self.scale, -room)
+        least = max(-room, min(LEAST_START_PA - begin_Pa, 0) / START_SCALE_PA)
+        self.low = np.append((bound["low"] - base[self.figures]) / self.scale, least)
         self.high = np.append((bound["high"] - base[self.figures]) / self.scale, room)
         self.last = None
 
