@@ -86,7 +86,7 @@ def score(plenum, name, folder, cases, seed, *more):
 
 
 def picture(confusion, cases, seed):
-    """The matrix as an SVG that reads on light and dark pages: a row a truth, a column a first answer, darker where more of the row."""
+    """The matrix as an SVG: a row a truth, a column a first answer, darker where more of the row; blue is right, red is not."""
     truths, counts = confusion["truth"], confusion["counts"]
     answers = [one for column, one in enumerate(confusion["answer"]) if any(row[column] for row in counts)]
     rows = [[count for one, count in zip(confusion["answer"], row) if one in answers] for row in counts]
@@ -95,7 +95,7 @@ def picture(confusion, cases, seed):
     parts = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" font-family="sans-serif" font-size="12">',
              f'<rect width="{width}" height="{height}" fill="#fff"/>',
              f'<text x="10" y="{height - 12}" fill="#444">{cases} sealed cases, seed {seed}; row: true cause, column: first answer; '
-             'number of cases, shade: share of the row</text>']
+             'number of cases, shade: share of the row; blue: right</text>']
     for column, answer in enumerate(answers):
         x = left + side * column + side / 2 + 4
         parts.append(f'<text transform="translate({x},{top - 8}) rotate(-60)" fill="#222">{answer}</text>')
@@ -106,7 +106,8 @@ def picture(confusion, cases, seed):
         for column, answer in enumerate(answers):
             count = row[column]
             share = count / max(sum(row), 1)
-            hue = "31,119,180" if answer in (truth, "ambiguous, truth in it") else "200,80,40"
+            right = answer in (truth, "ambiguous, truth in it") or (answer == "unexplained" and truth not in confusion["answer"])
+            hue = "31,119,180" if right else "200,80,40"
             parts.append(f'<rect x="{left + side * column}" y="{y}" width="{side - 1}" height="{side - 1}" '
                          f'fill="rgba({hue},{share:.2f})" stroke="#ddd"/>')
             if count:
