@@ -27,6 +27,7 @@ constexpr std::size_t kFinished = 6;  ///< of the effects looked at beside a set
 /// least that is called detectable, takes away half.
 constexpr double kWorthEntering = 6.0;
 constexpr double kLeastShare = 0.15;
+constexpr int kMostSwaps = 1;          ///< of one effect of a set for another that does better
 constexpr double kNothingLeft = 1.05;  ///< of the noise
 /// Each of several effects must close this share of the squares that the set without it leaves above the noise, and this
 /// share of the noise: less is the form of the others, which no catalogue holds exactly.
@@ -353,7 +354,7 @@ Search search(const Scene& scene, const std::vector<HeldOut>& heldout, const Sea
   result.best = searcher.pruned(std::move(result.best), result.recalibrated);
 
   // swap: each effect of the set leaves, and every other tries its place; once more where one does better
-  for (int pass = 0; pass < 2; ++pass) {
+  for (int pass = 0;; ++pass) {
     result.rivals.clear();
     result.correlated_rows = searcher.correlation(result.best);
     Trial better = result.best;
@@ -373,7 +374,12 @@ Search search(const Scene& scene, const std::vector<HeldOut>& heldout, const Sea
       }
       result.rivals.push_back(std::move(rivals));
     }
-    if (better.on == result.best.on) break;
+    if (better.on == result.best.on || pass == kMostSwaps) break;
+    better = searcher.pruned(std::move(better), result.recalibrated);
+    if (better.on == result.best.on ||
+        better.evidence(result.correlated_rows) <= result.best.evidence(result.correlated_rows)) {
+      break;
+    }
     result.best = std::move(better);
   }
   tell(1.0);
