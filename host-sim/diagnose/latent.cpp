@@ -3,15 +3,14 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
 #include <iterator>
 #include <limits>
 #include <numeric>
 #include <span>
-#include <thread>
 
-#include "host-sim/plant/orifice.hpp"
+#include "host-sim/diagnose/linear_chamber.hpp"
+#include "host-sim/identify/in_parallel.hpp"
 
 namespace plenum::host::diagnose {
 namespace {
@@ -19,129 +18,6 @@ namespace {
 using effects::Equation;
 using effects::Figures;
 using effects::kValveFigures;
-
-constexpr int kParts = 2;  // of a tick: each has its own openings
-enum Input : std::size_t {
-  kInlet,
-  kExhaust = kInlet + kParts,
-  kSupply = kExhaust + kParts,
-  kBehind,
-  kFlow,
-  kVolume,
-  kInputs
-};
-using Inputs = std::array<double, kInputs>;
-
-struct Outcome {
-  double end = 0.0, reading = 0.0;
-};
-
-/// A tick of a record, linear about (pressure, inputs).
-struct Linear {
-  Outcome at;
-  Outcome by_pressure;
-  std::array<Outcome, kInputs> by_input;
-};
-
-struct Opening {
-  double area = 0.0;
-  double slope = 0.0;          // by the opening in volts
-  std::array<double, 4> by{};  // threshold, gain, leak, width
-};
-
-Opening opening(double gain, double beyond, double leak, double width, double threshold_sign) {
-  const double z = gain * beyond - leak;
-  const double root = std::hypot(z, width);
-  const double s = 0.5 * (z / root + 1.0);
-  return {leak + 0.5 * (root + z),
-          s * gain,
-          {threshold_sign * s * gain, s * beyond, 1.0 - s, 0.5 * width / root}};
-}
-
-class Chamber {
- public:
-  Chamber(const Scene& scene)
-      : around_(scene.around),
-        plate_(plant::thin_plate_constants(scene.around.gas, scene.around.discharge_coefficient)),
-        kappa_(scene.around.gas.kappa),
-        RT_(scene.around.gas.specific_gas_constant_J_kg_K() * scene.around.gas.temperature_K) {}
-
-  double kappa() const { return kappa_; }
-  double RT() const { return RT_; }
-  const plant::ThinPlate& plate() const { return plate_; }
-  const effects::Surroundings& around() const { return around_; }
-
-  /// One tick as effects::ChamberModel does it, and its tangents: those of the linear equation with the chord's slope.
-  Linear tick(double pressure, const Inputs& in, const double* volume, const effects::Timing& timing) const {
-    const double h = timing.tick_s / timing.steps;
-    const int counted = std::clamp(static_cast<int>(std::lround(timing.average_s / h)), 1, timing.steps);
-    Linear l;
-    std::array<double, kInputs> moved{};  // d p / d input
-    double moved_by_pressure = 1.0;
-    double p = pressure;
-    double sum = 0.0;
-    for (int i = 0; i < timing.steps; ++i) {
-      const auto part = static_cast<std::size_t>(i * kParts / timing.steps);
-      const double v = std::max(0.5 * (volume[i] + volume[i + 1]) + in[kVolume], 0.05 * volume[i]);
-      const double per_mass = kappa_ * RT_ / v;
-      const double squeeze = kappa_ * (volume[i + 1] - volume[i]) / (h * v);
-      struct Rate {
-        plant::Flux inlet, exhaust;
-        double f, J;
-      };
-      const auto rate = [&](double q) {
-        Rate r{plate_.flux(in[kSupply], q), plate_.flux(q, in[kBehind]), 0.0, 0.0};
-        const double a = in[kInlet + part];
-        const double b = in[kExhaust + part];
-        r.f = per_mass * (a * r.inlet.flow - b * r.exhaust.flow + in[kFlow]) - squeeze * q;
-        r.J = per_mass * (a * r.inlet.by_second - b * r.exhaust.by_first) - squeeze;
-        return r;
-      };
-      const Rate first = rate(p);
-      const double trial = std::max(p + h * effects::exponential(h * first.J).phi_1 * first.f, 1e3);
-      const Rate second = rate(trial);
-      const double way = trial - p;
-      const double chord = std::abs(way) < 0.1 ? first.J : (second.f - first.f) / way;
-      const auto z = effects::exponential(std::min(h * chord, 1.0));
-      std::array<double, kInputs> by{};  // d f / d input
-      by[kInlet + part] = per_mass * 0.5 * (first.inlet.flow + second.inlet.flow);
-      by[kExhaust + part] = -per_mass * 0.5 * (first.exhaust.flow + second.exhaust.flow);
-      by[kSupply] = per_mass * in[kInlet + part] * 0.5 * (first.inlet.by_first + second.inlet.by_first);
-      by[kBehind] =
-          -per_mass * in[kExhaust + part] * 0.5 * (first.exhaust.by_second + second.exhaust.by_second);
-      by[kFlow] = per_mass;
-      by[kVolume] = -0.5 * (first.f + second.f) / v;
-      const bool counts = i >= timing.steps - counted;
-      if (counts) {
-        sum += p + h * z.phi_2 * first.f;
-        l.by_pressure.reading += z.phi_1 * moved_by_pressure;
-        for (std::size_t c = 0; c < kInputs; ++c)
-          l.by_input[c].reading += z.phi_1 * moved[c] + h * z.phi_2 * by[c];
-      }
-      for (std::size_t c = 0; c < kInputs; ++c) moved[c] = z.e * moved[c] + h * z.phi_1 * by[c];
-      moved_by_pressure *= z.e;
-      p = std::max(p + h * z.phi_1 * first.f, 1e3);
-    }
-    l.at.end = p;
-    l.by_pressure.end = moved_by_pressure;
-    for (std::size_t c = 0; c < kInputs; ++c) l.by_input[c].end = moved[c];
-    if (timing.average_s > 0.0) {
-      l.at.reading = sum / counted;
-      l.by_pressure.reading /= counted;
-      for (Outcome& o : l.by_input) o.reading /= counted;
-    } else {
-      l.at.reading = p;
-      l.by_pressure.reading = moved_by_pressure;
-      for (std::size_t c = 0; c < kInputs; ++c) l.by_input[c].reading = moved[c];
-    }
-    return l;
-  }
-
- private:
-  effects::Surroundings around_;
-  plant::ThinPlate plate_;
-  double kappa_, RT_;
-};
 
 /// What a term, or the disturbance, of size one does to a tick's inputs, and to its reading directly.
 struct Action {
@@ -409,15 +285,7 @@ class Suspect {
         return 1.0;
     }
   }
-  struct Ports {
-    Opening inlet, exhaust;
-  };
-  Ports ports(double u) const {
-    return {opening(figures_[effects::kInletGain], u - figures_[effects::kOpenAbove],
-                    figures_[effects::kInletLeak], figures_[effects::kTransition], -1.0),
-            opening(figures_[effects::kExhaustGain], figures_[effects::kExhaustBelow] - u,
-                    figures_[effects::kExhaustLeak], figures_[effects::kTransition], 1.0)};
-  }
+  Ports ports(double u) const { return ports_of(figures_, u); }
 
   /// What the terms of an equation are made of, a tick.
   struct Background {
@@ -1156,7 +1024,7 @@ class Suspect {
   static constexpr std::array<std::size_t, 6> kSensorLags{1, 2, 3, 5, 8, 13};  // ticks
 
   const Scene& scene_;
-  Chamber chamber_;
+  LinearChamber chamber_;
   const std::vector<const Record*>& records_;
   Equation equation_;
   /// [lag][part of a tick]: ticks ago and weights, of a triangle over the parts around the lag.
@@ -1182,17 +1050,9 @@ std::vector<LatentEquation> latent(const Scene& scene, const std::vector<const R
                [](const Record* record) { return record->rows() >= kLeastRows; });
   if (long_enough.empty()) return {};
   std::vector<LatentEquation> found(kEquations.size());
-  std::atomic<std::size_t> next{0};
-  const auto work = [&] {
-    for (std::size_t i = next++; i < kEquations.size(); i = next++) {
-      found[i] = Suspect(scene, long_enough, recalibrated, kEquations[i]).examine();
-    }
-  };
-  {
-    std::vector<std::jthread> others;
-    for (unsigned i = 1; i < threads; ++i) others.emplace_back(work);
-    work();
-  }
+  identify::in_parallel(kEquations.size(), threads, [&](std::size_t i) {
+    found[i] = Suspect(scene, long_enough, recalibrated, kEquations[i]).examine();
+  });
   std::stable_sort(found.begin(), found.end(),
                    [](const auto& a, const auto& b) { return a.log_likelihood > b.log_likelihood; });
   const double best = found.front().log_likelihood;

@@ -2,16 +2,15 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <bit>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <numeric>
 #include <span>
-#include <thread>
 
 #include "host-sim/diagnose/noise.hpp"
+#include "host-sim/identify/in_parallel.hpp"
 
 namespace plenum::host::diagnose {
 namespace {
@@ -43,16 +42,6 @@ constexpr int kLookSteps = 2;
 
 EffectSet bit(std::size_t effect) {
   return EffectSet{1} << effect;
-}
-
-void in_parallel(std::size_t count, unsigned threads, const std::function<void(std::size_t)>& task) {
-  std::atomic<std::size_t> next{0};
-  const auto work = [&] {
-    for (std::size_t i = next++; i < count; i = next++) task(i);
-  };
-  std::vector<std::jthread> others;
-  for (unsigned t = 1; t < threads; ++t) others.emplace_back(work);
-  work();
 }
 
 bool worth_entering(const Trial& with, const Trial& base, double correlated_rows) {
@@ -232,7 +221,8 @@ class Searcher {
     const auto known = beside_.find(base.on);
     if (known != beside_.end()) return known->second;
     std::vector<Fit> looks(which.size());
-    in_parallel(which.size(), options_.threads, [&](std::size_t i) { looks[i] = look(base, which[i]); });
+    identify::in_parallel(which.size(), options_.threads,
+                          [&](std::size_t i) { looks[i] = look(base, which[i]); });
     std::vector<std::size_t> order(which.size());
     std::iota(order.begin(), order.end(), 0U);
     if (which.size() > most) {
@@ -241,8 +231,8 @@ class Searcher {
       order.resize(most);
     }
     std::vector<Trial> trials(order.size());
-    in_parallel(order.size(), options_.threads,
-                [&](std::size_t i) { trials[i] = finished(looks[order[i]], which[order[i]]); });
+    identify::in_parallel(order.size(), options_.threads,
+                          [&](std::size_t i) { trials[i] = finished(looks[order[i]], which[order[i]]); });
     return beside_.emplace(base.on, std::move(trials)).first->second;
   }
 

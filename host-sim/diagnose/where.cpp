@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-#include "host-sim/plant/orifice.hpp"
+#include "host-sim/diagnose/linear_chamber.hpp"
 
 namespace plenum::host::diagnose {
 namespace {
@@ -124,21 +124,12 @@ Cut best_cut(const Leaf& leaf, double all_squares) {
 
 // ---- the flow through the valve ----
 
-/// (3) of the nominal model.
-double opening_m2(double gain_m2_V, double beyond_V, double leak_m2, double width_m2) {
-  const double beyond_m2 = gain_m2_V * beyond_V - leak_m2;
-  return leak_m2 + 0.5 * (std::hypot(beyond_m2, width_m2) + beyond_m2);
-}
-
 /// Net flow into the chamber [kg/s].
 double valve_flow_kg_s(const Scene& scene, const plant::ThinPlate& plate, const Figures& valve,
                        double command_V, double pressure_Pa) {
-  const double inlet = opening_m2(valve[effects::kInletGain], command_V - valve[effects::kOpenAbove],
-                                  valve[effects::kInletLeak], valve[effects::kTransition]);
-  const double exhaust = opening_m2(valve[effects::kExhaustGain], valve[effects::kExhaustBelow] - command_V,
-                                    valve[effects::kExhaustLeak], valve[effects::kTransition]);
-  return inlet * plate.phi(scene.around.supply_Pa, pressure_Pa) -
-         exhaust * plate.phi(pressure_Pa, scene.around.ambient_Pa);
+  const Ports ports = ports_of(valve, command_V);
+  return ports.inlet.area * plate.phi(scene.around.supply_Pa, pressure_Pa) -
+         ports.exhaust.area * plate.phi(pressure_Pa, scene.around.ambient_Pa);
 }
 
 }  // namespace

@@ -4,7 +4,9 @@
 #include <chrono>
 #include <cmath>
 #include <memory>
+#include <thread>
 
+#include "host-sim/identify/in_parallel.hpp"
 #include "host-sim/identify/profile.hpp"
 #include "host-sim/tools/command.hpp"
 #include "host-sim/tools/demo_report.hpp"
@@ -54,8 +56,8 @@ std::vector<identify::Tassa9Fit> identify_and_upload(InprocBoard& board, const R
   how.stretch_s = kStretch_s;
   {
     Progress progress("identifying");
-    in_parallel(
-        chambers,
+    identify::in_parallel(
+        chambers, std::thread::hardware_concurrency(),
         [&](std::size_t c) { fits[c] = identify::fit_tassa9_profiled({log_of(rows, c, false)}, rig, how); },
         std::ref(progress));
   }
@@ -168,7 +170,8 @@ int run(const Options& options) {
   const Rows held_out =
       record_in_closed_loop(board, options, demo.rig, std::max(20.0, 0.5 * options.seconds), seed + 2);
   for (unsigned c = 0; c < chambers; ++c) demo.chamber[c].held_out = log_of(held_out, c, true);
-  in_parallel(chambers, [&](std::size_t c) { predict_held_out(demo.chamber[c]); });
+  identify::in_parallel(chambers, std::thread::hardware_concurrency(),
+                        [&](std::size_t c) { predict_held_out(demo.chamber[c]); });
   stage.done("predicted a third recording in free runs of 2 s: drift up to {:.1f} % of span",
              worst_drift_percent(demo));
   demo.tracked = references(demo.rig, options.rig.seed);

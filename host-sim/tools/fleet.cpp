@@ -2,12 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <atomic>
-#include <future>
-#include <mutex>
-#include <thread>
-
 #include "host-sim/client/model_bytes.hpp"
 #include "host-sim/trace/input_error.hpp"
 
@@ -26,25 +20,6 @@ constexpr const char* kValve = "valve_serial";
 constexpr const char* kSensor = "sensor_serial";
 
 }  // namespace
-
-void in_parallel(std::size_t count, const std::function<void(std::size_t)>& work,
-                 const std::function<void(double done)>& finished) {
-  std::atomic<std::size_t> next{0};
-  std::size_t done = 0;
-  std::mutex one_at_a_time;
-  const auto take_turns = [&] {
-    for (std::size_t i = next++; i < count; i = next++) {
-      work(i);
-      const std::lock_guard lock(one_at_a_time);
-      ++done;
-      if (finished) finished(static_cast<double>(done) / static_cast<double>(count));
-    }
-  };
-  const std::size_t threads = std::clamp<std::size_t>(std::thread::hardware_concurrency(), 1, count);
-  std::vector<std::future<void>> running;
-  for (std::size_t i = 0; i < threads; ++i) running.push_back(std::async(std::launch::async, take_turns));
-  for (std::future<void>& one : running) one.get();
-}
 
 client::ModelUpload upload_of(const trace::ModelFile& file, unsigned chamber) {
   const auto error = file.fit.find(kError);

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <functional>
 #include <vector>
 
 #include "host-sim/client/session.hpp"
@@ -12,11 +11,6 @@
 #include "host-sim/trace/rig_toml.hpp"
 
 namespace plenum::host::tools {
-
-/// work(0) .. work(count - 1) on all processors; finished() after each, one at a time. Throws what a work
-/// threw.
-void in_parallel(std::size_t count, const std::function<void(std::size_t)>& work,
-                 const std::function<void(double done)>& finished = {});
 
 /// A model file as it is handed to a board. `chamber` from 1.
 client::ModelUpload upload_of(const trace::ModelFile& file, unsigned chamber);

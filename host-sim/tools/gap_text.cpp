@@ -72,17 +72,13 @@ std::string verdict_sentence(const GapReport& report) {
           "effect is missing.",
           recalibrated, kPa_text(report.as_configured_Pa));
     case Verdict::explained:
-      return fmt::format(
-          "{} {} the gap: with {} the model errs by {} instead of {}, which closes {} of what could be "
-          "closed.",
-          listed(ids, "and"), several ? "explain" : "explains", several ? "them" : "it", with_effects,
-          recalibrated, closed);
-    case Verdict::partly_explained:
-      return fmt::format(
-          "{} {} part of the gap: with {} the model errs by {} instead of {}, which closes {}; a rest beyond "
-          "noise stays unexplained.",
-          listed(ids, "and"), several ? "explain" : "explains", several ? "them" : "it", with_effects,
-          recalibrated, closed);
+    case Verdict::partly_explained: {
+      const bool all = report.verdict == Verdict::explained;
+      return fmt::format("{} {} {}the gap: with {} the model errs by {} instead of {}, which closes {}{}.",
+                         listed(ids, "and"), several ? "explain" : "explains", all ? "" : "part of ",
+                         several ? "them" : "it", with_effects, recalibrated, closed,
+                         all ? " of what could be closed" : "; a rest beyond noise stays unexplained");
+    }
     case Verdict::ambiguous:
       return fmt::format(
           "{}: these logs cannot tell which; the model errs by {} with the likeliest, {} without.",

@@ -1,0 +1,95 @@
+#include "host-sim/diagnose/linear_chamber.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace plenum::host::diagnose {
+
+namespace {
+
+/// `beyond` its threshold [V]; `threshold_sign`: of what `beyond` gains by the threshold.
+Opening opening(double gain, double beyond, double leak, double width, double threshold_sign) {
+  const double z = gain * beyond - leak;
+  const double root = std::hypot(z, width);
+  const double s = 0.5 * (z / root + 1.0);
+  return {leak + 0.5 * (root + z),
+          s * gain,
+          {threshold_sign * s * gain, s * beyond, 1.0 - s, 0.5 * width / root}};
+}
+
+}  // namespace
+
+Ports ports_of(const effects::Figures& valve, double command_V) {
+  return {opening(valve[effects::kInletGain], command_V - valve[effects::kOpenAbove],
+                  valve[effects::kInletLeak], valve[effects::kTransition], -1.0),
+          opening(valve[effects::kExhaustGain], valve[effects::kExhaustBelow] - command_V,
+                  valve[effects::kExhaustLeak], valve[effects::kTransition], 1.0)};
+}
+
+Linear LinearChamber::tick(double pressure, const Inputs& in, const double* volume,
+                           const effects::Timing& timing) const {
+  const double h = timing.tick_s / timing.steps;
+  const int counted = std::clamp(static_cast<int>(std::lround(timing.average_s / h)), 1, timing.steps);
+  Linear l;
+  std::array<double, kInputs> moved{};  // d p / d input
+  double moved_by_pressure = 1.0;
+  double p = pressure;
+  double sum = 0.0;
+  for (int i = 0; i < timing.steps; ++i) {
+    const auto part = static_cast<std::size_t>(i * kParts / timing.steps);
+    const double v = std::max(0.5 * (volume[i] + volume[i + 1]) + in[kVolume], 0.05 * volume[i]);
+    const double per_mass = kappa_ * RT_ / v;
+    const double squeeze = kappa_ * (volume[i + 1] - volume[i]) / (h * v);
+    struct Rate {
+      plant::Flux inlet, exhaust;
+      double f, J;
+    };
+    const auto rate = [&](double q) {
+      Rate r{plate_.flux(in[kSupply], q), plate_.flux(q, in[kBehind]), 0.0, 0.0};
+      const double a = in[kInlet + part];
+      const double b = in[kExhaust + part];
+      r.f = per_mass * (a * r.inlet.flow - b * r.exhaust.flow + in[kFlow]) - squeeze * q;
+      r.J = per_mass * (a * r.inlet.by_second - b * r.exhaust.by_first) - squeeze;
+      return r;
+    };
+    const Rate first = rate(p);
+    const double trial = std::max(p + h * effects::exponential(h * first.J).phi_1 * first.f, 1e3);
+    const Rate second = rate(trial);
+    const double way = trial - p;
+    const double chord = std::abs(way) < 0.1 ? first.J : (second.f - first.f) / way;
+    const auto z = effects::exponential(std::min(h * chord, 1.0));
+    std::array<double, kInputs> by{};  // d f / d input
+    by[kInlet + part] = per_mass * 0.5 * (first.inlet.flow + second.inlet.flow);
+    by[kExhaust + part] = -per_mass * 0.5 * (first.exhaust.flow + second.exhaust.flow);
+    by[kSupply] = per_mass * in[kInlet + part] * 0.5 * (first.inlet.by_first + second.inlet.by_first);
+    by[kBehind] =
+        -per_mass * in[kExhaust + part] * 0.5 * (first.exhaust.by_second + second.exhaust.by_second);
+    by[kFlow] = per_mass;
+    by[kVolume] = -0.5 * (first.f + second.f) / v;
+    const bool counts = i >= timing.steps - counted;
+    if (counts) {
+      sum += p + h * z.phi_2 * first.f;
+      l.by_pressure.reading += z.phi_1 * moved_by_pressure;
+      for (std::size_t c = 0; c < kInputs; ++c)
+        l.by_input[c].reading += z.phi_1 * moved[c] + h * z.phi_2 * by[c];
+    }
+    for (std::size_t c = 0; c < kInputs; ++c) moved[c] = z.e * moved[c] + h * z.phi_1 * by[c];
+    moved_by_pressure *= z.e;
+    p = std::max(p + h * z.phi_1 * first.f, 1e3);
+  }
+  l.at.end = p;
+  l.by_pressure.end = moved_by_pressure;
+  for (std::size_t c = 0; c < kInputs; ++c) l.by_input[c].end = moved[c];
+  if (timing.average_s > 0.0) {
+    l.at.reading = sum / counted;
+    l.by_pressure.reading /= counted;
+    for (Outcome& o : l.by_input) o.reading /= counted;
+  } else {
+    l.at.reading = p;
+    l.by_pressure.reading = moved_by_pressure;
+    for (std::size_t c = 0; c < kInputs; ++c) l.by_input[c].reading = moved[c];
+  }
+  return l;
+}
+
+}  // namespace plenum::host::diagnose
