@@ -25,6 +25,7 @@ MAY_INCLUDE = {
     # The socketcand and SocketCAN doors: the driver of the board is the one exception.
     "host-sim/client": ["firmware/canopen", "firmware/telemetry", "firmware/ports", "board/drivers"],
     "host-sim/report": ["host-sim/trace"],
+    "host-sim/reproduce": ["host-sim/plant", "host-sim/effects", "host-sim/trace", "host-sim/identify", "host-sim/report"],
     "host-sim/tools": ["host-sim"],
     "tests": [""],
 }
