@@ -8,8 +8,9 @@
 // of 1e-2.5 to 1e-7, its own first step or one of five given ones. The plant: tolerances of 0.5 Pa to 8 kPa.
 // CVODE is not asked for the mean of a tick, which the plant computes as well.
 //
-// The row with the target is that of 100 mL, in the middle of the volumes of identify_population.hpp; beside it
-// those of the ends, 40 and 300 mL: the smaller the volume, the more the plant too has to cut its ticks.
+// The row with the target is that of 100 mL, in the middle of the volumes of the population
+// (host-sim/reproduce/actuators); beside it those of its ends, 40 and 300 mL: the smaller the volume, the more
+// the plant too has to cut its ticks.
 #include <algorithm>
 #include <chrono>
 #include <cmath>

@@ -21,7 +21,7 @@
 
 #include "host-sim/identify/fit.hpp"
 #include "host-sim/identify/free_run.hpp"
-#include "tests/bench/identify_population.hpp"
+#include "host-sim/reproduce/actuators/population.hpp"
 
 namespace {
 
@@ -38,8 +38,8 @@ struct ChamberDrift {
 };
 
 ChamberDrift drift_of(unsigned seed, bool volume_moves) {
-  const trace::Log log = plenum::bench::record_chamber(seed, volume_moves);
-  const trace::RigDescription rig = plenum::bench::population_rig();
+  const trace::Log log = reproduce::actuators::record_chamber(seed, volume_moves);
+  const trace::RigDescription rig = reproduce::actuators::population_rig();
   const auto worst = [&](const identify::Tassa9& model) {
     return identify::drift(log, model, kStarts, kHorizon_s).worst_std_percent;
   };

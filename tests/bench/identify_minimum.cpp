@@ -16,12 +16,12 @@
 
 #include "host-sim/identify/cannot_identify.hpp"
 #include "host-sim/identify/fit.hpp"
-#include "tests/bench/identify_population.hpp"
+#include "host-sim/reproduce/actuators/population.hpp"
 
 namespace {
 
-using plenum::bench::population_rig;
-using plenum::bench::record_chamber;
+using plenum::host::reproduce::actuators::population_rig;
+using plenum::host::reproduce::actuators::record_chamber;
 using namespace plenum::host;
 
 constexpr std::size_t kStarts = 100;

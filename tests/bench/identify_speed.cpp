@@ -13,7 +13,7 @@
 
 #include "host-sim/identify/fit.hpp"
 #include "host-sim/identify/ticks.hpp"
-#include "tests/bench/identify_population.hpp"
+#include "host-sim/reproduce/actuators/population.hpp"
 
 int main(int count, char** words) {
   using namespace plenum::host;
@@ -22,8 +22,8 @@ int main(int count, char** words) {
     return 2;
   }
   const std::vector<trace::Log> logs{
-      plenum::bench::record_chamber(static_cast<unsigned>(std::strtoul(words[1], nullptr, 10)), true)};
-  const auto rig = plenum::bench::population_rig();
+      reproduce::actuators::record_chamber(static_cast<unsigned>(std::strtoul(words[1], nullptr, 10)), true)};
+  const auto rig = reproduce::actuators::population_rig();
   identify::FitOptions options;
   options.start = identify::default_start(logs, rig);
   options.explore = options.refine_free_run = false;

@@ -1,9 +1,12 @@
-// Valve-chambers drawn from the fixed population of the benchmarks, recorded through host-sim/plant.
+// Valve-chambers drawn from one fixed population, recorded through host-sim/plant: the paper's 76 valve-chambers
+// with numbers that it does not print. The benchmarks use the same.
 //
 // Supply 620 kPa; area per volt 0.8-2.2 mm2 (C = 0.72), leaks 0.05-0.2 mm2, transition 0.1-0.4 mm2,
 // null 4.85-5.15 V, ports 0.05-0.25 V apart; volume 40-300 mL, moving by 20-40 % at 0.1-1.5 Hz or at rest;
 // command 3-7 V from a PID on random pressure targets; noise of 0.1 % of span on each of the 200 samples
 // averaged a tick.
+// Source: "Modeling and Identification of Pneumatic Actuators", V and V.C: 90 psi, 3-7 V, 100 Hz, 200 samples a
+// tick, 100 s of violent movement under a PID. The rest is ours.
 #pragma once
 
 #include <algorithm>
@@ -16,24 +19,27 @@
 #include "host-sim/trace/log.hpp"
 #include "host-sim/trace/rig_toml.hpp"
 
-namespace plenum::bench {
+namespace plenum::host::reproduce::actuators {
 
-inline constexpr double kPopulationSupply_Pa = 620e3;
+inline constexpr double kPopulationSupply_Pa = 620e3;  ///< "P_c ~ 620 KPa ~ 90 psi", Fig. 3
+inline constexpr std::size_t kPopulation = 76;         ///< valve-chambers; their seeds are 1 to 76
 
-inline host::trace::RigDescription population_rig() {
-  host::trace::RigDescription rig;
+inline trace::RigDescription population_rig() {
+  trace::RigDescription rig;
   rig.supply.pressure_Pa = kPopulationSupply_Pa;
   return rig;
 }
 
-inline host::trace::Log record_chamber(unsigned seed, bool volume_moves, std::size_t rows = 10000) {
-  namespace plant = host::plant;
-  std::mt19937_64 random(seed);
+/// One valve-chamber, as it is.
+struct PopulationChamber {
+  plant::ThinPlateValveConfig valve;
+  plant::VolumeMotion volume;
+};
+
+inline PopulationChamber draw_chamber(std::mt19937_64& random, bool volume_moves) {
   const auto draw = [&](double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(random);
   };
-  std::normal_distribution<double> normal;
-
   const double area_per_V_m2 = draw(0.8e-6, 2.2e-6);
   const double null_V = draw(4.85, 5.15);
   const double apart_V = draw(0.05, 0.25);
@@ -47,16 +53,30 @@ inline host::trace::Log record_chamber(unsigned seed, bool volume_moves, std::si
 
   const double mean_m3 = draw(40e-6, 300e-6);
   const plant::VolumeSine sine{draw(0.2, 0.4) * mean_m3, draw(0.1, 1.5), draw(0.0, 2.0 * std::numbers::pi)};
-  const plant::VolumeMotion volume =
-      volume_moves ? plant::VolumeMotion(mean_m3, {sine}) : plant::VolumeMotion(mean_m3);
+  return {valve, volume_moves ? plant::VolumeMotion(mean_m3, {sine}) : plant::VolumeMotion(mean_m3)};
+}
+
+/// The truth behind record_chamber(seed, volume_moves).
+inline PopulationChamber chamber_of_seed(unsigned seed, bool volume_moves) {
+  std::mt19937_64 random(seed);
+  return draw_chamber(random, volume_moves);
+}
+
+inline trace::Log record_chamber(unsigned seed, bool volume_moves, std::size_t rows = 10000) {
+  std::mt19937_64 random(seed);
+  const auto draw = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  std::normal_distribution<double> normal;
+  const PopulationChamber drawn = draw_chamber(random, volume_moves);
   plant::ChamberConfig config;
   config.supply_Pa = kPopulationSupply_Pa;
   config.initial_pressure_Pa = 200e3;
-  plant::ChamberPlant chamber(plant::ThinPlateValve(valve), config, volume);
+  plant::ChamberPlant chamber(plant::ThinPlateValve(drawn.valve), config, drawn.volume);
 
   constexpr double kTick_s = 0.01;
   const double noise_Pa = 1e-3 * (config.supply_Pa - config.ambient_Pa) / std::sqrt(200.0);
-  host::trace::Log log;
+  trace::Log log;
   log.period_s = log.pressure_average_s = kTick_s;
   double measured_Pa = config.initial_pressure_Pa;
   double target_Pa = 300e3, integral_V = 0.0, last_error_bar = 0.0;
@@ -77,4 +97,4 @@ inline host::trace::Log record_chamber(unsigned seed, bool volume_moves, std::si
   return log;
 }
 
-}  // namespace plenum::bench
+}  // namespace plenum::host::reproduce::actuators
