@@ -1,0 +1,82 @@
+#include "host-sim/identify/relief_valve/static_fit.hpp"
+
+#include <fmt/core.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "host-sim/identify/cannot_identify.hpp"
+#include "host-sim/plant/refuse.hpp"
+
+namespace plenum::host::identify::relief_valve {
+namespace {
+
+using plant::relief_valve::StaticGreyBox;
+
+// Columns of unit length nearer to dependent than this leave parameters to the noise.
+constexpr double kRankThreshold = 1e-9;
+
+void require_sensible(const StaticPoint& point) {
+  plant::require_above("static point pressure_Pa", point.pressure_Pa, 0.0);
+  plant::require_within("static point flow_m3_s", point.flow_m3_s, 0.0, std::numeric_limits<double>::max());
+}
+
+}  // namespace
+
+StaticGreyBox fit_static(std::span<const StaticPoint> points, double density_kg_m3, FlowForce flow_force) {
+  plant::require_above("static fit density_kg_m3", density_kg_m3, 0.0);
+  const Eigen::Index unknowns = flow_force == FlowForce::kFitted ? 3 : 2;
+  const auto rows = static_cast<Eigen::Index>(points.size());
+  if (rows < unknowns)
+    throw CannotIdentify(fmt::format("static fit: {} points, expected at least {}", rows, unknowns));
+  Eigen::MatrixXd A(rows, unknowns);
+  Eigen::VectorXd B(rows);
+  for (Eigen::Index i = 0; i < rows; ++i) {
+    const StaticPoint& point = points[static_cast<std::size_t>(i)];
+    require_sensible(point);
+    A(i, 0) = point.pressure_Pa;
+    A(i, 1) = 1.0;
+    if (unknowns == 3) A(i, 2) = point.flow_m3_s * std::sqrt(point.pressure_Pa);
+    B(i) = plant::relief_valve::opening_m2(point.flow_m3_s, point.pressure_Pa, density_kg_m3);
+  }
+  const Eigen::VectorXd length = A.colwise().norm().cwiseMax(std::numeric_limits<double>::min());
+  const Eigen::MatrixXd scaled = A * length.cwiseInverse().asDiagonal();
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(scaled);
+  qr.setThreshold(kRankThreshold);
+  if (qr.rank() < unknowns)
+    throw CannotIdentify(fmt::format(
+        "static fit: the {} points determine {} of {} parameters; expected more spread in pressure and flow",
+        rows, qr.rank(), unknowns));
+  const Eigen::VectorXd k = qr.solve(B).cwiseQuotient(length);
+  if (k(0) <= 0.0 || k(1) > 0.0)
+    throw CannotIdentify(fmt::format(
+        "static fit: k1 = {:.3g}, k3 = {:.3g}; expected k1 above 0 and k3 not above 0: the opening "
+        "must rise with pressure from a cracking pressure on",
+        k(0), k(1)));
+  return {k(0), unknowns == 3 ? k(2) : 0.0, k(1), density_kg_m3};
+}
+
+StaticGreyBox static_through(double cracking_Pa, const StaticPoint& rated, double density_kg_m3) {
+  require_sensible(rated);
+  plant::require_above("static line density_kg_m3", density_kg_m3, 0.0);
+  plant::require_above("static line cracking_Pa", cracking_Pa, 0.0);
+  plant::require_above("static line rated pressure_Pa", rated.pressure_Pa, cracking_Pa);
+  plant::require_above("static line rated flow_m3_s", rated.flow_m3_s, 0.0);
+  const double opens_m2 = plant::relief_valve::opening_m2(rated.flow_m3_s, rated.pressure_Pa, density_kg_m3);
+  const double k1 = opens_m2 / (rated.pressure_Pa - cracking_Pa);
+  return {k1, 0.0, -k1 * cracking_Pa, density_kg_m3};
+}
+
+double worst_pressure_error(const StaticGreyBox& valve, std::span<const StaticPoint> points) {
+  double worst = 0.0;
+  for (const StaticPoint& point : points) {
+    if (point.flow_m3_s <= 0.0) continue;
+    const double P = plant::relief_valve::pressure_Pa(valve, point.flow_m3_s);
+    worst = std::max(worst, std::abs(P - point.pressure_Pa) / point.pressure_Pa);
+  }
+  return worst;
+}
+
+}  // namespace plenum::host::identify::relief_valve

@@ -1,0 +1,39 @@
+// The static grey-box model from a pressure-flow curve.
+//
+//   [P  Q sqrt(P)  1] (k1 k2 k3)^T = Q sqrt(rho/2) / sqrt(P)        one row a point, by least squares        (4.1)
+//   k1 P_c + k3 = 0,  k1 P_r + k3 = Q_r sqrt(rho/2) / sqrt(P_r)     exact at cracking and rated flow   (4.7)-(4.8)
+//
+// P pressure difference [Pa], Q flow [m3/s]. The columns are scaled to unit length before a rank-revealing QR.
+// Source: "Grey-Box Multi-Port Models of Fluid Power Valves", chapter IV.
+#pragma once
+
+#include <span>
+
+#include "host-sim/plant/relief_valve/grey_box.hpp"
+
+namespace plenum::host::identify::relief_valve {
+
+struct StaticPoint {
+  double pressure_Pa;  ///< > 0
+  double flow_m3_s;    ///< >= 0
+};
+
+enum class FlowForce {
+  kFitted,   ///< (3.12): k1, k2, k3
+  kLeftOut,  ///< (3.15): k1, k3
+};
+
+/// (4.1). Needs as many points of flow above 0 as parameters. Throws std::invalid_argument on points out of range,
+/// identify::CannotIdentify when they do not determine the parameters or give k1 <= 0.
+plant::relief_valve::StaticGreyBox fit_static(std::span<const StaticPoint> points, double density_kg_m3,
+                                              FlowForce flow_force = FlowForce::kFitted);
+
+/// (4.7)-(4.8): the line of (3.15) through the cracking pressure and one point of flow above 0 and pressure above it.
+plant::relief_valve::StaticGreyBox static_through(double cracking_Pa, const StaticPoint& rated,
+                                                  double density_kg_m3);
+
+/// Largest |P model - P| / P over the points of flow above 0.
+double worst_pressure_error(const plant::relief_valve::StaticGreyBox& valve,
+                            std::span<const StaticPoint> points);
+
+}  // namespace plenum::host::identify::relief_valve
