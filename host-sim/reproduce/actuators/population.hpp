@@ -1,12 +1,12 @@
-// Valve-chambers drawn from one fixed population, recorded through host-sim/plant: the paper's 76 valve-chambers
-// with numbers that it does not print. The benchmarks use the same.
+// Valve-chambers drawn from one fixed population, recorded through host-sim/plant: the paper's 76 valve-
+// chambers with numbers that it does not print. The benchmarks use the same.
 //
 // Supply 620 kPa; area per volt 0.8-2.2 mm2 (C = 0.72), leaks 0.05-0.2 mm2, transition 0.1-0.4 mm2,
 // null 4.85-5.15 V, ports 0.05-0.25 V apart; volume 40-300 mL, moving by 20-40 % at 0.1-1.5 Hz or at rest;
 // command 3-7 V from a PID on random pressure targets; noise of 0.1 % of span on each of the 200 samples
 // averaged a tick.
-// Source: "Modeling and Identification of Pneumatic Actuators", V and V.C: 90 psi, 3-7 V, 100 Hz, 200 samples a
-// tick, 100 s of violent movement under a PID. The rest is ours.
+// Source: "Modeling and Identification of Pneumatic Actuators", V and V.C: 90 psi, 3-7 V, 100 Hz, 200 samples
+// a tick, 100 s of violent movement under a PID. The rest is ours.
 #pragma once
 
 #include <algorithm>

@@ -1,0 +1,32 @@
+// Grids, and order statistics of samples.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace plenum::host::reproduce::actuators {
+
+/// `count` >= 2 values from low to high, evenly spaced.
+std::vector<double> evenly(double low, double high, std::size_t count);
+
+/// How many neighbours fall, and how many rise.
+std::size_t falling_steps(const std::vector<double>& values);
+std::size_t rising_steps(const std::vector<double>& values);
+
+double largest(const std::vector<double>& values);
+double mean(const std::vector<double>& values);
+
+/// The value that `percent` of the values do not exceed (nearest rank); 0 < percent <= 100.
+double percentile(std::vector<double> values, double percent);
+double median(const std::vector<double>& values);
+
+/// Place of the value that is the median by nearest rank.
+std::size_t place_of_median(const std::vector<double>& values);
+
+/// How many percent of the values are below `limit`.
+double percent_below(const std::vector<double>& values, double limit);
+
+/// Pearson's coefficient of correlation; `x` and `y` are of one length, at least 2.
+double correlation(const std::vector<double>& x, const std::vector<double>& y);
+
+}  // namespace plenum::host::reproduce::actuators

@@ -1,0 +1,94 @@
+// The parts on the first chambers of the population: enough for every claim that does not count all 76.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <variant>
+
+#include "host-sim/reproduce/actuators/parts.hpp"
+
+namespace plenum::host::reproduce::actuators {
+namespace {
+
+constexpr std::size_t kChambers = 4;
+
+/// The one finding of the part whose quantity holds `words`.
+Finding finding(const Part& part, const std::string& words) {
+  std::vector<Finding> found;
+  for (const Finding& one : part.findings) {
+    if (one.quantity.find(words) != std::string::npos) found.push_back(one);
+  }
+  if (found.size() != 1) throw std::runtime_error(std::to_string(found.size()) + " findings of " + words);
+  return found.front();
+}
+
+TEST(ReproduceActuators, EveryFindingThatIsNotReproducedSaysWhyAndEveryCurveIsWhole) {
+  const std::vector<Part> parts = parts_of(study_population(kChambers, {}), {});
+  std::size_t charts = 0;
+  const auto check_curves = [](const auto& chart) {
+    if constexpr (requires { chart.curves; }) {
+      for (const report::Curve& curve : chart.curves) {
+        EXPECT_FALSE(curve.x.empty()) << chart.title << ", " << curve.name;
+        EXPECT_EQ(curve.x.size(), curve.y.size()) << chart.title << ", " << curve.name;
+      }
+    }
+  };
+  for (const Part& part : parts) {
+    EXPECT_FALSE(part.findings.empty()) << part.title;
+    for (const Finding& one : part.findings) {
+      EXPECT_FALSE(one.item.empty()) << one.quantity;
+      EXPECT_EQ(verdict(one) == Verdict::kReproduced, one.why.empty()) << one.quantity;
+    }
+    for (const report::Chart& chart : part.charts) std::visit(check_curves, chart);
+    charts += part.charts.size();
+  }
+  EXPECT_GE(charts, 12U);
+}
+
+TEST(ReproduceActuators, BothBranchesOfThePortMeetAtTheChokedLimit) {
+  const Part part = gas_and_port_constants();
+  EXPECT_EQ(verdict(finding(part, "jump of the flow at p_u/p_d = theta")), Verdict::kReproduced);
+  EXPECT_EQ(verdict(finding(part, "slope of the subsonic shape")), Verdict::kReproduced);
+}
+
+TEST(ReproduceActuators, PaperCountsSeventyEightPairsOnSeventySixValves) {
+  EXPECT_EQ(verdict(finding(numbers_of_the_text(), "valve-chamber pairs")), Verdict::kPaperContradictsItself);
+}
+
+TEST(ReproduceActuators, EqualAreasRestAtTheRootOfTheirClosedForm) {
+  // alpha sqrt(x^(10/7) - x^(12/7)) = beta x at p = x P_c: the supply subsonic, the exhaust choked
+  const double ratio = 7.0 / (1.4 * std::pow(2.0 / 2.4, 6.0));  // (alpha/beta)^2
+  double low = 0.6;
+  double high = 1.0;
+  for (int i = 0; i < 60; ++i) {
+    const double x = 0.5 * (low + high);
+    (ratio * (std::pow(x, 10.0 / 7.0) - std::pow(x, 12.0 / 7.0)) > x * x ? low : high) = x;
+  }
+  EXPECT_NEAR(finding(steady_state(), "steady state at (U_c + U_r)/2").ours, 620.0 * low, 1e-3);
+}
+
+TEST(ReproduceActuators, ChambersAtRestDriftLessThanThePaperSaysAndMovingOnesMore) {
+  const Part part = drift_of_prediction(study_population(kChambers, {}));
+  const std::string largest = "largest standard deviation of any valve within 2 s, ";
+  EXPECT_EQ(verdict(finding(part, largest + "at rest")), Verdict::kReproduced);
+  EXPECT_EQ(verdict(finding(part, "share of the curves below 4 %, at rest")), Verdict::kReproduced);
+  EXPECT_EQ(verdict(finding(part, largest + "moving")), Verdict::kDiffers);
+}
+
+TEST(ReproduceActuators, MovingChambersDriftNoMoreThanThePaperSaysWithTheVolumeRateInItsPlace) {
+  const Part part = volume_rate(study_population(kChambers, {}));
+  EXPECT_EQ(verdict(finding(part, "v' as in (4a), fitted to the record")), Verdict::kReproduced);
+}
+
+TEST(ReproduceActuators, ProgressRisesToOne) {
+  std::vector<double> seen;
+  const Study study = study_population(1, [&](double done) { seen.push_back(done); });
+  ASSERT_FALSE(seen.empty());
+  EXPECT_TRUE(std::is_sorted(seen.begin(), seen.end()));
+  EXPECT_EQ(seen.back(), 1.0);
+}
+
+}  // namespace
+}  // namespace plenum::host::reproduce::actuators
