@@ -29,12 +29,25 @@ constexpr double kForgetting_s = 0.3;
 constexpr double kSettling_s = 0.5;       // after that, the rows from which a start is estimated
 constexpr double kStartSpread_Pa = 5000;  // of a first reading about the pressure: a tick at 0.5 MPa/s
 
+/// What acts in a record when `on` is looked for.
+EffectSet acting(const Scene& scene, const Record& record, EffectSet on) {
+  return record.before ? scene.known : on | scene.known;
+}
+/// And with which figures: before the change those of the effects are as configured.
+Figures acting(const Scene& scene, const Record& record, Figures figures) {
+  if (record.before) {
+    std::copy(scene.nominal.begin() + effects::kValveFigures, scene.nominal.end(),
+              figures.begin() + effects::kValveFigures);
+  }
+  return figures;
+}
+
 /// The sum of squares over the fitted rows as a function of the scaled variables.
 class FreeRunSquares {
  public:
-  FreeRunSquares(const effects::Surroundings& around, const std::vector<Record>& records, EffectSet on,
-                 const Figures& base, std::vector<double> start_Pa, std::vector<Variable> variables)
-      : around_(around),
+  FreeRunSquares(const Scene& scene, const std::vector<Record>& records, EffectSet on, const Figures& base,
+                 std::vector<double> start_Pa, std::vector<Variable> variables)
+      : scene_(scene),
         records_(records),
         on_(on),
         base_(base),
@@ -70,7 +83,7 @@ class FreeRunSquares {
     double sum = 0.0;
     for (std::size_t r = 0; r < records_.size(); ++r) {
       const Record& record = records_[r];
-      const effects::Run base{figures_at(z), start_at(z, r)};
+      const effects::Run base{acting(scene_, record, figures_at(z)), start_at(z, r)};
       sum += score(run_lanes(record, {&base, 1}), record);
     }
     return sum;
@@ -89,7 +102,7 @@ class FreeRunSquares {
       table.setZero();
       // columns of this record: the figures, then its own start
       for (Eigen::Index first = 0; first <= figures(); first += kLanes - 1) {
-        std::vector<effects::Run> runs{{base, start}};
+        std::vector<effects::Run> runs{{acting(scene_, record, base), start}};
         std::vector<double> steps;
         std::vector<Eigen::Index> columns;
         for (Eigen::Index k = first; k <= figures() && k < first + kLanes - 1; ++k) {
@@ -106,6 +119,7 @@ class FreeRunSquares {
             steps.push_back(kDifference);
             columns.push_back(figures() + static_cast<Eigen::Index>(r));
           }
+          changed.figures = acting(scene_, record, changed.figures);
           runs.push_back(changed);
         }
         const std::vector<double> readings = run_lanes(record, runs);
@@ -138,7 +152,7 @@ class FreeRunSquares {
   /// Over the fitted rows only.
   std::vector<double> run_lanes(const Record& record, std::span<const effects::Run> runs) const {
     std::vector<double> readings(record.fitted_rows * static_cast<std::size_t>(kLanes));
-    effects::free_run(around_, record.drive, on_, runs, readings);
+    effects::free_run(scene_.around, record.drive, acting(scene_, record, on_), runs, readings);
     return readings;
   }
 
@@ -151,7 +165,7 @@ class FreeRunSquares {
     return sum;
   }
 
-  const effects::Surroundings& around_;
+  const Scene& scene_;
   const std::vector<Record>& records_;
   EffectSet on_;
   Figures base_;
@@ -263,7 +277,7 @@ Fit fit(const Scene& scene, EffectSet on, const Figures& start, const std::vecto
   result.variables = variables_of(scene, on, options.refined);
   Figures base = start;
   for (const Variable& v : result.variables) base[v.figure] = std::clamp(base[v.figure], v.low, v.high);
-  const FreeRunSquares squares(scene.around, scene.records, on | scene.known, base, begin, result.variables);
+  const FreeRunSquares squares(scene, scene.records, on, base, begin, result.variables);
   identify::BoxProblem<kDynamic> problem;
   problem.squares = [&](const Vector& z) { return squares.squares(z); };
   problem.gram = [&](const Vector& z) { return squares.gram(z); };
@@ -283,8 +297,7 @@ Fit fit(const Scene& scene, EffectSet on, const Figures& start, const std::vecto
 
 double joint_squares(const Scene& scene, const Fit& fit, const std::vector<Record>& heldout,
                      const std::vector<double>& held_start_Pa, bool same_start) {
-  const FreeRunSquares held(scene.around, heldout, fit.on | scene.known, fit.figures, held_start_Pa,
-                            fit.variables);
+  const FreeRunSquares held(scene, heldout, fit.on, fit.figures, held_start_Pa, fit.variables);
   const Eigen::Index figures = held.figures();
   const auto fitted_starts = static_cast<Eigen::Index>(fit.start_Pa.size());
   const auto held_starts = static_cast<Eigen::Index>(held_start_Pa.size());
@@ -316,8 +329,8 @@ double joint_squares(const Scene& scene, const Fit& fit, const std::vector<Recor
 std::vector<double> run(const Scene& scene, const Record& record, EffectSet on, const Figures& figures,
                         double start_Pa) {
   std::vector<double> lanes(record.rows() * static_cast<std::size_t>(kLanes));
-  const effects::Run one{figures, start_Pa};
-  effects::free_run(scene.around, record.drive, on | scene.known, {&one, 1}, lanes);
+  const effects::Run one{acting(scene, record, figures), start_Pa};
+  effects::free_run(scene.around, record.drive, acting(scene, record, on), {&one, 1}, lanes);
   std::vector<double> readings(record.rows());
   for (std::size_t row = 0; row < readings.size(); ++row) readings[row] = lanes[row * kLanes];
   return readings;
@@ -331,8 +344,9 @@ double estimate_start(const Scene& scene, const Record& record, EffectSet on, co
   double start = record.measured_Pa.front();
   constexpr double kStep_Pa = 100.0;
   for (int pass = 0; pass < 3; ++pass) {
-    const std::array<effects::Run, 2> runs{{{figures, start}, {figures, start + kStep_Pa}}};
-    effects::free_run(scene.around, record.drive, on | scene.known, runs, lanes);
+    const Figures here = acting(scene, record, figures);
+    const std::array<effects::Run, 2> runs{{{here, start}, {here, start + kStep_Pa}}};
+    effects::free_run(scene.around, record.drive, acting(scene, record, on), runs, lanes);
     const double known = scene.noise_Pa * scene.noise_Pa / (kStartSpread_Pa * kStartSpread_Pa);
     double slope2 = known;
     double slope_error = known * (start - record.measured_Pa.front());

@@ -25,6 +25,8 @@ struct Record {
   std::vector<double> measured_Pa;
   std::size_t settled_rows = 1;
   std::size_t fitted_rows = 0;
+  /// Of the machine as it was before whatever is looked for: only the effects as configured act here.
+  bool before = false;
 
   std::size_t rows() const { return measured_Pa.size(); }
 };

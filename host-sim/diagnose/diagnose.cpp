@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "host-sim/diagnose/aliases.hpp"
+#include "host-sim/diagnose/found_rig.hpp"
 #include "host-sim/diagnose/latent.hpp"
 #include "host-sim/diagnose/next_experiment.hpp"
 #include "host-sim/diagnose/noise.hpp"
@@ -149,8 +150,9 @@ double probability_beside_others(double share_of_rest) {
 
 class Diagnosis {
  public:
+  /// `before`: what was found on the baseline that `rig` describes, or none.
   Diagnosis(const std::vector<NamedLog>& logs, const std::vector<NamedLog>& heldout,
-            const trace::RigDescription& rig, const DiagnoseOptions& options)
+            const trace::RigDescription& rig, const DiagnoseOptions& options, const GapReport* before)
       : scene_(make_scene(rig)), threads_(options.threads) {
     const EffectSet struck = struck_of(options.strike);
     double sum = 0.0;
@@ -158,8 +160,8 @@ class Diagnosis {
       scene_.records.push_back(make_record(of.name, of.log, heldout.empty() ? kFittedShare : 1.0));
       sum += white_noise(of.log.pressure_Pa) / static_cast<double>(logs.size());
     }
-    report_.noise_floor_Pa = sum > 0.0 ? sum : scene_.noise_Pa;
-    scene_.noise_Pa = report_.noise_floor_Pa;
+    if (sum > 0.0) scene_.noise_Pa = sum;
+    report_.noise_floor_Pa = scene_.noise_Pa;
     if (heldout.empty()) {
       for (std::size_t i = 0; i < scene_.records.size(); ++i) {
         heldout_.push_back({scene_.records[i], scene_.records[i].fitted_rows, static_cast<int>(i)});
@@ -167,11 +169,20 @@ class Diagnosis {
     } else {
       for (const NamedLog& of : heldout) heldout_.push_back({make_record(of.name, of.log, 1.0), 1, -1});
     }
+    if (before != nullptr) {
+      // what the model leaves of the machine as it was, no model of what has changed can be expected to close
+      report_.noise_floor_Pa = std::max(report_.noise_floor_Pa, before->with_effects_Pa);
+      for (const NamedLog& of : options.baseline) {
+        scene_.records.push_back(make_record(of.name, of.log, 1.0));
+        scene_.records.back().before = true;
+      }
+    }
     search_ = search(scene_, heldout_,
                      {.struck = struck,
                       .threads = options.threads,
-                      .noise_Pa = scene_.noise_Pa,
+                      .noise_Pa = report_.noise_floor_Pa,
                       .progress = options.progress});
+    if (before != nullptr) valve_changed();
   }
 
   GapReport report() {
@@ -188,6 +199,27 @@ class Diagnosis {
   }
 
  private:
+  /// The other hypothesis of what has changed since the baseline: the valve's figures, all of them, and no effect. Both
+  /// answer for the baseline, too. Where an effect comes to the floor, seven figures that follow the log below it prove nothing.
+  void valve_changed() {
+    Scene now = scene_, then = scene_;
+    std::erase_if(now.records, [](const Record& r) { return r.before; });
+    std::erase_if(then.records, [](const Record& r) { return !r.before; });
+    Trial changed =
+        search(now, heldout_, {.struck = ~EffectSet{0}, .threads = 1, .progress = {}}).recalibrated;
+    const Fit was = fit(then, 0, scene_.nominal, {});
+    Trial both = changed;
+    both.joint_squares += was.squares;
+    both.fit.rows += was.rows;
+    both.fit.variables.insert(both.fit.variables.end(), was.variables.begin(), was.variables.end());
+    const bool closed = search_.best.on != 0 && search_.best.heldout_Pa() < kAtFloor * report_.noise_floor_Pa;
+    if (!closed && both.evidence(search_.correlated_rows) > search_.best.evidence(search_.correlated_rows)) {
+      search_.recalibrated = changed;
+      search_.best = std::move(changed);
+      search_.rivals.clear();
+    }
+  }
+
   void gaps() {
     Fit nominal;
     nominal.figures = scene_.nominal;
@@ -277,9 +309,9 @@ class Diagnosis {
                      [](const NamedEffect& a, const NamedEffect& b) { return a.share > b.share; });
     for (NamedEffect& effect : report_.effects) {
       const bool first = &effect == &report_.effects.front();
-      effect.confidence *=
-          first ? kTrustFirst
-                : probability_beside_others(share_of_rest(with_Pa, effect.gap_without_Pa, scene_.noise_Pa));
+      effect.confidence *= first ? kTrustFirst
+                                 : probability_beside_others(
+                                       share_of_rest(with_Pa, effect.gap_without_Pa, report_.noise_floor_Pa));
     }
   }
 
@@ -319,7 +351,9 @@ class Diagnosis {
   void blame() {
     std::vector<const Record*> records;
     records.reserve(scene_.records.size());
-    for (const Record& record : scene_.records) records.push_back(&record);
+    for (const Record& record : scene_.records) {
+      if (!record.before) records.push_back(&record);
+    }
     const std::vector<LatentEquation> found =
         latent(scene_, records, search_.recalibrated.fit.figures, threads_);
     for (const LatentEquation& e : found) {
@@ -433,6 +467,7 @@ class Diagnosis {
     };
     for (std::size_t i = 0; i < scene_.records.size(); ++i) {
       const Record& record = scene_.records[i];
+      if (record.before) continue;
       trace_of(record, record.fitted_rows, of(record, nominal_, i), of(record, search_.recalibrated.fit, i),
                of(record, used_->fit, i));
     }
@@ -466,13 +501,20 @@ class Diagnosis {
 
 GapReport diagnose(const std::vector<NamedLog>& logs, const std::vector<NamedLog>& heldout,
                    const trace::RigDescription& rig, const DiagnoseOptions& options) {
-  for (const auto* some : {&logs, &heldout}) {
-    if (some->size() > kMostLogs) {
-      throw std::invalid_argument(fmt::format("{} {}logs, expected at most {}", some->size(),
-                                              some == &heldout ? "held-out " : "", kMostLogs));
+  const auto require_room = [](std::size_t count, const char* what) {
+    if (count > kMostLogs) {
+      throw std::invalid_argument(fmt::format("{} {}, expected at most {}", count, what, kMostLogs));
     }
-  }
-  return Diagnosis(logs, heldout, rig, options).report();
+  };
+  require_room(heldout.size(), "held-out logs");
+  require_room(logs.size() + options.baseline.size(),
+               options.baseline.empty() ? "logs" : "logs and baselines");
+  if (options.baseline.empty()) return Diagnosis(logs, heldout, rig, options, nullptr).report();
+  const GapReport before = Diagnosis(options.baseline, {}, rig, options, nullptr).report();
+  GapReport now = Diagnosis(logs, heldout, found_rig(rig, before), options, &before).report();
+  now.baseline = Baseline{before.verdict, before.as_configured_Pa, before.with_effects_Pa, {}};
+  for (const NamedEffect& effect : effects_in_model(before)) now.baseline->effects.push_back(effect.id);
+  return now;
 }
 
 }  // namespace plenum::host::diagnose

@@ -86,6 +86,14 @@ Json to_json(const Disturbance& of) {
           {"depends_on", of.depends_on}, {"dependence", rounded(of.dependence)}};
 }
 
+Json to_json(const std::optional<Baseline>& of) {
+  if (!of) return nullptr;
+  return {{"verdict", name_of(of->verdict)},
+          {"as_configured_kPa", kPa(of->as_configured_Pa)},
+          {"with_effects_kPa", kPa(of->with_effects_Pa)},
+          {"effects", of->effects}};
+}
+
 template <class One>
 Json each(const std::vector<One>& all) {
   Json json = Json::array();
@@ -113,7 +121,8 @@ nlohmann::ordered_json to_json(const GapReport& report) {
           {"calibration", to_json(report.calibration)},
           {"detectable", each(report.detectable)},
           {"alias_classes", report.alias_classes},
-          {"disturbances", each(report.disturbances)}};
+          {"disturbances", each(report.disturbances)},
+          {"baseline", to_json(report.baseline)}};
 }
 
 }  // namespace plenum::host::diagnose

@@ -114,11 +114,19 @@ struct Detectable {
   double smallest = 0.0;
 };
 
+/// What was found on the logs from before, where there were any: the machine as it was.
+struct Baseline {
+  Verdict verdict = Verdict::none;
+  double as_configured_Pa = 0.0;
+  double with_effects_Pa = 0.0;
+  std::vector<std::string> effects;  ///< in the model of what came after, with the valve as fitted
+};
+
 struct GapReport {
   double as_configured_Pa = 0.0;
   double recalibrated_Pa = 0.0;
   double with_effects_Pa = 0.0;
-  double noise_floor_Pa = 0.0;
+  double noise_floor_Pa = 0.0;  ///< with a baseline at least what the model leaves of it
   double closed_fraction =
       0.0;  ///< (recalibrated - with_effects) / (recalibrated - noise_floor), 0 if nothing
   Verdict verdict = Verdict::none;
@@ -135,6 +143,7 @@ struct GapReport {
   ErrorMap map;
   std::vector<Detectable> detectable;
   std::vector<std::vector<std::string>> alias_classes;  ///< of two and more, from the excitation alone
+  std::optional<Baseline> baseline;
 };
 
 }  // namespace plenum::host::diagnose

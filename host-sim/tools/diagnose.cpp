@@ -8,6 +8,7 @@
 #include <memory>
 #include <utility>
 
+#include "host-sim/diagnose/found_rig.hpp"
 #include "host-sim/diagnose/gap_json.hpp"
 #include "host-sim/diagnose/log_check.hpp"
 #include "host-sim/tools/command.hpp"
@@ -23,12 +24,12 @@ namespace {
 using diagnose::Estimate;
 using diagnose::GapReport;
 using diagnose::NamedEffect;
-using Valve = trace::RigDescription::Valve;
 
 struct Options {
   LogInput input;
   std::vector<std::string> logs;
   std::vector<std::string> heldout;
+  std::vector<std::string> baseline;
   std::vector<std::string> strike;
   std::string report;
   std::string save_rig;
@@ -61,11 +62,13 @@ std::string parameters_text(const NamedEffect& effect) {
 
 void print_report(const Output& output, const GapReport& report) {
   constexpr std::size_t kRegimes = 3;
+  if (report.baseline) output.print("before    {}\n", baseline_sentence(report));
   output.print("gap       [{}]\n", gap_bar(report));
-  output.print("          as configured {}, recalibrated {}, with effects {}, noise {}\n",
+  const char* floor = report.baseline ? "floor" : "noise";
+  output.print("          as configured {}, recalibrated {}, with effects {}, {} {}\n",
                kPa_text(report.as_configured_Pa), kPa_text(report.recalibrated_Pa),
-               kPa_text(report.with_effects_Pa), kPa_text(report.noise_floor_Pa));
-  output.print("          (. closed by calibration, + by effects; = left, # noise)\n");
+               kPa_text(report.with_effects_Pa), floor, kPa_text(report.noise_floor_Pa));
+  output.print("          (. closed by calibration, + by effects; = left, # {})\n", floor);
   output.print("verdict   {}: {}\n", name_of(report.verdict), verdict_sentence(report));
   const char* title = "effects";
   for (const NamedEffect& one : report.effects) {
@@ -89,36 +92,6 @@ void print_report(const Output& output, const GapReport& report) {
   if (report.next) output.print("next      {}\n", next_text(report));
 }
 
-constexpr std::array<std::pair<const char*, double Valve::*>, 7> kFitted{
-    {{"open_above_V", &Valve::open_above_V},
-     {"exhaust_below_V", &Valve::exhaust_below_V},
-     {"inlet_area_per_V_m2", &Valve::inlet_area_per_V_m2},
-     {"exhaust_area_per_V_m2", &Valve::exhaust_area_per_V_m2},
-     {"inlet_leak_m2", &Valve::inlet_leak_m2},
-     {"exhaust_leak_m2", &Valve::exhaust_leak_m2},
-     {"transition_m2", &Valve::transition_m2}}};
-
-double to_six_digits(double value) {
-  return std::strtod(fmt::format("{:.6g}", value).c_str(), nullptr);
-}
-
-/// The rig as the diagnosis has found it.
-trace::RigDescription found_rig(trace::RigDescription rig, const GapReport& report) {
-  for (const auto& [name, figure] : kFitted) {
-    const auto of = std::find_if(report.calibration.begin(), report.calibration.end(),
-                                 [&name = name](const auto& one) { return one.name == name; });
-    if (of == report.calibration.end()) continue;
-    rig.valve.*figure = to_six_digits(report.effects.empty() ? of->fitted.value : of->with_effects);
-  }
-  for (const NamedEffect& one : effects_in_model(report)) {
-    auto& figures = rig.effects[one.id];
-    for (const Estimate& parameter : one.parameters) {
-      if (std::isfinite(parameter.value)) figures[parameter.name] = to_six_digits(parameter.value);
-    }
-  }
-  return rig;
-}
-
 int run(const Options& options) {
   if (!options.input.has_rig() && !options.input.of_ventilator()) {
     throw std::invalid_argument("--rig is missing, expected the RIG.toml that the logs are of");
@@ -130,7 +103,9 @@ int run(const Options& options) {
   const trace::RigDescription rig = options.input.rig();
   const auto logs = options.input.read(options.logs, rig);
   const auto heldout = options.input.read(options.heldout, rig);
+  const auto baseline = options.input.read(options.baseline, rig);
   diagnose::require_diagnosable(logs, rig);
+  if (!baseline.empty()) diagnose::require_diagnosable(baseline, rig);
   if (!heldout.empty()) diagnose::require_units(heldout, rig);
 
   GapReport report;
@@ -139,11 +114,12 @@ int run(const Options& options) {
     diagnose::DiagnoseOptions how;
     how.progress = std::ref(progress);
     how.strike = options.strike;
+    how.baseline = baseline;
     report = diagnose::diagnose(logs, heldout, rig, how);
   }
   print_report(options.output, report);
   if (!options.save_rig.empty()) {
-    trace::write_rig(options.save_rig, found_rig(rig, report));
+    trace::write_rig(options.save_rig, diagnose::found_rig(rig, report));
     options.output.print("rig: {}\n", options.save_rig);
   }
   if (!options.report.empty()) {
@@ -167,6 +143,11 @@ Command add_diagnose(CLI::App& program) {
   app->add_option("--heldout", options->heldout,
                   "Logs that errors are told on (default: the last 40 % of each LOG)")
       ->type_name("HELD.csv")
+      ->allow_extra_args(false);
+  app->add_option(
+         "--baseline", options->baseline,
+         "Logs of the same chamber from before: find what has changed since, by effects or by the valve")
+      ->type_name("OLD.csv")
       ->allow_extra_args(false);
   app->add_option("--strike", options->strike, "Leave this effect out of the catalogue; repeatable")
       ->type_name("ID")

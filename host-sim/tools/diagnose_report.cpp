@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "host-sim/diagnose/found_rig.hpp"
 #include "host-sim/effects/catalogue.hpp"
 #include "host-sim/tools/gap_text.hpp"
 #include "host-sim/tools/model_charts.hpp"
@@ -58,7 +59,11 @@ void add_tiles(Page& page, const GapReport& report) {
       {{"As configured", in_kPa(report.as_configured_Pa), "kPa", {}, "figures of the data sheet"},
        {"Recalibrated", in_kPa(report.recalibrated_Pa), "kPa", {}, "valve's figures fitted, no effect"},
        {"With effects", in_kPa(report.with_effects_Pa), "kPa", {}, "what is named below, added"},
-       {"Noise floor", in_kPa(report.noise_floor_Pa), "kPa", {}, "no model does better"},
+       {report.baseline ? "Floor" : "Noise floor",
+        in_kPa(report.noise_floor_Pa),
+        "kPa",
+        {},
+        report.baseline ? "left of the baseline" : "no model does better"},
        {"Closed", in_percent(report.closed_fraction), "%", {}, "of what was above the floor"}});
 }
 
@@ -68,7 +73,7 @@ void add_tiles(Page& page, const GapReport& report) {
 void add_gap(Page& page, const GapReport& report) {
   std::vector<std::string> steps{"as configured", "recalibrated"};
   std::vector<double> left_kPa{in_kPa(report.as_configured_Pa), in_kPa(report.recalibrated_Pa)};
-  const std::vector<NamedEffect> added = effects_in_model(report);
+  const std::vector<NamedEffect> added = diagnose::effects_in_model(report);
   const double before = report.recalibrated_Pa * report.recalibrated_Pa;
   const double closed = before - report.with_effects_Pa * report.with_effects_Pa;
   double share = 0.0;
@@ -79,17 +84,22 @@ void add_gap(Page& page, const GapReport& report) {
     left_kPa.push_back(
         in_kPa(last ? report.with_effects_Pa : std::sqrt(std::max(before - share * closed, 0.0))));
   }
-  steps.push_back("noise floor");
+  steps.push_back(report.baseline ? "floor" : "noise floor");
   left_kPa.push_back(in_kPa(report.noise_floor_Pa));
-  page.section("The gap")
-      .paragraph(
+  Section& section = page.section("The gap");
+  if (report.baseline) {
+    section.paragraph(
+        "Asked is what has changed since: " + baseline_sentence(report) +
+        " The valve's figures answer for baseline and logs together, effects for the logs alone.");
+  }
+  section
+      .paragraph(fmt::format(
           "The model runs free: it starts from the first row of a log, is fed with the measured command and "
-          "volume, and "
-          "never sees the measured pressure again. The bars are its error on rows that no fit has seen. From "
-          "the top: with "
-          "the rig's figures as they are, with the valve's figures fitted, with each effect added; at the "
-          "bottom, what "
-          "noise alone makes.")
+          "volume, and never sees the measured pressure again. The bars are its error on rows that no fit "
+          "has "
+          "seen. From the top: with the rig's figures {}, with the valve's figures fitted, with each effect "
+          "added; at the bottom the floor: {}.",
+          report.baseline ? "as found on the baseline" : "as they are", floor_text(report)))
       .chart(BarChart{.title = "Error left, from configured to floor",
                       .categories = steps,
                       .value = {.quantity = "RMS error", .unit = "kPa", .min = 0.0},

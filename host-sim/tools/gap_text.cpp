@@ -54,6 +54,19 @@ std::string text_of(const Estimate& of) {
                      of.at_bound ? ", at its bound" : "");
 }
 
+std::string floor_text(const GapReport& report) {
+  return fmt::format("{} makes {}", report.baseline ? "what the model leaves of the baseline" : "noise alone",
+                     kPa_text(report.noise_floor_Pa));
+}
+
+std::string baseline_sentence(const GapReport& report) {
+  const std::vector<std::string>& effects = report.baseline->effects;
+  return fmt::format("the baseline ({}): with its valve fitted{} the model errs by {} instead of {}.",
+                     name_of(report.baseline->verdict),
+                     effects.empty() ? "" : fmt::format(", {},", listed(effects, "and")),
+                     kPa_text(report.baseline->with_effects_Pa), kPa_text(report.baseline->as_configured_Pa));
+}
+
 std::string verdict_sentence(const GapReport& report) {
   const std::string recalibrated = kPa_text(report.recalibrated_Pa);
   const std::string with_effects = kPa_text(report.with_effects_Pa);
@@ -62,14 +75,14 @@ std::string verdict_sentence(const GapReport& report) {
   const std::string closed = percent(report.closed_fraction);
   switch (report.verdict) {
     case Verdict::none:
-      return fmt::format(
-          "No gap: as configured the model errs by {} in free run, where noise alone makes {}.",
-          kPa_text(report.as_configured_Pa), kPa_text(report.noise_floor_Pa));
+      return fmt::format("No gap: {} the model errs by {} in free run, where {}.",
+                         report.baseline ? "as it was" : "as configured", kPa_text(report.as_configured_Pa),
+                         floor_text(report));
     case Verdict::calibration:
       return fmt::format(
           "Calibration closes the gap: with the valve's figures fitted the model errs by {} instead of {}; "
           "no "
-          "effect is missing.",
+          "effect {}.",
           recalibrated, kPa_text(report.as_configured_Pa));
     case Verdict::explained:
     case Verdict::partly_explained: {
@@ -86,8 +99,8 @@ std::string verdict_sentence(const GapReport& report) {
     case Verdict::unexplained:
       break;
   }
-  return fmt::format("A gap of {} that no effect of the catalogue closes; noise alone makes {}.",
-                     recalibrated, kPa_text(report.noise_floor_Pa));
+  return fmt::format("A gap of {} that no effect of the catalogue closes; {}.", recalibrated,
+                     floor_text(report));
 }
 
 std::string next_text(const GapReport& report) {
@@ -98,17 +111,6 @@ std::string next_text(const GapReport& report) {
                         percent(report.next->power));
   }
   return text;
-}
-
-std::vector<NamedEffect> effects_in_model(const GapReport& report) {
-  std::vector<NamedEffect> chosen;
-  for (const NamedEffect& one : report.effects) {
-    const bool rival = std::any_of(chosen.begin(), chosen.end(), [&](const NamedEffect& other) {
-      return std::find(other.aliases.begin(), other.aliases.end(), one.id) != other.aliases.end();
-    });
-    if (!rival) chosen.push_back(one);
-  }
-  return chosen;
 }
 
 }  // namespace plenum::host::tools

@@ -12,6 +12,12 @@ namespace plenum::host::tools {
 /// One sentence that answers the question, with the effects named and the errors in kPa.
 std::string verdict_sentence(const diagnose::GapReport& report);
 
+/// What the model makes of the baseline; only where there is one.
+std::string baseline_sentence(const diagnose::GapReport& report);
+
+/// "noise alone makes 0.31 kPa", or what stands in its place with a baseline.
+std::string floor_text(const diagnose::GapReport& report);
+
 /// "natural_frequency_Hz 9.8 (9.7 to 9.9)"; an end that the log leaves open, and a bound that was hit, are told.
 std::string text_of(const diagnose::Estimate& estimate);
 
@@ -28,9 +34,5 @@ std::string listed(const std::vector<std::string>& names, std::string_view conju
 
 /// What to do next, why, and what that parts with which probability; empty where the report plans nothing.
 std::string next_text(const diagnose::GapReport& report);
-
-/// The effects that go into one model together, in order of their share: of those that the log cannot tell apart
-/// only the first.
-std::vector<diagnose::NamedEffect> effects_in_model(const diagnose::GapReport& report);
 
 }  // namespace plenum::host::tools

@@ -32,23 +32,47 @@ unsigned test_of(const std::filesystem::path& path, const RespiraworksOptions& o
   return test;
 }
 
+/// The inlet command of a run, by the valve that moves: the solenoid valve of oxygen, or the pinch valve of air.
+struct Inlet {
+  std::string column;
+  const std::vector<double>& command;  ///< 0 to 1
+};
+
+Inlet inlet_of(const NumberTable& table, const std::string& file) {
+  std::vector<Inlet> moving;
+  for (const char* column : {"cmd_psol", "cmd_inh_valve"}) {
+    const auto& command = table.columns[column_of(table, column, file)];
+    for (std::size_t i = 0; i < command.size(); ++i) {
+      if (!(command[i] >= 0.0 && command[i] <= 1.0)) {
+        throw InputError(
+            fmt::format("{}: row {}, column {}: {}, expected 0 to 1", file, i + 1, column, command[i]));
+      }
+    }
+    if (*std::max_element(command.begin(), command.end()) > 0.0) moving.push_back({column, command});
+  }
+  if (moving.size() != 1) {
+    throw InputError(fmt::format("{}: columns cmd_psol and cmd_inh_valve: {} above 0, expected one of them",
+                                 file, moving.empty() ? "neither is" : "both are"));
+  }
+  return moving.front();
+}
+
 /// Refuses a run in which the exhaust valve is not a function of the inlet command.
-void check_one_command(const std::vector<double>& psol, const std::vector<double>& exhaust, double allowed,
+void check_one_command(const Inlet& inlet, const std::vector<double>& exhaust, double allowed,
                        const std::string& file) {
   struct Span {
     double low;
     double high;
   };
   std::map<double, Span> seen;
-  for (std::size_t i = 0; i < psol.size(); ++i) {
-    auto& span = seen.try_emplace(psol[i], Span{exhaust[i], exhaust[i]}).first->second;
+  for (std::size_t i = 0; i < inlet.command.size(); ++i) {
+    auto& span = seen.try_emplace(inlet.command[i], Span{exhaust[i], exhaust[i]}).first->second;
     span.low = std::min(span.low, exhaust[i]);
     span.high = std::max(span.high, exhaust[i]);
     if (span.high - span.low > allowed) {
-      throw InputError(
-          fmt::format("{}: row {}, column cmd_exh_valve: {} to {} at cmd_psol = {}, expected a spread of {} "
-                      "at most",
-                      file, i + 1, span.low, span.high, psol[i], allowed));
+      throw InputError(fmt::format(
+          "{}: row {}, column cmd_exh_valve: {} to {} at {} = {}, expected a spread of {} at most", file,
+          i + 1, span.low, span.high, inlet.column, inlet.command[i], allowed));
     }
   }
 }
@@ -59,21 +83,14 @@ Log import_respiraworks(const std::filesystem::path& path, const RespiraworksOpt
   const std::string file = path.string();
   const TestLung lung = kTestLungs[test_of(path, options) - 1];
   const NumberTable table = parse_numbers(read_whole_file(path), file, [](std::string_view name) {
-    return name == "time(sec)" || name == "pressure" || name == "cmd_psol" || name == "cmd_exh_valve";
+    return name == "time(sec)" || name == "pressure" || name == "cmd_psol" || name == "cmd_inh_valve" ||
+           name == "cmd_exh_valve";
   });
   const auto& time_s = table.columns[column_of(table, "time(sec)", file)];
   const auto& gauge_kPa = table.columns[column_of(table, "pressure", file)];
-  const auto& psol = table.columns[column_of(table, "cmd_psol", file)];
   const auto& exhaust = table.columns[column_of(table, "cmd_exh_valve", file)];
-  for (std::size_t i = 0; i < psol.size(); ++i) {
-    if (!(psol[i] >= 0.0 && psol[i] <= 1.0)) {
-      throw InputError(fmt::format("{}: row {}, column cmd_psol: {}, expected 0 to 1", file, i + 1, psol[i]));
-    }
-  }
-  if (*std::max_element(psol.begin(), psol.end()) <= 0.0) {
-    throw InputError(fmt::format("{}: column cmd_psol: 0 throughout, expected an OXY run", file));
-  }
-  check_one_command(psol, exhaust, options.exhaust_spread, file);
+  const Inlet inlet = inlet_of(table, file);
+  check_one_command(inlet, exhaust, options.exhaust_spread, file);
 
   Log log;
   log.period_s = uniform_period_s(time_s, file);
@@ -81,8 +98,8 @@ Log import_respiraworks(const std::filesystem::path& path, const RespiraworksOpt
   log.time_s = time_s;
   const double compliance_m3_per_Pa = lung.compliance_mL_per_cmH2O * 1e-6 / kCmH2O_Pa;
   const double equivalent_m3 = options.gas_volume_m3 + compliance_m3_per_Pa * options.ambient_Pa;
-  for (std::size_t i = 0; i < psol.size(); ++i) {
-    log.command_V.push_back(kFullCommand_V * psol[i]);
+  for (std::size_t i = 0; i < gauge_kPa.size(); ++i) {
+    log.command_V.push_back(kFullCommand_V * inlet.command[i]);
     log.pressure_Pa.push_back(options.ambient_Pa + 1000.0 * gauge_kPa[i]);
     log.volume_m3.push_back(equivalent_m3);
   }

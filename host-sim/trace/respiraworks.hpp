@@ -2,7 +2,8 @@
 // lung.
 //
 //   V = V_gas + C p_gauge          the test lung is a spring-loaded bellows: compliance C
-//   command_V = 10 V cmd_psol      0..1 becomes the range of a 0..10 V valve
+//   command_V = 10 V cmd           0..1 becomes the range of a 0..10 V valve; cmd is cmd_psol in oxygen runs,
+//                                  cmd_inh_valve in air runs: the one that moves
 //   pressure_Pa = p_ambient + 1000 p_gauge[kPa]
 //
 // Symbols: C compliance [m3/Pa] (1 mL/cmH2O = 1e-6/98.0665 m3/Pa), V_gas gas in lung and circuit at 0 gauge
@@ -16,8 +17,9 @@
 // moving volume to a model that has a v' term instead would be wrong twice: v = C p makes v' a copy of p',
 // the very quantity to be predicted.
 //
-// The two valves. In an OXY run the controller drives one signal: cmd_exh_valve falls from 0.6 to 0 as
-// cmd_psol rises from 0.05 to 1; at equal cmd_psol it differs by 0.03 at most in the published runs. So ONE
+// The two valves. The controller drives one signal: in an OXY run cmd_exh_valve falls from 0.6 to 0 as
+// cmd_psol rises from 0.05 to 1, in an AIR run from 0.6 to 0.05 as cmd_inh_valve does; at equal inlet command it
+// differs by 0.03 at most in the published runs. So ONE
 // command is what acted, inlet opening and exhaust opening being both functions of it, as the two ports of a
 // 5/3 spool are. A run in which that does not hold (spread above `exhaust_spread`) is refused.
 //
@@ -51,8 +53,8 @@ struct RespiraworksOptions {
 };
 
 /// Reads one run as a log. The pressure sensor's averaging is not published: instant samples are assumed.
-/// Throws InputError as the log reader does, and for an unknown test number, a run without cmd_psol (AIR), a
-/// command outside 0..1, and valves that do not move together.
+/// Throws InputError as the log reader does, and for an unknown test number, a command outside
+/// 0..1, a run in which neither or both inlet valves open, and inlet and exhaust that do not move together.
 Log import_respiraworks(const std::filesystem::path& path, const RespiraworksOptions& options = {});
 
 }  // namespace plenum::host::trace

@@ -10,6 +10,8 @@
 namespace plenum::host::diagnose {
 namespace {
 
+using effects::EffectSet;
+
 constexpr double kNoise_Pa = 100.0;
 
 void add_noise(Record& record, unsigned seed) {
@@ -54,6 +56,28 @@ TEST(ChamberFit, WithAnEffectOfTheRigTheValveIsFittedAsWithoutIt) {
   EXPECT_NEAR(found.figures[effects::kInletGain] / known.nominal[effects::kInletGain], 1.0, 1e-3);
   EXPECT_NEAR(found.figures[effects::kOpenAbove], known.nominal[effects::kOpenAbove], 1e-3);
   EXPECT_LT(found.rms_Pa(), 5.0);
+}
+
+TEST(ChamberFit, WhatHasChangedActsOnTheLaterRecordsAlone) {
+  trace::RigDescription rig;
+  rig.effects["dead_time"]["delay_s"] = 0.013;
+  Scene scene = make_scene(rig);
+  scene.records = chamber_scene(jumping_V(1500), 30e-6).records;
+  scene.records.push_back(scene.records[0]);
+  scene.records[1].before = true;
+  effects::Figures later = scene.nominal;
+  later[effects::first_figure(effects::kIdDeadTime)] = 0.031;  // was 0.013
+  later[effects::first_figure(effects::kIdSensorBias)] = 4.0;  // was none
+  const EffectSet changed = EffectSet{1} << effects::kIdDeadTime | EffectSet{1} << effects::kIdSensorBias;
+  const std::vector<double> as_it_was = run(scene, scene.records[0], 0, scene.nominal, 3e5);
+  EXPECT_EQ(run(scene, scene.records[1], changed, later, 3e5), as_it_was);
+
+  for (Record& record : scene.records) record.measured_Pa = run(scene, record, changed, later, 3e5);
+  ASSERT_NE(scene.records[0].measured_Pa, as_it_was);
+  const Fit found = fit(scene, changed, scene.nominal, {});
+  EXPECT_LT(found.rms_Pa(), 5.0);
+  EXPECT_NEAR(found.figures[effects::first_figure(effects::kIdDeadTime)], 0.031, 1e-3);
+  EXPECT_NEAR(found.figures[effects::first_figure(effects::kIdSensorBias)], 4.0, 0.1);
 }
 
 TEST(JointSquares, OfTheSameRowsTwiceAreTwiceTheFit) {

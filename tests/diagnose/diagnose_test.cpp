@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "host-sim/blind/blind_case.hpp"
+#include "host-sim/trace/respiraworks.hpp"
 
 namespace plenum::host::diagnose {
 namespace {
@@ -62,6 +63,48 @@ TEST(Diagnose, TheSharesOfTheRegimesSumToOne) {
   EXPECT_NEAR(sum, 1.0, 0.02);
 }
 
+/// One half of a measured run of the ventilator, far outside what the nominal model holds.
+trace::Log half_of_a_measured_run(bool second) {
+  trace::Log log =
+      trace::import_respiraworks(std::string(PLENUM_SOURCE_DIR) + "/tests/data/respiraworks/ctl_OXY_1.csv");
+  const auto cut = [&](std::vector<double>& column) {
+    const auto middle = column.begin() + static_cast<std::ptrdiff_t>(column.size() / 2);
+    column = second ? std::vector<double>(middle, column.end()) : std::vector<double>(column.begin(), middle);
+  };
+  for (std::vector<double>* column : {&log.command_V, &log.pressure_Pa, &log.volume_m3}) cut(*column);
+  log.time_s.resize(log.command_V.size());
+  return log;
+}
+
+trace::RigDescription ventilator() {
+  trace::RigDescription rig;
+  rig.supply.pressure_Pa = 110e3;
+  return rig;
+}
+
+TEST(Diagnose, SaysOfAMeasuredMachineThatNothingHasChanged) {
+  DiagnoseOptions options;
+  options.baseline = {{"before", half_of_a_measured_run(false)}};
+  const GapReport report = diagnose({{"after", half_of_a_measured_run(true)}}, {}, ventilator(), options);
+  EXPECT_EQ(report.verdict, Verdict::none);
+  ASSERT_TRUE(report.baseline.has_value());
+  EXPECT_NE(report.baseline->verdict, Verdict::none) << "the machine is not the nominal model";
+  EXPECT_GE(report.noise_floor_Pa, report.baseline->with_effects_Pa);
+}
+
+TEST(Diagnose, NamesTheSensorErrorThatWasPutIntoAMeasuredRun) {
+  constexpr double kOffset_Pa = 500.0;
+  trace::Log changed = half_of_a_measured_run(true);
+  for (double& p : changed.pressure_Pa) p += kOffset_Pa;
+  DiagnoseOptions options;
+  options.baseline = {{"before", half_of_a_measured_run(false)}};
+  const GapReport report = diagnose({{"after", changed}}, {}, ventilator(), options);
+  ASSERT_FALSE(report.effects.empty()) << name_of(report.verdict);
+  EXPECT_EQ(report.effects.front().id, "sensor_bias");
+  EXPECT_EQ(report.effects.front().parameters.front().name, "offset_kPa");
+  EXPECT_NEAR(report.effects.front().parameters.front().value, 1e-3 * kOffset_Pa, 0.1e-3 * kOffset_Pa);
+}
+
 TEST(Diagnose, RefusesMoreLogsThanItsFitsHaveRoomFor) {
   const blind::Case made =
       blind::make_case({.effects = {}, .kind = "none", .tier = 1, .seconds = 10.0, .seed = 1});
@@ -76,6 +119,9 @@ TEST(Diagnose, RefusesMoreLogsThanItsFitsHaveRoomFor) {
   };
   EXPECT_NE(refusal(many, {}).find("17 logs, expected at most 16"), std::string::npos);
   EXPECT_NE(refusal({many[0]}, many).find("17 held-out logs"), std::string::npos);
+  DiagnoseOptions options;
+  options.baseline.assign(16, many[0]);
+  EXPECT_THROW(diagnose({many[0]}, {}, made.rig, options), std::invalid_argument);
 }
 
 TEST(Diagnose, RefusesToStrikeWhatTheCatalogueDoesNotHold) {

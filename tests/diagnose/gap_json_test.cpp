@@ -36,6 +36,7 @@ GapReport example() {
   report.detectable = {{"chamber_leak", "area_m2", 2.5e-8}};
   report.alias_classes = {{"spool_lag", "dead_time"}};
   report.disturbances = {{"command", 0.97, 0.12, "V", "the command before", 0.83}};
+  report.baseline = Baseline{Verdict::calibration, 9100.0, 305.0, {"dead_time"}};
   return report;
 }
 
@@ -60,7 +61,8 @@ constexpr const char* kGolden = R"({
   "detectable": [{"id": "chamber_leak", "parameter": "area_m2", "smallest": 2.5e-8}],
   "alias_classes": [["spool_lag", "dead_time"]],
   "disturbances": [{"equation": "command", "probability": 0.97, "size": 0.12, "unit": "V",
-                    "depends_on": "the command before", "dependence": 0.83}]
+                    "depends_on": "the command before", "dependence": 0.83}],
+  "baseline": {"verdict": "calibration", "as_configured_kPa": 9.1, "with_effects_kPa": 0.305, "effects": ["dead_time"]}
 })";
 
 TEST(GapJson, IsTheDocumentOfTheContractKeyByKeyInItsOrder) {
@@ -77,6 +79,7 @@ TEST(GapJson, OfAnEmptyReportHasEveryKeyOfTheContract) {
     EXPECT_EQ(json[list], Json::array()) << list;
   }
   EXPECT_EQ(json["calibration"], Json::object());
+  EXPECT_TRUE(json["baseline"].is_null());
 }
 
 TEST(GapJson, NamesTheNextExperimentWithItsReasonAndPower) {

@@ -21,7 +21,7 @@ std::string refusal(const std::string& name, const std::string& rows,
   const auto folder =
       std::filesystem::temp_directory_path() / ("plenum-respiraworks-test-" + std::to_string(::getpid()));
   std::filesystem::create_directories(folder);
-  std::ofstream(folder / name) << "time(sec),pressure,cmd_exh_valve,cmd_psol\n" << rows;
+  std::ofstream(folder / name) << "time(sec),pressure,cmd_exh_valve,cmd_psol,cmd_inh_valve\n" << rows;
   try {
     import_respiraworks(folder / name, options);
   } catch (const InputError& error) {
@@ -52,15 +52,26 @@ TEST(Respiraworks, KnowsTheLungOfEachTest) {
   EXPECT_NEAR(volume_m3(4) / volume_m3(6), 1.0, 1e-12);
 }
 
+TEST(Respiraworks, TakesTheCommandOfTheInletValveThatMoves) {
+  // First row of the file: cmd_inh_valve 0.582, cmd_psol 0 throughout.
+  const Log log = import_respiraworks(kData / "pinch_new_1.csv");
+  ASSERT_EQ(log.size(), 2340U);
+  EXPECT_DOUBLE_EQ(log.command_V[0], 5.82);
+}
+
 TEST(Respiraworks, RefusesWhatItCannotTurnIntoOneCommand) {
-  EXPECT_THAT(refusal("x.csv", "0,1,0.5,0.2\n0.01,1,0.5,0.2\n"), HasSubstr("test 0, expected 1 to 8"));
-  EXPECT_THAT(refusal("x_9.csv", "0,1,0.5,0.2\n0.01,1,0.5,0.2\n"), HasSubstr("test 9, expected 1 to 8"));
-  EXPECT_THAT(refusal("x_1.csv", "0,1,0.5,0\n0.01,1,0.5,0\n"), HasSubstr("expected an OXY run"));
-  EXPECT_THAT(refusal("x_1.csv", "0,1,0.5,0.2\n0.01,1,0.5,1.2\n"),
+  const std::string row = "0,1,0.5,0.2,0\n";
+  EXPECT_THAT(refusal("x.csv", row + "0.01,1,0.5,0.2,0\n"), HasSubstr("test 0, expected 1 to 8"));
+  EXPECT_THAT(refusal("x_9.csv", row + "0.01,1,0.5,0.2,0\n"), HasSubstr("test 9, expected 1 to 8"));
+  EXPECT_THAT(refusal("x_1.csv", "0,1,0.5,0,0\n0.01,1,0.5,0,0\n"), HasSubstr("neither is above 0"));
+  EXPECT_THAT(refusal("x_1.csv", row + "0.01,1,0.5,0.2,0.2\n"), HasSubstr("both are above 0"));
+  EXPECT_THAT(refusal("x_1.csv", row + "0.01,1,0.5,1.2,0\n"),
               HasSubstr("row 2, column cmd_psol: 1.2, expected 0 to 1"));
-  EXPECT_THAT(refusal("x_1.csv", "0,1,0.5,0.2\n0.01,1,0.3,0.2\n"), HasSubstr("row 2, column cmd_exh_valve"));
-  EXPECT_THAT(refusal("x_1.csv", "0,1,0.5,0.2\n0.01,x,0.5,0.2\n"), HasSubstr("row 2, column pressure"));
-  EXPECT_EQ(refusal("x_1.csv", "0,1,0.5,0.2\n0.01,1,0.5,0.2\n"), "accepted");
+  EXPECT_THAT(refusal("x_1.csv", row + "0.01,1,0.5,0.2,-0.1\n"),
+              HasSubstr("row 2, column cmd_inh_valve: -0.1, expected 0 to 1"));
+  EXPECT_THAT(refusal("x_1.csv", row + "0.01,1,0.3,0.2,0\n"), HasSubstr("row 2, column cmd_exh_valve"));
+  EXPECT_THAT(refusal("x_1.csv", row + "0.01,x,0.5,0.2,0\n"), HasSubstr("row 2, column pressure"));
+  EXPECT_EQ(refusal("x_1.csv", row + "0.01,1,0.5,0.2,0\n"), "accepted");
 }
 
 }  // namespace

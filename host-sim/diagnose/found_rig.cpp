@@ -1,0 +1,58 @@
+#include "host-sim/diagnose/found_rig.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <utility>
+
+namespace plenum::host::diagnose {
+namespace {
+
+using Valve = trace::RigDescription::Valve;
+
+constexpr std::array<std::pair<const char*, double Valve::*>, 7> kFitted{
+    {{"open_above_V", &Valve::open_above_V},
+     {"exhaust_below_V", &Valve::exhaust_below_V},
+     {"inlet_area_per_V_m2", &Valve::inlet_area_per_V_m2},
+     {"exhaust_area_per_V_m2", &Valve::exhaust_area_per_V_m2},
+     {"inlet_leak_m2", &Valve::inlet_leak_m2},
+     {"exhaust_leak_m2", &Valve::exhaust_leak_m2},
+     {"transition_m2", &Valve::transition_m2}}};
+
+double to_six_digits(double value) {
+  return std::strtod(fmt::format("{:.6g}", value).c_str(), nullptr);
+}
+
+}  // namespace
+
+std::vector<NamedEffect> effects_in_model(const GapReport& report) {
+  std::vector<NamedEffect> chosen;
+  for (const NamedEffect& one : report.effects) {
+    const bool rival = std::any_of(chosen.begin(), chosen.end(), [&](const NamedEffect& other) {
+      return std::find(other.aliases.begin(), other.aliases.end(), one.id) != other.aliases.end();
+    });
+    if (!rival) chosen.push_back(one);
+  }
+  return chosen;
+}
+
+trace::RigDescription found_rig(trace::RigDescription rig, const GapReport& report) {
+  for (const auto& [name, figure] : kFitted) {
+    const auto of = std::find_if(report.calibration.begin(), report.calibration.end(),
+                                 [&name = name](const auto& one) { return one.name == name; });
+    if (of == report.calibration.end()) continue;
+    rig.valve.*figure = to_six_digits(report.effects.empty() ? of->fitted.value : of->with_effects);
+  }
+  for (const NamedEffect& one : effects_in_model(report)) {
+    auto& figures = rig.effects[one.id];
+    for (const Estimate& parameter : one.parameters) {
+      if (std::isfinite(parameter.value)) figures[parameter.name] = to_six_digits(parameter.value);
+    }
+  }
+  return rig;
+}
+
+}  // namespace plenum::host::diagnose
