@@ -1,0 +1,119 @@
+#include "host-sim/reproduce/regulator_valve/reproduce_regulator_valve.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstddef>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "host-sim/reproduce/regulator_valve/parts.hpp"
+
+namespace plenum::host::reproduce::regulator_valve {
+namespace {
+
+void expect_all(const Part& part, Verdict expected) {
+  EXPECT_FALSE(part.findings.empty()) << part.title;
+  for (const Finding& finding : part.findings) {
+    EXPECT_EQ(verdict(finding), expected) << finding.item << ", " << finding.quantity << ": " << finding.paper
+                                          << " " << finding.unit << ", ours " << finding.ours;
+  }
+}
+
+/// The findings of a part whose item or quantity begins so.
+std::vector<Finding> those_of(const Part& part, std::string_view begin) {
+  std::vector<Finding> found;
+  for (const Finding& finding : part.findings) {
+    if (finding.item.starts_with(begin) || finding.quantity.starts_with(begin)) found.push_back(finding);
+  }
+  return found;
+}
+
+void expect_verdicts(const std::vector<Finding>& findings, std::size_t count, Verdict expected) {
+  EXPECT_EQ(findings.size(), count);
+  for (const Finding& finding : findings)
+    EXPECT_EQ(verdict(finding), expected) << finding.item << ", " << finding.quantity << ": " << finding.ours;
+}
+
+TEST(ReproduceRegulatorValve, PhysicsIsReproduced) {
+  expect_all(nozzle(), Verdict::kReproduced);
+  expect_all(linear_models(), Verdict::kReproduced);
+  expect_all(time_constant(), Verdict::kReproduced);
+}
+
+TEST(ReproduceRegulatorValve, NothingOfTable2FollowsAsWrittenAndAllOfItExchanged) {
+  const Part part = internal_parameters();
+  expect_verdicts(those_of(part, "Table 2, (32), (26)"), 14, Verdict::kPaperContradictsItself);
+  expect_verdicts(those_of(part, "Table 2, a_1 and a_3 exchanged"), 14, Verdict::kReproduced);
+  int negative_springs = 0;
+  for (const Finding& finding : those_of(part, "k_mc")) negative_springs += finding.ours < 0.0;
+  EXPECT_EQ(negative_springs, 2);
+}
+
+TEST(ReproduceRegulatorValve, TheValveOfTable2IsNotTheOneMeasured) {
+  const Part part = valve_of_table2();
+  expect_all(part, Verdict::kPaperContradictsItself);
+  // by hand for LS: c_4 / c_3 = k_1 k_a A_d p_sup gamma R T / (V (k_me + k_mc))
+  const double rate_1_s =
+      8.2e-9 * 2.3412e-3 * 17.77e-3 * 8e5 * 1.4 * 287.04 * 298.0 / (149.74e-6 * (2607.56 + 2702.85));
+  EXPECT_NEAR(those_of(part, "slowest time constant").front().ours * rate_1_s, 1.0, 0.01);
+}
+
+TEST(ReproduceRegulatorValve, ThePrintedModelsAreStableAndOnlyThatOfLeastSquaresIsTooSlow) {
+  const Part part = printed_models();
+  expect_verdicts(those_of(part, "largest pole modulus"), 4, Verdict::kReproduced);
+  expect_verdicts(those_of(part, "(34), Fig. 5"), 1, Verdict::kPaperContradictsItself);
+  expect_verdicts(those_of(part, "(38), Fig. 5"), 1, Verdict::kReproduced);
+}
+
+TEST(ReproduceRegulatorValve, TheSimulatedExperimentBearsOutTable4AndNotTable2) {
+  const Campaign campaign = measure_campaign(1, {});
+  expect_all(step_experiment(campaign), Verdict::kReproduced);
+  const Part table4 = accuracy(campaign);
+  for (const Finding& finding : those_of(table4, "fit of")) EXPECT_GE(finding.ours, 90.0) << finding.quantity;
+  for (const Finding& finding : those_of(table4, "PSO less LS"))
+    EXPECT_GE(finding.ours, 0.0) << finding.quantity;
+  EXPECT_EQ(table4.findings.size(), 6U);
+  const Part inside = recovered_parameters(campaign);
+  expect_verdicts(those_of(inside, "k_me/A_d"), 2, Verdict::kReproduced);
+  for (const std::string_view name : {"m_e", "k_me id", "k_mc", "A_d"})
+    expect_verdicts(those_of(inside, name), 1, Verdict::kDiffers);
+}
+
+void expect_drawable(const report::Chart& chart) {
+  std::visit(
+      [](const auto& shown) {
+        if constexpr (requires { shown.curves; }) {
+          for (const report::Curve& curve : shown.curves) {
+            EXPECT_FALSE(curve.x.empty()) << shown.title << ": " << curve.name;
+            EXPECT_EQ(curve.x.size(), curve.y.size()) << shown.title << ": " << curve.name;
+            for (const double y : curve.y) EXPECT_TRUE(std::isfinite(y)) << shown.title << ": " << curve.name;
+          }
+        }
+      },
+      chart);
+}
+
+TEST(ReproduceRegulatorValve, TheWholePaperSaysWhyWhereItIsNotReproducedAndCanBeDrawn) {
+  double last = 0.0;
+  const std::vector<Part> parts = reproduce_regulator_valve([&](double done) {
+    EXPECT_GE(done, last);
+    last = done;
+  });
+  EXPECT_DOUBLE_EQ(last, 1.0);
+  EXPECT_EQ(parts.size(), 12U);
+  for (const Part& part : parts) {
+    EXPECT_FALSE(part.text.empty()) << part.title;
+    EXPECT_FALSE(part.findings.empty()) << part.title;
+    for (const Finding& finding : part.findings) {
+      EXPECT_EQ(finding.why.empty(), verdict(finding) == Verdict::kReproduced)
+          << finding.item << ", " << finding.quantity << ": " << finding.ours;
+    }
+    for (const report::Chart& chart : part.charts) expect_drawable(chart);
+    for (const Finding& finding : those_of(part, "cases with PSO below LS")) EXPECT_EQ(finding.ours, 0.0);
+  }
+}
+
+}  // namespace
+}  // namespace plenum::host::reproduce::regulator_valve
