@@ -1,8 +1,9 @@
-// A sum of squares of a few variables within bounds, by the trust-region Levenberg-Marquardt of box_solver.hpp, and
-// what the minimum says about each variable.
+// A sum of squares of a few variables within bounds, by the trust-region Levenberg-Marquardt of
+// box_solver.hpp, and what the minimum says about each variable.
 //
-// Ceres, which steps first and projects onto the bounds afterwards, ends in the same minimum (a test holds it to
-// that) but took 60 to 150 iterations on the MPYE's rows where b or beta is at a bound, against 5 to 15 inside.
+// Ceres, which steps first and projects onto the bounds afterwards, ends in the same minimum (a test holds it
+// to that) but took 60 to 150 iterations on the MPYE's rows where b or beta is at a bound, against 5 to 15
+// inside.
 //
 // The Jacobian is by central differences, because the errors are runs of an integrator whose step division
 // does not depend on the variables. The covariance is (J^T J)^-1 s^2 of the variables that are neither held
@@ -36,7 +37,8 @@ struct SquaresMinimum {
   std::string stop;  ///< why it stopped, in one line
 };
 
-/// From `start`, moved inside the bounds. Stops when the model promises less than `tolerance` of the sum of squares.
+/// From `start`, moved inside the bounds. Stops when the model promises less than `tolerance` of the sum of
+/// squares.
 SquaresMinimum minimise(const BoundedSquares& problem, std::vector<double> start, double tolerance,
                         int most_iterations = 200);
 

@@ -29,9 +29,9 @@ VesselRecord moving_average(const VesselRecord& record, std::size_t window);
 /// Throws std::invalid_argument for a block of 0 or longer than the record.
 VesselRecord block_means(const VesselRecord& record, std::size_t rows);
 
-/// The record with its far pressure replaced by the mean: for a supply that is steady but for the sensor's noise.
-/// A free run takes the far pressure as exact, and at the cracking ratio, where the flow has a corner, a noisy one
-/// pumps the vessel up to its crests.
+/// The record with its far pressure replaced by the mean: for a supply that is steady but for the sensor's
+/// noise. A free run takes the far pressure as exact, and at the cracking ratio, where the flow has a corner,
+/// a noisy one pumps the vessel up to its crests.
 VesselRecord steady_far_side(VesselRecord record);
 
 /// A record with the rate of change of the vessel's pressure; the first and the last row are lost.

@@ -30,7 +30,8 @@ constexpr double kLeastIndex = 1e-3;  // (6) is no function of pressure at beta 
 constexpr double kKnownTo = 0.25;     // standard error against its scale
 constexpr double kRateTolerance = 1e-12;     // the paper's; of the sum of squares
 constexpr double kPressureTolerance = 1e-6;  // of a thousand rows: a thirtieth of a standard error
-// Flow shapes to start from: nearly elliptic as an ISO orifice, and nearly parabolic as the paper's small openings.
+// Flow shapes to start from: nearly elliptic as an ISO orifice, and nearly parabolic as the paper's small
+// openings.
 constexpr std::array<std::pair<double, double>, 2> kStartShapes = {{{0.4, 0.5}, {0.05, 0.9}}};
 
 plant::EllipsePort port_of(const double* z) {

@@ -2,11 +2,11 @@
 //
 //   rate fit      min sum [pdot_k - k p_u psi_e(p_d/p_u; b, a, beta)/psi_max]^2 on the filtered record, pdot
 //                 its discrete derivative: the paper's method
-//   pressure fit  min sum [p_k - p(t_k; k, b, beta, a, p_0)]^2 on the unfiltered record, p in free run from p_0,
-//                 which is estimated too: maximum likelihood for white sensor noise
+//   pressure fit  min sum [p_k - p(t_k; k, b, beta, a, p_0)]^2 on the unfiltered record, p in free run from
+//                 p_0, which is estimated too: maximum likelihood for white sensor noise
 //
-// The pressure fit starts where the rate fit ends. A moving average widens a fast charge (10 ms against the 60 ms in
-// which the MPYE fills 0.4 L) and biases b and beta of the rate fit; the pressure fit has no filter.
+// The pressure fit starts where the rate fit ends. A moving average widens a fast charge (10 ms against the
+// 60 ms in which the MPYE fills 0.4 L) and biases b and beta of the rate fit; the pressure fit has no filter.
 // Both within bounds, by a trust-region method (bounded_squares.hpp).
 //
 // Source: "Parameter Identification and Evaluation of a Proportional Directional Flow Control Valve Model",
@@ -28,8 +28,8 @@ namespace plenum::host::identify::orifice {
 struct OrificeFitOptions {
   std::size_t moving_average_rows = 10;  ///< of the rate fit; 1: none
   bool pressure_fit = true;              ///< false: the paper's method alone
-  /// a: held where given. Else the greatest ratio of the filtered record, 1 at most, from where the pressure fit moves
-  /// it: a vessel that had not come to rest yet reads too low.
+  /// a: held where given. Else the greatest ratio of the filtered record, 1 at most, from where the pressure
+  /// fit moves it: a vessel that had not come to rest yet reads too low.
   std::optional<double> cracking_ratio{};
   std::optional<double> critical_ratio{};  ///< b: held where given
   std::optional<double> subsonic_index{};  ///< beta: held where given
@@ -40,14 +40,15 @@ struct OrificeFitOptions {
 
 struct OrificeParameter {
   double value = 0.0;
-  /// NaN where held or at a bound, infinite where the record does not see the parameter. The far pressure counts as
-  /// exact and the errors as white: true of the pressure fit where the model holds, an order of magnitude of the rate
-  /// fit, whose filter ties neighbours together.
+  /// NaN where held or at a bound, infinite where the record does not see the parameter. The far pressure
+  /// counts as exact and the errors as white: true of the pressure fit where the model holds, an order of
+  /// magnitude of the rate fit, whose filter ties neighbours together.
   double standard_error = 0.0;
   Bound at_bound = Bound::kNone;
   bool held = false;
-  bool identified =
-      false;  ///< free, not at a bound, and known to a quarter: of itself (k, A, beta), of P_cr (b), of 1 - b (a)
+  /// Free, not at a bound, and its standard error below a quarter: of itself (k, A, beta), of the most that b
+  /// may be (b), of 1 - b (a).
+  bool identified = false;
   std::string why_not{};  ///< in a few words, where not identified
 };
 
@@ -72,10 +73,10 @@ struct OrificeFit {
   }
 };
 
-/// Fits one charge or discharge; `vessel` turns k into A and is not fitted. One thread.
-/// Throws std::invalid_argument naming field, row or column for bad input, and CannotIdentify, in one line,
-/// where the vessel does not move against its noise or moves the wrong way, where a flow shape is asked for of pressure
-/// ratios that span less than 0.02, or where the record does not fix k.
+/// Fits one charge or discharge; `vessel` turns k into A and is not fitted. One thread. Throws
+/// std::invalid_argument naming field, row or column for bad input, and CannotIdentify, in one line, where
+/// the vessel does not move against its noise or moves the wrong way, where a flow shape is asked for of
+/// pressure ratios that span less than 0.02, or where the record does not fix k.
 OrificeFit fit_orifice(const VesselRecord& record, const Vessel& vessel,
                        const OrificeFitOptions& options = {});
 

@@ -1,13 +1,14 @@
-// The paper's test rig (its Fig. 4 and 5), simulated: one channel of the MPYE valve, a 0.4 L vessel, a supply of
-// 7 bar absolute, two pressure transducers and a 16-bit card at 1 kHz.
+// The paper's test rig (its Fig. 4 and 5), simulated: one channel of the MPYE valve, a 0.4 L vessel, a supply
+// of 7 bar absolute, two pressure transducers and a 16-bit card at 1 kHz.
 //
 // A square wave alternates between a set point and the fully open opposite. The set point is held until the
-// vessel rests; the other half cycle starts it from the same pressure again. Ten cycles are recorded and averaged.
-// The cycles of a settled square wave differ by their noise alone, so that one is integrated and ten noises drawn.
+// vessel rests; the other half cycle starts it from the same pressure again. Ten cycles are recorded and
+// averaged. The cycles of a settled square wave differ by their noise alone, so that one is integrated and
+// ten noises drawn.
 //
-// Stated by the paper: volume, supply, transducer 9.9 mV/kPa, 16 bits, 1 kHz, 10 cycles. Not stated, and ours: +-10 V
-// range of the card, white noise of 2 mV (0.2 kPa), periodic noise of 1 mV at 100 Hz with a phase of its own in every
-// cycle, constant supply, ambient at the paper's P_a.
+// Stated by the paper: volume, supply, transducer 9.9 mV/kPa, 16 bits, 1 kHz, 10 cycles. Not stated, and
+// ours: +-10 V range of the card, white noise of 2 mV (0.2 kPa), periodic noise of 1 mV at 100 Hz with a
+// phase of its own in every cycle, constant supply, ambient at the paper's P_a.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,6 @@
-// The paper's procedure on the simulated rig: every set point of every series measured and fitted, by the paper's
-// rate fit and by the pressure fit; and its validation model, look-up tables under a fourth-order Runge-Kutta.
+// The paper's procedure on the simulated rig: every set point of every series measured and fitted, by the
+// paper's rate fit and by the pressure fit; and its validation model, look-up tables under a fourth-order
+// Runge-Kutta.
 #pragma once
 
 #include <functional>
@@ -32,8 +33,9 @@ IdentifiedSeries identify_series(
 identify::orifice::OrificeFit fit_pressures(const identify::orifice::VesselRecord& record,
                                             const identify::orifice::Vessel& vessel);
 
-/// The validation model (Fig. 7): tables of both directions of one channel by the rate fit, interpolated linearly in
-/// the command; where a table has no area it keeps the flow shape of its last row. Runge-Kutta at the sampling time.
+/// The validation model (Fig. 7): tables of both directions of one channel by the rate fit, interpolated
+/// linearly in the command; where a table has no area it keeps the flow shape of its last row. Runge-Kutta at
+/// the sampling time.
 std::vector<double> simulate_sine(const IdentifiedSeries& charge, const IdentifiedSeries& discharge,
                                   const SineExperiment& experiment);
 

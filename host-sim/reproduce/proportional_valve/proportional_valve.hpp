@@ -1,4 +1,5 @@
-// "Parameter Identification and Evaluation of a Proportional Directional Flow Control Valve Model", part by part.
+// "Parameter Identification and Evaluation of a Proportional Directional Flow Control Valve Model", part by
+// part.
 #pragma once
 
 #include <vector>

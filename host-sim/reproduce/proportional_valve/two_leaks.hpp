@@ -1,7 +1,8 @@
-// A vessel at the valve's neutral command as a leaking spool would have it: one ordinary orifice from the supply and
-// one to the surroundings, both open at once. It rests where the two flows are equal, without any cracking.
+// A vessel at the valve's neutral command as a leaking spool would have it: one ordinary orifice from the
+// supply and one to the surroundings, both open at once. It rests where the two flows are equal, without any
+// cracking.
 //
-//   pdot = k_in P_s psi(p/P_s) - k_out p psi(P_a/p)                                       (7) for both flows together
+//   pdot = k_in P_s psi(p/P_s) - k_out p psi(P_a/p)                         (7) for both flows together
 //
 // Both orifices are ideal: b = 0.528, a = 1, beta = 1/2.
 #pragma once

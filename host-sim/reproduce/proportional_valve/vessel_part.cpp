@@ -11,7 +11,8 @@ namespace {
 
 using identify::orifice::Flow;
 
-// The choked rate of A at 10 V by (8) to the letter, [1/s]-like: its dimension is off by the square root of a volume.
+// The choked rate of A at 10 V by (8) to the letter, [1/s]-like: its dimension is off by the square root of a
+// volume.
 double printed_choked_rate(double area_m2) {
   const plant::Gas gas = plant::reference_atmosphere();
   const double RT = gas.specific_gas_constant_J_kg_K() * gas.temperature_K;

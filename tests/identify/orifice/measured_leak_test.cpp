@@ -16,7 +16,8 @@ namespace {
 
 constexpr double kAtmosphere_Pa = 101325.0;  // not recorded with the data
 
-// From the row where the vessel has lost 3 % of its greatest pressure (before, it is still fed) where it loses that.
+// From the row where the vessel has lost 3 % of its greatest pressure (before, it is still fed) where it
+// loses that.
 VesselRecord leak(const std::string& name) {
   const std::string file = PLENUM_SOURCE_DIR "/tests/data/leak_zillen/" + name + ".csv";
   std::ifstream stream(file);

@@ -42,7 +42,8 @@ TEST(FreeRun, DischargeOfAParabolicPortFollowsTheExponentialOfTheSquare) {
   });
 }
 
-// ISO form: choked, p rises at k P_s; then r = b + (1 - b) sin(k t' / (1 - b)), at rest after a quarter period.
+// ISO form: choked, p rises at k P_s; then r = b + (1 - b) sin(k t' / (1 - b)), at rest after a quarter
+// period.
 TEST(FreeRun, ChargeOfAnIsoPortFollowsTheSineAndRestsAtTheSupply) {
   const double k = 16.0;
   const double b = 0.4;

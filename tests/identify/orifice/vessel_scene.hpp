@@ -15,7 +15,8 @@ inline constexpr double kAmbient_Pa = 1e5;
 /// `rows` rows, `step_s` apart, of a vessel behind `port_1_s` between 1 and 7 bar; white noise of `noise_Pa`.
 inline VesselRecord record_of(const plant::EllipsePort& port_1_s, Flow flow, std::size_t rows, double step_s,
                               double noise_Pa = 0.0, std::uint64_t seed = 1) {
-  // Only the step division of free_run() reads the record's own pressures: a fine grid of one value needs none.
+  // Only the step division of free_run() reads the record's own pressures: a fine grid of one value needs
+  // none.
   constexpr std::size_t kFine = 20;
   const double start_Pa = flow == Flow::kCharge ? kAmbient_Pa : kSupply_Pa;
   const double far_Pa = flow == Flow::kCharge ? kSupply_Pa : kAmbient_Pa;

@@ -79,7 +79,8 @@ TEST(Experiment, SineSwingsTheVesselAndRepeats) {
   EXPECT_NEAR(sine.vessel_Pa.front(), sine.vessel_Pa.back(), 0.02 * kSupply_Pa);
 }
 
-// The look-up model, given tables without error, is the plant: it was written a second time, with another integrator.
+// The look-up model, given tables without error, is the plant: it was written a second time, with another
+// integrator.
 TEST(SineModel, WithTheTruthForTablesFollowsThePlant) {
   IdentifiedSeries identified[2] = {{all_series()[0], {}}, {all_series()[1], {}}};
   for (IdentifiedSeries& series : identified) {
