@@ -1,11 +1,12 @@
 // The dynamic grey-box model from transients, three ways, as the source goes about it.
 //
-//   1. algebraic   [P  -a'  1] (k1 k2 k3)^T = a with derivatives by parabolas, least squares: a first guess     (4.3)
-//   2. in free run all three so that the integral squared error (4.5) of the pressure driven by the flow is least
-//   3. two stages  k1 and k3 from the static curve, then k2 alone on (4.5)                               (4.6)-(4.8)
+//   1. algebraic  [P  -a'  1] (k1 k2 k3)^T = a, derivatives by parabolas, least squares: a guess   (4.3)
+//   2. free run   all three so that (4.5) of the pressure driven by the flow is least
+//   3. two stages k1 and k3 from the static curve, then k2 alone on (4.5)                        (4.6)-(4.8)
 //
-// a = Q sqrt(rho/(2P)) [m2]; k2 is the lag [s]; with damping over pressure the second column is -a' P0/P, P0 the mean
-// pressure of the record. Both minimisations are in the logarithms of k1 and the lag and in the cracking pressure.
+// a = Q sqrt(rho/(2P)) [m2]; k2 is the lag [s]; with damping over pressure the second column is -a' P0/P, P0
+// the mean pressure of the record. Both minimisations are in the logarithms of k1 and the lag and in the
+// cracking pressure.
 // Source: "Grey-Box Multi-Port Models of Fluid Power Valves", chapter IV.
 #pragma once
 
@@ -15,8 +16,8 @@
 
 namespace plenum::host::identify::relief_valve {
 
-/// 1. Throws identify::CannotIdentify when the samples do not determine the three (too many of them at rest), or when
-/// what they determine is no valve: k1 <= 0, lag <= 0, k3 > 0.
+/// 1. Throws identify::CannotIdentify when the samples do not determine the three (too many of them at rest),
+/// or when what they determine is no valve: k1 <= 0, lag <= 0, k3 > 0.
 plant::relief_valve::GreyBoxConfig fit_algebraic(
     std::span<const Transient> transients, double density_kg_m3,
     plant::relief_valve::Damping damping = plant::relief_valve::Damping::kConstant);
@@ -31,8 +32,8 @@ struct DynamicFit {
 DynamicFit fit_free_run(std::span<const Transient> transients,
                         const plant::relief_valve::GreyBoxConfig& start);
 
-/// 3. The lag within the two bounds [s]; the rest of `valve` is held. Throws identify::CannotIdentify when the least
-/// (4.5) is at a bound, which says that the transients do not determine it.
+/// 3. The lag within the two bounds [s]; the rest of `valve` is held. Throws identify::CannotIdentify when
+/// the least (4.5) is at a bound, which says that the transients do not determine it.
 DynamicFit fit_lag(std::span<const Transient> transients, const plant::relief_valve::GreyBoxConfig& valve,
                    double low_s, double high_s);
 

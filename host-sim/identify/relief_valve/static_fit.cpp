@@ -23,6 +23,18 @@ void require_sensible(const StaticPoint& point) {
   plant::require_within("static point flow_m3_s", point.flow_m3_s, 0.0, std::numeric_limits<double>::max());
 }
 
+Eigen::VectorXd least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& B) {
+  const Eigen::VectorXd length = A.colwise().norm().cwiseMax(std::numeric_limits<double>::min());
+  const Eigen::MatrixXd scaled = A * length.cwiseInverse().asDiagonal();
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(scaled);
+  qr.setThreshold(kRankThreshold);
+  if (qr.rank() < A.cols())
+    throw CannotIdentify(fmt::format(
+        "static fit: the {} points determine {} of {} parameters; expected more spread in pressure and flow",
+        A.rows(), qr.rank(), A.cols()));
+  return Eigen::VectorXd(qr.solve(B)).cwiseQuotient(length);
+}
+
 }  // namespace
 
 StaticGreyBox fit_static(std::span<const StaticPoint> points, double density_kg_m3, FlowForce flow_force) {
@@ -31,31 +43,31 @@ StaticGreyBox fit_static(std::span<const StaticPoint> points, double density_kg_
   const auto rows = static_cast<Eigen::Index>(points.size());
   if (rows < unknowns)
     throw CannotIdentify(fmt::format("static fit: {} points, expected at least {}", rows, unknowns));
-  Eigen::MatrixXd A(rows, unknowns);
+  Eigen::MatrixXd A(rows, unknowns);  // the constant last, so that it can be left out
   Eigen::VectorXd B(rows);
   for (Eigen::Index i = 0; i < rows; ++i) {
     const StaticPoint& point = points[static_cast<std::size_t>(i)];
     require_sensible(point);
     A(i, 0) = point.pressure_Pa;
-    A(i, 1) = 1.0;
-    if (unknowns == 3) A(i, 2) = point.flow_m3_s * std::sqrt(point.pressure_Pa);
+    if (unknowns == 3) A(i, 1) = point.flow_m3_s * std::sqrt(point.pressure_Pa);
+    A(i, unknowns - 1) = 1.0;
     B(i) = plant::relief_valve::opening_m2(point.flow_m3_s, point.pressure_Pa, density_kg_m3);
   }
-  const Eigen::VectorXd length = A.colwise().norm().cwiseMax(std::numeric_limits<double>::min());
-  const Eigen::MatrixXd scaled = A * length.cwiseInverse().asDiagonal();
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(scaled);
-  qr.setThreshold(kRankThreshold);
-  if (qr.rank() < unknowns)
-    throw CannotIdentify(fmt::format(
-        "static fit: the {} points determine {} of {} parameters; expected more spread in pressure and flow",
-        rows, qr.rank(), unknowns));
-  const Eigen::VectorXd k = qr.solve(B).cwiseQuotient(length);
-  if (k(0) <= 0.0 || k(1) > 0.0)
-    throw CannotIdentify(fmt::format(
-        "static fit: k1 = {:.3g}, k3 = {:.3g}; expected k1 above 0 and k3 not above 0: the opening "
-        "must rise with pressure from a cracking pressure on",
-        k(0), k(1)));
-  return {k(0), unknowns == 3 ? k(2) : 0.0, k(1), density_kg_m3};
+  Eigen::VectorXd k = least_squares(A, B);
+  const Eigen::VectorXd pressure = A.col(0).array() - A.col(0).mean();
+  if (pressure.dot(B) <= 0.0)
+    throw CannotIdentify(
+        "static fit: the opening falls as pressure rises; expected a relief valve, which opens");
+  if (k(unknowns - 1) > 0.0) {
+    k.head(unknowns - 1) = least_squares(A.leftCols(unknowns - 1), B);
+    k(unknowns - 1) = 0.0;
+  }
+  if (k(0) <= 0.0)
+    throw CannotIdentify(
+        fmt::format("static fit: k1 = {:.3g} m2/Pa, expected above 0; the points do not tell pressure and "
+                    "flow force apart",
+                    k(0)));
+  return {k(0), unknowns == 3 ? k(1) : 0.0, k(unknowns - 1), density_kg_m3};
 }
 
 StaticGreyBox static_through(double cracking_Pa, const StaticPoint& rated, double density_kg_m3) {

@@ -1,9 +1,10 @@
 // The static grey-box model from a pressure-flow curve.
 //
-//   [P  Q sqrt(P)  1] (k1 k2 k3)^T = Q sqrt(rho/2) / sqrt(P)        one row a point, by least squares        (4.1)
-//   k1 P_c + k3 = 0,  k1 P_r + k3 = Q_r sqrt(rho/2) / sqrt(P_r)     exact at cracking and rated flow   (4.7)-(4.8)
+//   [P  Q sqrt(P)  1] (k1 k2 k3)^T = Q sqrt(rho/2) / sqrt(P)      one row a point, least squares        (4.1)
+//   k1 P_c + k3 = 0,  k1 P_r + k3 = Q_r sqrt(rho/2) / sqrt(P_r)   exact at both points          (4.7)-(4.8)
 //
-// P pressure difference [Pa], Q flow [m3/s]. The columns are scaled to unit length before a rank-revealing QR.
+// P pressure difference [Pa], Q flow [m3/s]. The columns are scaled to unit length before a rank-revealing
+// QR.
 // Source: "Grey-Box Multi-Port Models of Fluid Power Valves", chapter IV.
 #pragma once
 
@@ -23,12 +24,14 @@ enum class FlowForce {
   kLeftOut,  ///< (3.15): k1, k3
 };
 
-/// (4.1). Needs as many points of flow above 0 as parameters. Throws std::invalid_argument on points out of range,
+/// (4.1), with k3 held at 0 where least squares would have it above: such a valve cracks at no pressure.
+/// Needs as many points of flow above 0 as parameters. Throws std::invalid_argument on points out of range,
 /// identify::CannotIdentify when they do not determine the parameters or give k1 <= 0.
 plant::relief_valve::StaticGreyBox fit_static(std::span<const StaticPoint> points, double density_kg_m3,
                                               FlowForce flow_force = FlowForce::kFitted);
 
-/// (4.7)-(4.8): the line of (3.15) through the cracking pressure and one point of flow above 0 and pressure above it.
+/// (4.7)-(4.8): the line of (3.15) through the cracking pressure and one point of flow above 0 and pressure
+/// above it.
 plant::relief_valve::StaticGreyBox static_through(double cracking_Pa, const StaticPoint& rated,
                                                   double density_kg_m3);
 

@@ -17,8 +17,8 @@ struct Transient {
 /// Throws std::invalid_argument naming the field and the sample.
 void validate(const Transient& transient);
 
-/// Derivative by the parabola through three neighbouring samples (the ends: through the first or last three); at least
-/// three samples [unit/s].
+/// Derivative by the parabola through three neighbouring samples (the ends: through the first or last three);
+/// at least three samples [unit/s].
 std::vector<double> parabolic_rate(const std::vector<double>& samples, double step_s);
 
 /// Pressure [Pa] of the model driven by the recorded flow, from rest at its first sample, at every sample.

@@ -16,7 +16,8 @@ namespace {
 constexpr double kGamma = 1.0 - 0.5 * std::numbers::sqrt2;  // of the L-stable SDIRK method of two stages
 constexpr int kNewtonAtMost = 50;
 constexpr double kNewtonDone = 1e-7;  // relative: quadratic convergence leaves 1e-14
-// With a lag that depends on pressure, it is held at the middle of parts in which pressure changes by this share.
+// With a lag that depends on pressure, it is held at the middle of parts in which pressure changes by this
+// share.
 constexpr double kSmallShare = 0.01;
 
 double root_half(double density_kg_m3) {
@@ -52,7 +53,7 @@ void validate(const StaticGreyBox& valve) {
 }
 
 double cracking_pressure_Pa(const StaticGreyBox& valve) {
-  return -valve.k3_m2 / valve.k1_m2_Pa;
+  return (0.0 - valve.k3_m2) / valve.k1_m2_Pa;
 }
 
 double maximum_pressure_Pa(const StaticGreyBox& valve) {
@@ -169,8 +170,8 @@ void GreyBoxValve::drive_pressure(double from_Pa, double to_Pa, double duration_
   opening_m2_ = left_s > 0.0 ? std::max(0.0, response.at(left_s)) : 0.0;
 }
 
-// a - weight da/dt = known at the flow given, for a > 0. The left side rises with a and is concave, so Newton's method
-// comes to the root from below whatever it starts from.
+// a - weight da/dt = known at the flow given, for a > 0. The left side rises with a and is concave, so
+// Newton's method comes to the root from below whatever it starts from.
 double GreyBoxValve::implicit_stage(double known_m2, double weight_s, double flow_m3_s,
                                     double guess_m2) const {
   const double c = 0.5 * config_.density_kg_m3 * flow_m3_s * flow_m3_s;  // P = c / a^2
@@ -201,7 +202,8 @@ void GreyBoxValve::drive_flow(double from_m3_s, double to_m3_s, double duration_
     return;
   }
   const double weight_s = kGamma * duration_s;
-  // Pressure changes little, so the opening's first guess goes with the flow; from shut it is any that lets flow pass.
+  // Pressure changes little, so the opening's first guess goes with the flow; from shut it is any that lets
+  // flow pass.
   const double guess_m2 = opening_m2_ > 0.0 ? opening_m2_ / from_m3_s : config_.k1_m2_Pa / from_m3_s;
   const double stage_m3_s = from_m3_s + kGamma * (to_m3_s - from_m3_s);
   const double first = implicit_stage(opening_m2_, weight_s, stage_m3_s, guess_m2 * stage_m3_s);

@@ -1,20 +1,22 @@
 // A relief valve seen from its two ports only: pressure difference P and flow Q.
 //
-//   opening         a = C_d A = Q sqrt(rho / (2 P))                             the equivalent orifice    (3.7)-(3.8)
-//   static          a = k1 P + k2 Q sqrt(P) + k3                                with flow forces          (3.12)
-//                   a = k1 P + k3                                               without                   (3.15)
+//   opening         a = C_d A = Q sqrt(rho / (2 P))                     the equivalent orifice    (3.7)-(3.8)
+//   static          a = k1 P + k2 Q sqrt(P) + k3                        with flow forces          (3.12)
+//                   a = k1 P + k3                                       without                   (3.15)
 //   dynamic         k1 P - lag da/dt + k3 = a,  lag = k2 or k2 / P              (3.14), (4.3), (4.6); (4.4)
 //
-// P pressure difference [Pa]; Q flow [m3/s]; a effective opening [m2]; rho density [kg/m3]; k1 [m2/Pa], k3 [m2];
-// k2 of the static model [s/(m sqrt(Pa))]; lag [s]. Cracking pressure -k3/k1, maximum pressure sqrt(rho/2)/k2: the
-// static model holds between the two. The paper writes (3.14) in P, Q and their derivatives,
+// P pressure difference [Pa]; Q flow [m3/s]; a effective opening [m2]; rho density [kg/m3]; k1 [m2/Pa], k3
+// [m2]; k2 of the static model [s/(m sqrt(Pa))]; lag [s]. Cracking pressure -k3/k1, maximum pressure
+// sqrt(rho/2)/k2: the static model holds between the two. The paper writes (3.14) in P, Q and their
+// derivatives,
 //   (Q' sqrt(P) - Q P' / (2 sqrt(P))) / P = sqrt(2/rho) da/dt,
-// so it is a first-order lag of the opening behind its static line: with `a` as the state no input is differentiated.
+// so it is a first-order lag of the opening behind its static line: with `a` as the state no input is
+// differentiated.
 //
 // Assumptions: one linear spring, a metering area in proportion to the displacement, a constant discharge
 // coefficient, drag in proportion to velocity, no inertia, flow from the pressure to the tank port only.
-// Vanishes (is its static model) at lag = 0. Range: P > 0, Q > 0; below the cracking pressure the valve is shut and
-// a = 0: opening and shutting are located in time when the pressure drives.
+// Vanishes (is its static model) at lag = 0. Range: P > 0, Q > 0; below the cracking pressure the valve is
+// shut and a = 0: opening and shutting are located in time when the pressure drives.
 // Numerical treatment: pressure-driven, P linear over an interval, a constant lag is advanced in closed form;
 // flow-driven, Q linear, the scalar stiff equation by an L-stable two-stage SDIRK method of second order.
 // Source: "Grey-Box Multi-Port Models of Fluid Power Valves", chapters III and IV.
@@ -37,7 +39,8 @@ void validate(const StaticGreyBox& valve);
 double cracking_pressure_Pa(const StaticGreyBox& valve);
 /// The pressure that the flow approaches as it grows without bound, sqrt(rho/2)/k2 [Pa]; infinite for k2 = 0.
 double maximum_pressure_Pa(const StaticGreyBox& valve);
-/// Flow [m3/s] at rest; 0 up to the cracking pressure. Throws std::invalid_argument at or above the maximum pressure.
+/// Flow [m3/s] at rest; 0 up to the cracking pressure. Throws std::invalid_argument at or above the maximum
+/// pressure.
 double flow_m3_s(const StaticGreyBox& valve, double pressure_Pa);
 /// Pressure difference [Pa] at rest for a flow above 0 [m3/s].
 double pressure_Pa(const StaticGreyBox& valve, double flow_m3_s);
@@ -75,7 +78,8 @@ class GreyBoxValve {
   /// At rest under `pressure_Pa` >= 0. Throws std::invalid_argument as validate().
   GreyBoxValve(const GreyBoxConfig& config, double pressure_Pa);
 
-  /// Moves on with the pressure difference going linearly from one value to the other [Pa, both >= 0]; duration > 0 [s].
+  /// Moves on with the pressure difference going linearly from one value to the other [Pa, both >= 0];
+  /// duration > 0 [s].
   void drive_pressure(double from_Pa, double to_Pa, double duration_s);
   /// Moves on with the flow going linearly from one value to the other [m3/s, both > 0]; duration > 0 [s].
   void drive_flow(double from_m3_s, double to_m3_s, double duration_s);

@@ -1,13 +1,14 @@
-// The grey-box valve behind a volume of fluid that a pump feeds: the circuit of the classical model, with the valve
-// reduced to (3.14).
+// The grey-box valve behind a volume of fluid that a pump feeds: the circuit of the classical model, with the
+// valve reduced to (3.14).
 //
 //   dP/dt = (beta / V)(Q_supply - a sqrt(2 P / rho)),   lag da/dt = k1 P + k3 - a,  a >= 0
 //
-// P upstream pressure over the tank's [Pa]; V upstream volume [m3]; beta bulk modulus [Pa]; the rest as in grey_box.hpp.
-// Assumptions: those of (3.14); constant bulk modulus; tank pressure 0. Vanishes (the valve follows the supply flow) as
-// V -> 0. Range: lag > 0, steps well below lag and the period of the pair. Numerical treatment: while shut P rises in
-// closed form; the instant of opening and of shutting is located; in between the classical Runge-Kutta method with
-// equal steps between those instants.
+// P upstream pressure over the tank's [Pa]; V upstream volume [m3]; beta bulk modulus [Pa]; the rest as in
+// grey_box.hpp.
+// Assumptions: those of (3.14); constant bulk modulus; tank pressure 0. Vanishes (the valve follows the
+// supply flow) as V -> 0. Range: lag > 0, steps well below lag and the period of the pair. Numerical
+// treatment: while shut P rises in closed form; the instant of opening and of shutting is located; in between
+// the classical Runge-Kutta method with equal steps between those instants.
 // Source: "Grey-Box Multi-Port Models of Fluid Power Valves", (3.14) with I.A of its appendix A.
 #pragma once
 

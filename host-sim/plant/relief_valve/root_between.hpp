@@ -1,12 +1,13 @@
-// The root of a continuous function between two arguments of opposite sign, by halving: sure, and fast enough where it
-// is not an inner loop.
+// The root of a continuous function between two arguments of opposite sign, by halving: sure, and fast enough
+// where it is not an inner loop.
 #pragma once
 
 #include <cmath>
 
 namespace plenum::host::plant::relief_valve {
 
-/// Argument where `f` changes sign, to the last bits of a double; f(low) and f(high) differ in sign or one is 0.
+/// Argument where `f` changes sign, to the last bits of a double; f(low) and f(high) differ in sign or one is
+/// 0.
 template <typename Function>
 double root_between(const Function& f, double low, double high) {
   const bool rises = f(high) > 0.0;

@@ -1,23 +1,27 @@
-// A two-stage relief valve with the volume upstream of it, by the classical method: a pilot poppet vents the chamber
-// behind a spring-loaded main spool, a capillary through the spool fills it.
+// A two-stage relief valve with the volume upstream of it, by the classical method: a pilot poppet vents the
+// chamber behind a spring-loaded main spool, a capillary through the spool fills it.
 //
-//   V_u/beta P1'  = Q_supply - Q_in,   Q_in = Q_main + Q_cap + A1 x'                              continuity, I.A, I.B
+//   V_u/beta P1'  = Q_supply - Q_in,   Q_in = Q_main + Q_cap + A1 x'               continuity, I.A, I.B
 //   V_ch/beta P2' = Q_cap + A2 x' - Q_pilot - A_p y'                                             I.C
 //   Q_main  = C_dm pi D1 x sin(theta_m) sqrt(2 P1/rho),  Q_pilot = C_dp pi D6 y sin(theta_p) sqrt(2 P2/rho)
 //   Q_cap   = pi D4^4 / (128 mu l_cap) (P1 - P2)
-//   m_m x'' = P1 A1 - P2 A2 - K_m (x + x0) - F(P1, x; D1, theta_m, C_dm) - (mu A_pr/c + B_m + U(P1; l1, D1, ...)) x'
-//   m_p y'' = P2 A_p - K_p (y + y0) - F(P2, y; D6, theta_p, C_dp) - (B_p + U(P2; l3, D6, ...)) y'
-//   F(P, z; D, theta, C) = phi P C pi D z (sin(2 theta)/2 - 4 C z sin^2(theta)/D)                 steady flow force
-//   U(P; l, D, theta, C) = l C pi D sin(theta) sqrt(2 rho P)                                     unsteady flow force
+//   m_m x'' = P1 A1 - P2 A2 - K_m (x + x0) - F(P1, x; D1, theta_m, C_dm)
+//             - (mu A_pr/c + B_m + U(P1; l1, D1, theta_m, C_dm)) x'
+//   m_p y'' = P2 A_p - K_p (y + y0) - F(P2, y; D6, theta_p, C_dp) - (B_p + U(P2; l3, D6, theta_p, C_dp)) y'
+//   F(P, z; D, theta, C) = phi P C pi D z (sin(2 theta)/2 - 4 C z sin^2(theta)/D)   steady flow force
+//   U(P; l, D, theta, C) = l C pi D sin(theta) sqrt(2 rho P)                    unsteady flow force
 //
-// P1 upstream, P2 chamber pressure over the tank's [Pa]; x, y displacements of spool and pilot [m]; Q flows [m3/s];
-// rho density, mu dynamic viscosity; D1, D6 seats, D4 capillary; A areas; phi 1 as printed (the momentum theorem has 2).
-// Constraints (VI): 0 <= x <= x_max, 0 <= y <= y_max, P1 >= 0, P2 >= 0; while the pilot is shut P2' = P1' (VI.F).
-// Assumptions: tank pressure 0; constant density, viscosity, bulk modulus and discharge coefficients; turbulent flow at
-// every opening; linear drag; constant volumes. Vanishes (is its static curve) for slow supply flow.
-// Left out: the part of the unsteady flow force in proportion to P'. The scan of the source does not let its formula be
-// read; by the momentum theorem with its second damping length l2 = 0.15 in, rho l2 Q_main P'/(2 P), it stays below 1 % of
-// the main spring's preload in the source's step response.
+// P1 upstream, P2 chamber pressure over the tank's [Pa]; x, y displacements of spool and pilot [m]; Q flows
+// [m3/s]; rho density, mu dynamic viscosity; D1, D6 seats, D4 capillary; A areas; phi 1 as printed (the
+// momentum theorem has 2).
+// Constraints (VI): 0 <= x <= x_max, 0 <= y <= y_max, P1 >= 0, P2 >= 0; while the pilot is shut P2' = P1'
+// (VI.F).
+// Assumptions: tank pressure 0; constant density, viscosity, bulk modulus and discharge coefficients;
+// turbulent flow at every opening; linear drag; constant volumes. Vanishes (is its static curve) for slow
+// supply flow.
+// Left out: the part of the unsteady flow force in proportion to P'. The scan of the source does not let its
+// formula be read; by the momentum theorem with its second damping length l2 = 0.15 in, rho l2 Q_main P'/(2
+// P), it stays below 1 % of the main spring's preload in the source's step response.
 // Numerical treatment: below 1 Pa a root is replaced by its chord. See two_stage_run.hpp for the integration.
 // Source: "Grey-Box Multi-Port Models of Fluid Power Valves", appendix A.
 #pragma once
@@ -57,14 +61,15 @@ struct TwoStageConfig {
       true;  ///< constraint VI.F; false: the capillary's law holds throughout
 };
 
-/// All above 0 but preloads, damping lengths, drags and the factor, which may be 0. Throws std::invalid_argument naming the field.
+/// All above 0 but preloads, damping lengths, drags and the factor, which may be 0. Throws
+/// std::invalid_argument naming the field.
 void validate(const TwoStageConfig& config);
 
-/// The numbers that appendix A prints. What it leaves blank follows from its geometry: A_p = pi/4 D6^2, B_m = B_p = 0,
-/// A_pr = pi D3 l1. Where the scan is unsure, D4 is read as 0.01 in and beta as 2.0e5 lbf/in^2.
+/// The numbers that appendix A prints. What it leaves blank follows from its geometry: A_p = pi/4 D6^2, B_m =
+/// B_p = 0, A_pr = pi D3 l1. Where the scan is unsure, D4 is read as 0.01 in and beta as 2.0e5 lbf/in^2.
 TwoStageConfig appendix_a_as_printed();
-/// The same valve with what settles it near 130 Hz (reproduce's part on fig. 26 says how it was found): the two blanks
-/// A_p = 0.020 in^2 and B_p = 0.02 lbf s/in, and D4 read as 0.04 in.
+/// The same valve with what settles it near 130 Hz (reproduce's part on fig. 26 says how it was found): the
+/// two blanks A_p = 0.020 in^2 and B_p = 0.02 lbf s/in, and D4 read as 0.04 in.
 TwoStageConfig appendix_a_settling();
 
 /// P1 [Pa], P2 [Pa], x [m], dx/dt [m/s], y [m], dy/dt [m/s].

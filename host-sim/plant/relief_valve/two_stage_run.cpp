@@ -11,8 +11,8 @@
 namespace plenum::host::plant::relief_valve {
 namespace {
 
-// RODAS: stage i solves (1/(h gamma) I - J) U_i = f(s + sum a_ij U_j) + sum c_ij U_j / h + h d_i df/dt; the last two
-// stages start from the sums that they add to.
+// RODAS: stage i solves (1/(h gamma) I - J) U_i = f(s + sum a_ij U_j) + sum c_ij U_j / h + h d_i df/dt; the
+// last two stages start from the sums that they add to.
 constexpr double kGamma = 0.25;
 constexpr std::size_t kStages = 6;
 constexpr double kA[kStages][kStages] = {
@@ -94,7 +94,8 @@ TwoStageValve::Trial TwoStageValve::step(const Supply& supply, double h) const {
   const bool pilot_moves = pilot_ == Place::kMoving;
   const bool follows = chamber_follows() && !chamber_empty_;
 
-  // U_v = main_1 U_1 + main_2 U_2 + ..., U_u = pilot_2 U_2 + ...: what an element's rows say once x and y are put in.
+  // U_v = main_1 U_1 + main_2 U_2 + ..., U_u = pilot_2 U_2 + ...: what an element's rows say once x and y are
+  // put in.
   const double per_dv = main_moves ? 1.0 / (c - j.v_v - j.v_x * per_c) : 0.0;
   const double per_du = pilot_moves ? 1.0 / (c - j.u_u - j.u_y * per_c) : 0.0;
   const double main_1 = per_dv * j.v_P1;
@@ -204,7 +205,8 @@ void TwoStageValve::change_mode(std::size_t margin) {
 }
 
 void TwoStageValve::settle_modes(double supply_m3_s) {
-  // One change may cause another (an element that lands and is pushed off at once), each margin at most twice.
+  // One change may cause another (an element that lands and is pushed off at once), each margin at most
+  // twice.
   for (int i = 0; i < 12; ++i) {
     const Margins m = margins(state_, supply_m3_s);
     const auto least = std::min_element(m.begin(), m.end());

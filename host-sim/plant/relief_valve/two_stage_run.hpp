@@ -1,14 +1,15 @@
 // The two-stage valve in time, with its stops and its positive pressures as events.
 //
-// Numerical treatment: the Rosenbrock method RODAS of fourth order (Hairer and Wanner, Solving ODEs II, IV.7; L-stable,
-// stiffly accurate) with the exact Jacobian. Of its six unknowns a stage, x and y follow from x' and y', and those from
-// the two pressures: what is left to solve is 2 x 2. The step is chosen so that the embedded third-order estimate stays
-// below `tolerance` of each quantity's size.
+// Numerical treatment: the Rosenbrock method RODAS of fourth order (Hairer and Wanner, Solving ODEs II, IV.7;
+// L-stable, stiffly accurate) with the exact Jacobian. Of its six unknowns a stage, x and y follow from x'
+// and y', and those from the two pressures: what is left to solve is 2 x 2. The step is chosen so that the
+// embedded third-order estimate stays below `tolerance` of each quantity's size.
 //
-// A constraint changes the equations, never the numbers: an element is moving, on its seat or at its stop; a pressure
-// is positive or empty. Each such mode has a margin that is positive inside it (a distance from the stop, the force
-// that holds the element there, a pressure). The step in which a margin becomes negative is repeated, shorter, until it
-// ends there; then velocity is set to 0 (the stop takes the momentum) and the mode changes.
+// A constraint changes the equations, never the numbers: an element is moving, on its seat or at its stop; a
+// pressure is positive or empty. Each such mode has a margin that is positive inside it (a distance from the
+// stop, the force that holds the element there, a pressure). The step in which a margin becomes negative is
+// repeated, shorter, until it ends there; then velocity is set to 0 (the stop takes the momentum) and the
+// mode changes.
 #pragma once
 
 #include <array>
@@ -20,8 +21,8 @@ namespace plenum::host::plant::relief_valve {
 
 class TwoStageValve {
  public:
-  /// Throws std::invalid_argument when the configuration is not valid, the state is out of the constraints, or the
-  /// tolerance is not within 1e-12 to 0.1.
+  /// Throws std::invalid_argument when the configuration is not valid, the state is out of the constraints,
+  /// or the tolerance is not within 1e-12 to 0.1.
   TwoStageValve(const TwoStageConfig& config, const TwoStageState& start, double tolerance = 1e-6);
 
   /// Told the time since construction [s] and the state after every step.

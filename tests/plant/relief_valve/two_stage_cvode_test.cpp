@@ -1,4 +1,5 @@
-// SUNDIALS CVODE as the second route: the same equations without constraints in force, another method and code.
+// SUNDIALS CVODE as the second route: the same equations without constraints in force, another method and
+// code.
 #include <cvode/cvode.h>
 #include <gtest/gtest.h>
 #include <nvector/nvector_serial.h>
