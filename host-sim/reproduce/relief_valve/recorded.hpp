@@ -1,0 +1,36 @@
+// What the classical two-stage valve records where a test stand would.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "host-sim/identify/relief_valve/static_fit.hpp"
+#include "host-sim/identify/relief_valve/transient.hpp"
+#include "host-sim/plant/relief_valve/two_stage.hpp"
+
+namespace plenum::host::reproduce::relief_valve {
+
+/// Tests of the paper's Table V: flow and pressure of a change of the supply.
+struct FlowChange {
+  std::string name;
+  double from_l_min, to_l_min;
+  double rate_l_min_s;  ///< average rate of change
+  double duration_s;    ///< of the record
+};
+/// The seven rows of Table V, in its order. Three initial or final flows are read so that the printed
+/// differences hold.
+const std::vector<FlowChange>& table_v();
+
+/// Pressure and flow at the valve's port, every millisecond, from 20 ms before the supply begins to change.
+identify::relief_valve::Transient recorded(const plant::relief_valve::TwoStagePhysics& valve,
+                                           const FlowChange& change);
+
+/// The valve at rest from `from_l_min` to `to_l_min` in equal steps of flow.
+std::vector<identify::relief_valve::StaticPoint> static_points(
+    const plant::relief_valve::TwoStagePhysics& valve, double from_l_min, double to_l_min, int points);
+
+/// Frequency [Hz] at which samples at equal steps cross `level` upward, and back; 0 for fewer than two
+/// crossings.
+double crossing_frequency_Hz(const std::vector<double>& samples, double step_s, double level);
+
+}  // namespace plenum::host::reproduce::relief_valve

@@ -1,0 +1,98 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "host-sim/reproduce/relief_valve/recorded.hpp"
+#include "host-sim/reproduce/relief_valve/reproduce_relief_valve.hpp"
+
+namespace {
+
+using namespace plenum::host::reproduce;
+
+const std::vector<Part>& parts() {
+  static const std::vector<Part> all = relief_valve::reproduce_relief_valve({});
+  return all;
+}
+
+/// The findings whose quantity holds a text; their number must be the one expected.
+std::vector<Finding> about(const std::string& text, std::size_t count) {
+  std::vector<Finding> found;
+  for (const Part& part : parts()) {
+    for (const Finding& finding : part.findings) {
+      if (finding.quantity.find(text) != std::string::npos) found.push_back(finding);
+    }
+  }
+  EXPECT_EQ(found.size(), count) << text;
+  return found;
+}
+
+TEST(ReliefValveFindings, WhatIsNotReproducedSaysWhy) {
+  for (const Part& part : parts()) {
+    EXPECT_FALSE(part.findings.empty()) << part.title;
+    for (const Finding& finding : part.findings) {
+      EXPECT_EQ(verdict(finding) == Verdict::kReproduced, finding.why.empty())
+          << part.title << ": " << finding.quantity;
+      EXPECT_TRUE(std::isfinite(finding.ours)) << finding.quantity;
+    }
+  }
+}
+
+TEST(ReliefValveFindings, GreyBoxPredictsTransientsWithin15PercentAndEndsWithin5) {
+  for (const Finding& finding : about("largest transient error", 10))
+    EXPECT_LE(finding.ours, 15.0) << finding.quantity;
+  for (const Finding& finding : about("error at the end, test", 10))
+    EXPECT_LE(finding.ours, 5.0) << finding.quantity;
+}
+
+TEST(ReliefValveFindings, ClassicalValveRingsNear130Hz) {
+  for (const Finding& finding : about("after a step from 200 to 250", 1))
+    EXPECT_NEAR(finding.ours, 130.0, 5.0) << "Hz";
+}
+
+TEST(ReliefValveFindings, TableTwoFollowsFromItsConstantsButForOneRow) {
+  std::vector<std::string> contradictions;
+  for (const char* kind : {"cracking pressure, RV", "maximum pressure, RV"}) {
+    for (const Finding& finding : about(kind, 6)) {
+      if (verdict(finding) != Verdict::kReproduced) contradictions.push_back(finding.quantity);
+    }
+  }
+  EXPECT_EQ(contradictions, std::vector<std::string>{"maximum pressure, RV-9, decreasing"});
+}
+
+TEST(ReliefValveFindings, ChartsHoldCurvesOfEqualLengths) {
+  const auto check = [](const auto& curves, const std::string& title) {
+    EXPECT_FALSE(curves.empty()) << title;
+    for (const auto& curve : curves) {
+      EXPECT_EQ(curve.x.size(), curve.y.size()) << title << ": " << curve.name;
+      EXPECT_GT(curve.x.size(), 1u) << title << ": " << curve.name;
+    }
+  };
+  for (const Part& part : parts()) {
+    for (const plenum::host::report::Chart& chart : part.charts) {
+      if (const auto* line = std::get_if<plenum::host::report::LineChart>(&chart))
+        check(line->curves, line->title);
+      if (const auto* xy = std::get_if<plenum::host::report::XyChart>(&chart)) check(xy->curves, xy->title);
+    }
+  }
+}
+
+TEST(ReliefValveFindings, ProgressRisesToOne) {
+  double last = 0.0;
+  relief_valve::reproduce_relief_valve([&](double done) {
+    EXPECT_GT(done, last);
+    last = done;
+  });
+  EXPECT_DOUBLE_EQ(last, 1.0);
+}
+
+TEST(CrossingFrequency, IsThatOfASine) {
+  std::vector<double> sine;
+  for (int k = 0; k < 400; ++k) sine.push_back(3.0 + std::sin(0.11 * k));
+  EXPECT_NEAR(relief_valve::crossing_frequency_Hz(sine, 1e-3, 3.0), 110.0 / (2.0 * 3.14159265), 0.05) << "Hz";
+  EXPECT_EQ(relief_valve::crossing_frequency_Hz({1.0, 2.0}, 1e-3, 0.0), 0.0);
+}
+
+}  // namespace
