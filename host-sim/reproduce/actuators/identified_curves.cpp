@@ -18,11 +18,8 @@ const std::vector<double>& commands_V() {
 
 std::vector<double> roots_kPa(const Identified& chamber) {
   const plant::Valve valve = plant::ThinPlateValve(chamber.truth.valve);
-  std::vector<double> roots;
-  for (const double u : commands_V()) {
-    roots.push_back(1e-3 * plant::steady_state_Pa(valve, u, kSupply_Pa, kAmbient_Pa));
-  }
-  return roots;
+  return over(commands_V(),
+              [&](double u) { return 1e-3 * plant::steady_state_Pa(valve, u, kSupply_Pa, kAmbient_Pa); });
 }
 
 /// s [kPa] and r [1/s] of the identified model on its mean volume, at rest.
@@ -52,12 +49,10 @@ double steady_off_percent(const Identified& chamber) {
 
 std::vector<double> total_areas_mm2(const Identified& chamber) {
   const plant::ThinPlateValve valve(chamber.truth.valve);
-  std::vector<double> areas;
-  for (const double u : commands_V()) {
+  return over(commands_V(), [&](double u) {
     const auto opening = valve.opening(u);
-    areas.push_back(1e6 * (opening.inlet_m2 + opening.exhaust_m2));
-  }
-  return areas;
+    return 1e6 * (opening.inlet_m2 + opening.exhaust_m2);
+  });
 }
 
 /// What (6) calls the rate, of the plant: pdot/(p_ss - p), the least and the greatest of 20 pressures.

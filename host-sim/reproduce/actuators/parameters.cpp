@@ -17,14 +17,6 @@ double middle_V(const plant::ThinPlateValveConfig& valve) {
   return 0.5 * (valve.open_above_V + valve.exhaust_below_V);
 }
 
-/// Over the chambers, a figure of each.
-template <class Figure>
-std::vector<double> over(const std::vector<Identified>& chambers, const Figure& figure) {
-  std::vector<double> values;
-  for (const Identified& chamber : chambers) values.push_back(figure(chamber));
-  return values;
-}
-
 double outside(const std::vector<Identified>& chambers, identify::Tassa9Fit Identified::*fit) {
   double count = 0.0;
   for (const Identified& chamber : chambers) count += inside_table_one((chamber.*fit).model.c) ? 0.0 : 1.0;

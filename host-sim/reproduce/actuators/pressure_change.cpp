@@ -66,9 +66,8 @@ Part pressure_change(const Study& study) {
       .findings = {}};
   const Identified& at_rest_one = study.at_rest[place_of_typical(study.at_rest)];
   const Identified& moving_one = study.moving[place_of_typical(study.moving)];
-  std::vector<double> at_rest, moving;
-  for (const Identified& chamber : study.at_rest) at_rest.push_back(explained_percent(chamber));
-  for (const Identified& chamber : study.moving) moving.push_back(explained_percent(chamber));
+  const std::vector<double> at_rest = over(study.at_rest, explained_percent);
+  const std::vector<double> moving = over(study.moving, explained_percent);
   const auto explained = [&](const char* quantity, double ours) {
     part.findings.push_back(
         {.item = "Fig. 11",

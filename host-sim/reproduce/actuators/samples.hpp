@@ -1,4 +1,4 @@
-// Grids, and order statistics of samples.
+// Grids, figures over them, and order statistics of samples.
 #pragma once
 
 #include <cstddef>
@@ -8,6 +8,15 @@ namespace plenum::host::reproduce::actuators {
 
 /// `count` >= 2 values from low to high, evenly spaced.
 std::vector<double> evenly(double low, double high, std::size_t count);
+
+/// A figure of each of the values, in their order.
+template <class Value, class Figure>
+std::vector<double> over(const std::vector<Value>& values, const Figure& figure) {
+  std::vector<double> figures;
+  figures.reserve(values.size());
+  for (const Value& value : values) figures.push_back(figure(value));
+  return figures;
+}
 
 /// How many neighbours fall, and how many rise.
 std::size_t falling_steps(const std::vector<double>& values);

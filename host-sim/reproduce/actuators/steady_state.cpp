@@ -21,9 +21,7 @@ double rest_kPa(const plant::ThinPlateValveConfig& valve, double u) {
 
 std::vector<double> rests_kPa(const plant::ThinPlateValveConfig& valve,
                               const std::vector<double>& command_V) {
-  std::vector<double> rests;
-  for (const double u : command_V) rests.push_back(rest_kPa(valve, u));
-  return rests;
+  return over(command_V, [&](double u) { return rest_kPa(valve, u); });
 }
 
 /// Slope at mid-command over the steepest anywhere.

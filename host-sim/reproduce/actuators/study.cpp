@@ -45,9 +45,7 @@ Study study_population(std::size_t chambers, const Progress& progress) {
 
 std::vector<double> worst_drifts_percent(const std::vector<Identified>& chambers,
                                          identify::Drift Identified::*which) {
-  std::vector<double> worst;
-  for (const Identified& chamber : chambers) worst.push_back((chamber.*which).worst_std_percent);
-  return worst;
+  return over(chambers, [&](const Identified& chamber) { return (chamber.*which).worst_std_percent; });
 }
 
 std::vector<double> pooled_drift_percent(const std::vector<Identified>& chambers,

@@ -25,8 +25,7 @@ Part thin_plate_flow() {
       .findings = {}};
 
   const std::vector<double> pressure_Pa = evenly(1e3, kSupply_Pa, 2001);
-  std::vector<double> flow;
-  for (const double p : pressure_Pa) flow.push_back(plate.phi(p, kAmbient_Pa));
+  const std::vector<double> flow = over(pressure_Pa, [&](double p) { return plate.phi(p, kAmbient_Pa); });
   part.findings.push_back({.item = "Fig. 3",
                            .quantity = "falling steps of the flow over p_u, of 2000",
                            .paper = 0.0,

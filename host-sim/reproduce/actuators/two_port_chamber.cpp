@@ -46,10 +46,9 @@ Part two_port_chamber() {
       .findings = {}};
 
   const std::vector<double> pressure_Pa = evenly(1e3, kSupply_Pa, 2001);
-  std::vector<double> flow;
-  for (const double p : pressure_Pa) {
-    flow.push_back(plant::mass_flow_kg_s(ports, p, kCommand_V, kSupply_Pa, kAmbient_Pa));
-  }
+  const std::vector<double> flow = over(pressure_Pa, [&](double p) {
+    return plant::mass_flow_kg_s(ports, p, kCommand_V, kSupply_Pa, kAmbient_Pa);
+  });
   const double rest_Pa = plant::steady_state_Pa(ports, kCommand_V, kSupply_Pa, kAmbient_Pa);
   part.findings.push_back({.item = "Fig. 4",
                            .quantity = "rising steps of the flow over the pressure, of 2000",

@@ -78,12 +78,10 @@ MeasuredPort fitted_port(const plant::MpyeTable& table, bool to_room) {
     config.inlet_leak_m2 = config.exhaust_leak_m2 = 1e-6 * std::exp(z[2]);
     config.transition_m2 = 1e-6 * std::exp(z[3]);
     const plant::ThinPlateValve valve(config);
-    std::vector<double> areas;
-    for (const double u : port.command_V) {
+    return over(port.command_V, [&](double u) {
       const auto opening = valve.opening(u);
-      areas.push_back(1e6 * (to_room ? opening.exhaust_m2 : opening.inlet_m2));
-    }
-    return areas;
+      return 1e6 * (to_room ? opening.exhaust_m2 : opening.inlet_m2);
+    });
   };
   const Errors errors = [&](const Variables& z) {
     const std::vector<double> areas = areas_mm2(z);

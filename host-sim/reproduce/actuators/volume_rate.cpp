@@ -39,9 +39,7 @@ ByPhysics drifts_by_physics(const Study& study) {
 }
 
 std::vector<double> worst_percent(const std::vector<identify::Drift>& drifts) {
-  std::vector<double> worst;
-  for (const identify::Drift& one : drifts) worst.push_back(one.worst_std_percent);
-  return worst;
+  return over(drifts, [](const identify::Drift& one) { return one.worst_std_percent; });
 }
 
 report::XyChart steady_chart(const std::vector<double>& command_V, const std::vector<double>& by_rate) {
@@ -81,8 +79,8 @@ Part volume_rate(const Study& study) {
       .findings = {}};
   const plant::ThinPlateValve valve(illustrated_valves()[0].valve);
   const std::vector<double> command_V = evenly(kLow_V, kHigh_V, 401);
-  std::vector<double> by_rate;
-  for (const double u : command_V) by_rate.push_back(1e-9 * steady_by_volume_rate(valve, u));
+  const std::vector<double> by_rate =
+      over(command_V, [&](double u) { return 1e-9 * steady_by_volume_rate(valve, u); });
   const auto [most, least] = std::minmax_element(by_rate.begin(), by_rate.end());  // all are negative
   part.findings.push_back(
       {.item = "(4a), (10c)",
@@ -95,12 +93,12 @@ Part volume_rate(const Study& study) {
               "open one does not. (10c) shifts s by c_4 v' at every command alike (by our valve; any "
               "that opens far beyond its leak shows it)"});
 
-  std::vector<double> kappas;
-  std::vector<double> not_positive_percent;
-  for (const Identified& chamber : study.moving) {
-    kappas.push_back(chamber.one_step.model.c[4] / chamber.one_step.model.c[5]);
-    not_positive_percent.push_back(100.0 * chamber.one_step.rate_not_positive_fraction);
-  }
+  const std::vector<double> kappas = over(study.moving, [](const Identified& chamber) {
+    return chamber.one_step.model.c[4] / chamber.one_step.model.c[5];
+  });
+  const std::vector<double> not_positive_percent = over(study.moving, [](const Identified& chamber) {
+    return 100.0 * chamber.one_step.rate_not_positive_fraction;
+  });
   part.findings.push_back({.item = "(4a), (10e)",
                            .quantity = "c_5/c_6, median of the fits on moving volumes; kappa by (4a)",
                            .paper = plant::Gas{}.kappa,
