@@ -1,9 +1,8 @@
 // A sum of squares of a few variables within bounds, by the trust-region Levenberg-Marquardt of
 // box_solver.hpp, and what the minimum says about each variable.
 //
-// Ceres, which steps first and projects onto the bounds afterwards, ends in the same minimum (a test holds it
-// to that) but took 60 to 150 iterations on the MPYE's rows where b or beta is at a bound, against 5 to 15
-// inside.
+// Ceres, which steps first and projects onto the bounds afterwards, ends no lower (a test holds this to it) and
+// took 60 to 150 iterations on those rows of the MPYE whose b or beta is at a bound, where this takes 5 to 20.
 //
 // The Jacobian is by central differences, because the errors are runs of an integrator whose step division
 // does not depend on the variables. The covariance is (J^T J)^-1 s^2 of the variables that are neither held

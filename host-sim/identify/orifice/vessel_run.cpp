@@ -16,21 +16,22 @@ double phi_1(double z) {
   return std::abs(z) < 1e-8 ? 1.0 + 0.5 * z : std::expm1(z) / z;
 }
 
-// `p_m` kept on the side of the cracking ratio that `p` is on, within the chord that ends there.
-double short_of_cracking(const plant::EllipsePort& port, Flow flow, double p, double far_Pa, double p_m) {
-  const double last_ratio =
-      port.cracking_ratio - 0.1 * plant::kLaminarBelow * (port.cracking_ratio - port.critical_ratio);
-  const double last_Pa = flow == Flow::kCharge ? last_ratio * far_Pa : far_Pa / last_ratio;
-  if (flow == Flow::kCharge) return p < last_Pa ? std::min(p_m, last_Pa) : p_m;
-  return p > last_Pa ? std::max(p_m, last_Pa) : p_m;
+// `reached` kept on the side of `ratio` that `p` is on: flow carries the vessel to rest there and not beyond.
+double short_of(double ratio, Flow flow, double far_Pa, double p, double reached) {
+  const double rest_Pa = flow == Flow::kCharge ? ratio * far_Pa : far_Pa / ratio;
+  if (flow == Flow::kCharge) return p < rest_Pa ? std::min(reached, rest_Pa) : reached;
+  return p > rest_Pa ? std::max(reached, rest_Pa) : reached;
 }
 
 double stepped(const plant::EllipsePort& port, Flow flow, double p, double far_Pa, double h) {
+  const double a = port.cracking_ratio;
+  const double within_chord = a - 0.1 * plant::kLaminarBelow * (a - port.critical_ratio);
   const Rate start = vessel_rate(port, flow, p, far_Pa);
-  const double p_m = short_of_cracking(port, flow, p, far_Pa,
-                                       p + 0.5 * h * phi_1(0.5 * h * start.slope_1_s) * start.rate_Pa_s);
+  const double p_m = short_of(within_chord, flow, far_Pa, p,
+                              p + 0.5 * h * phi_1(0.5 * h * start.slope_1_s) * start.rate_Pa_s);
   const Rate middle = vessel_rate(port, flow, p_m, far_Pa);
-  return p + h * phi_1(h * middle.slope_1_s) * (middle.rate_Pa_s + middle.slope_1_s * (p - p_m));
+  return short_of(a, flow, far_Pa, p,
+                  p + h * phi_1(h * middle.slope_1_s) * (middle.rate_Pa_s + middle.slope_1_s * (p - p_m)));
 }
 
 }  // namespace

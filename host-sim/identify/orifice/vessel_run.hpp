@@ -2,15 +2,14 @@
 //
 //   pdot = +-k p_u psi_e(p_d / p_u) / psi_max                                 vessel.hpp; (4), (6), (7)
 //
-// The port is a plant::EllipsePort whose choked flow is the choked rate k [1/s], so that its flow is pdot
-// [Pa/s].
-// Far pressure: that of the record, its mean over each step.
-// Numerical treatment: each step is solved in closed form after linearising pdot at its middle, F + J (p -
-// p_m),
-//   p+ = p + h phi_1(h J) (F + J (p - p_m)),  phi_1(z) = (e^z - 1)/z
+// The port is a plant::EllipsePort whose choked flow is the choked rate k [1/s]: its flow is pdot [Pa/s]. The
+// far pressure is the record's, its mean over each step.
+//
+// Numerical treatment: each step is solved in closed form after linearising pdot at its middle p_m,
+//   p+ = p + h phi_1(h J) (F + J (p - p_m)),  phi_1(z) = (e^z - 1)/z,  F and J = d pdot / d p at p_m
 // exact while choked, second order else, and free of a stability limit near the cracking ratio, where J is
-// large. The flow shuts with a corner at the cracking ratio: a middle beyond it is moved back to it, from
-// where J leads the step to rest there. A row is divided so that the record's ratio moves by less than 0.01
+// large. There the flow shuts with a corner: a middle beyond it is moved back to it, from where J leads the
+// step to rest, and no step ends beyond. A row is divided so that the record's ratio moves by less than 0.01
 // in a step: the division depends on the record and not on the parameters, and the run stays smooth in them.
 // Source: "Parameter Identification and Evaluation of a Proportional Directional Flow Control Valve Model",
 // Validation, whose fourth-order Runge-Kutta needs short steps where the flow shuts.

@@ -11,8 +11,6 @@
 namespace plenum::host::reproduce::proportional_valve {
 namespace {
 
-using identify::orifice::OrificeFit;
-using identify::orifice::OrificeParameter;
 
 using FitOf = identify::orifice::OrificeFit IdentifiedRow::*;
 

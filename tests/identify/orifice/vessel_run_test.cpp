@@ -74,6 +74,42 @@ TEST(FreeRun, RestsAtTheCrackingRatioFromBothSidesOfAnyIndex) {
   }
 }
 
+// Rows of one vessel pressure: nothing to divide by, one step a row.
+VesselRecord undivided(Flow flow, std::size_t rows, double step_s) {
+  VesselRecord record;
+  record.flow = flow;
+  for (std::size_t i = 0; i < rows; ++i) {
+    record.time_s.push_back(static_cast<double>(i) * step_s);
+    record.vessel_Pa.push_back(3e5);
+    record.far_Pa.push_back(flow == Flow::kCharge ? kSupply_Pa : kAmbient_Pa);
+  }
+  return record;
+}
+
+TEST(FreeRun, IsOfSecondOrderInTheStep) {
+  const plant::EllipsePort port{0.3, 0.0, 0.8, 1.0};
+  const double end_Pa = kSupply_Pa * 0.8 * std::tanh(0.3 / 0.8 + std::atanh(kAmbient_Pa / kSupply_Pa / 0.8));
+  const auto error_Pa = [&](std::size_t steps) {
+    return free_run(port, undivided(Flow::kCharge, steps + 1, 1.0 / static_cast<double>(steps)), kAmbient_Pa)
+               .back() -
+           end_Pa;
+  };
+  EXPECT_NEAR(error_Pa(10) / error_Pa(20), 4.0, 0.3);
+}
+
+// Where the flow ends with an unbounded slope a step could stall hundreds of pascals before rest.
+TEST(FreeRun, RestsAtTheCrackingRatioAtLongStepsToo) {
+  for (const double index : {0.42, 0.5, 0.73}) {
+    const plant::EllipsePort port{16.0, 0.528, 0.95, index};
+    EXPECT_NEAR(free_run(port, undivided(Flow::kCharge, 200, 2e-3), kAmbient_Pa).back(), 0.95 * kSupply_Pa,
+                10.0)
+        << index;
+    EXPECT_NEAR(free_run(port, undivided(Flow::kDischarge, 500, 2e-3), kSupply_Pa).back(), kAmbient_Pa / 0.95,
+                10.0)
+        << index;
+  }
+}
+
 // The plant integrates the same equations by another method, with error control.
 TEST(FreeRun, AgreesWithThePlantOfTheMeasuredValve) {
   for (const double command_V : {5.4, 6.0, 7.0, 10.0}) {
