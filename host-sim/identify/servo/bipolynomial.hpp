@@ -36,8 +36,8 @@ struct BipolynomialFit {
   double rms_kg_s = 0.0;
   double largest_kg_s = 0.0;     ///< largest error
   double full_scale_kg_s = 0.0;  ///< largest flow of the samples, by amount
-  std::size_t wrong_way =
-      0;  ///< samples whose flow is predicted in the other direction by more than 1 % of full scale
+  /// Samples predicted to flow by more than 1 % of full scale where the valve flows the other way or not at all.
+  std::size_t wrong_way = 0;
 };
 
 /// Throws std::invalid_argument when a sample is not finite, CannotIdentify when the samples do not determine the

@@ -24,6 +24,7 @@ constexpr double kStep = 1e-4;        // of the forward differences
 constexpr int kMostIterations = 25;
 constexpr double kTolerance = 1e-4;  // of the sum of squares: far below what the model lacks
 constexpr double kFirstHorizon_s = 1.0;
+constexpr std::size_t kGrowth = 3;  // of the horizon
 
 using Variables = BoxVector<Eigen::Dynamic>;
 
@@ -116,7 +117,7 @@ ServoFit fit_servo(const ServoRig& guess, const ServoRecord& record,
     fit.iterations += solution.iterations;
     if (progress) progress(static_cast<double>(samples) / static_cast<double>(all));
     if (samples == all) break;
-    samples = std::min(all, 2 * samples);
+    samples = kGrowth * samples >= all ? all : kGrowth * samples;
   }
 
   const BoxGram<Eigen::Dynamic> last = gram(guess, z, record, all);

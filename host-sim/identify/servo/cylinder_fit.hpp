@@ -6,7 +6,7 @@
 // What a data sheet states (bore, rod, stroke, dead volumes, supply, gas, spool, v_s) is held at `guess`, and the
 // seven figures above start there. Method: Levenberg-Marquardt in a box (box_solver.hpp) on logarithms of the figures,
 // which stay within a factor of kWidest of the guess; the Jacobian by forward differences. A free run integrates
-// flow to position: far from the truth it ends at a stop, where nothing can be learnt. So the horizon doubles from
+// flow to position: far from the truth it ends at a stop, where nothing can be learnt. So the horizon trebles from
 // one second to the whole recording, each fit starting from the last.
 // Source: "Mathematical and Intelligent Modeling of Electropneumatic Servo Actuator Systems" (1)-(23).
 #pragma once
