@@ -115,6 +115,7 @@ DeadBand measure_dead_band(const Recording& recording, const PressureRange& rang
   const Line rising = line_through(plateaus_within(recording, Direction::kRising, range), middle_Pa);
   const Line falling = line_through(plateaus_within(recording, Direction::kFalling, range), middle_Pa);
   return {.width_m = rising.screw_at_m - falling.screw_at_m,
+          .rising_start_m = rising.screw_at_m - middle_Pa / rising.slope_Pa_m,
           .rising_slope_Pa_m = rising.slope_Pa_m,
           .falling_slope_Pa_m = falling.slope_Pa_m};
 }

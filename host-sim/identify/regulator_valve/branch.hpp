@@ -42,7 +42,8 @@ struct Branch {
 
 /// Settled pressures over the screw, rising and falling, as two straight lines.
 struct DeadBand {
-  double width_m = 0.0;  ///< between the lines at the middle of the range
+  double width_m = 0.0;         ///< between the lines at the middle of the range
+  double rising_start_m = 0.0;  ///< where the rising line leaves 0 Pa: the dead band of the first turns
   double rising_slope_Pa_m = 0.0;
   double falling_slope_Pa_m = 0.0;
 };

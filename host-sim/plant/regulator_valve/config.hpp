@@ -32,9 +32,9 @@ struct ValveConfig {
 
 /// What V section 4 states of the real valve, from which the bench valve is made.
 struct Behaviour {
-  double slope_Pa_m = 1.56e8;           ///< settled pressure for each metre of the screw
-  double pressurisation_time_s = 0.15;  ///< time constant of Fig. 5
-  double exhaustion_time_s = 0.5;  ///< V prints none: the slowest pole of (31) with (38) read through (32)
+  double slope_Pa_m = 1.56e8;               ///< settled pressure for each metre of the screw
+  double pressurisation_time_s = 0.15;      ///< time constant of Fig. 5
+  double exhaustion_time_s = 0.5;           ///< V prints none: the slowest pole of (31) with (38) is 0.48 s
   double exhaustion_pressure_Pa = 3.059e5;  ///< absolute; the middle of (10), where exhaustion_time_s holds
   double dead_band_m = 0.9e-3;              ///< of Fig. 6
 };

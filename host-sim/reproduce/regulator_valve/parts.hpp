@@ -7,6 +7,7 @@
 namespace plenum::host::reproduce::regulator_valve {
 
 Part constants();
+Part mass_conservation();
 Part nozzle();
 Part linear_models();
 Part discretisation();

@@ -13,11 +13,19 @@ std::vector<Part> reproduce_regulator_valve(const Progress& progress) {
     };
   };
   const Campaign campaign = measure_campaign(kRuns, from_to(0.0, kCampaignShare));
-  std::vector<Part> parts{
-      constants(),           nozzle(),           linear_models(),
-      discretisation(),      time_constant(),    step_experiment(campaign),
-      printed_models(),      accuracy(campaign), influence_of_noise(from_to(kCampaignShare, 1.0)),
-      internal_parameters(), valve_of_table2(),  recovered_parameters(campaign)};
+  std::vector<Part> parts{constants(),
+                          mass_conservation(),
+                          nozzle(),
+                          linear_models(),
+                          discretisation(),
+                          time_constant(),
+                          step_experiment(campaign),
+                          printed_models(),
+                          accuracy(campaign),
+                          influence_of_noise(from_to(kCampaignShare, 1.0)),
+                          internal_parameters(),
+                          valve_of_table2(),
+                          recovered_parameters(campaign)};
   for (Part& part : parts) {
     for (Finding& finding : part.findings) {
       if (verdict(finding) == Verdict::kReproduced) finding.why.clear();

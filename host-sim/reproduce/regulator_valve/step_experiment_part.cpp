@@ -39,10 +39,6 @@ Part step_experiment(const Campaign& campaign) {
   const std::vector<id::Plateau> plateaus = id::plateaus(recording);
   const auto top = static_cast<std::size_t>(kTurns);
   const double noise_Pa = plant::regulator_valve::TestbedConfig{}.noise_Pa;
-  // where the rising line meets no pressure
-  const double rising_start_m =
-      run.rising.branch.mean_screw_m - run.rising.branch.mean_pressure_Pa / band.rising_slope_Pa_m;
-
   // From the first rest within (11) on the way up to the last one on the way down: what the models are for, and the
   // top beyond it, where the rising model is on its own.
   const std::size_t first = run.rising.branch.first;
@@ -73,9 +69,11 @@ Part step_experiment(const Campaign& campaign) {
   report::Curve up{.name = "up", .x = {}, .y = {}};
   report::Curve down{.name = "down", .x = {}, .y = {}};
   for (std::size_t i = 0; i < plateaus.size(); ++i) {
-    report::Curve& branch = i <= top ? up : down;
-    branch.x.push_back(1e3 * plateaus[i].screw_m);
-    branch.y.push_back(plateaus[i].settled_Pa);
+    for (report::Curve* branch : {&up, &down}) {  // the top belongs to both
+      if (branch == &up ? i > top : i < top) continue;
+      branch->x.push_back(1e3 * plateaus[i].screw_m);
+      branch->y.push_back(plateaus[i].settled_Pa);
+    }
   }
   const std::vector<report::Mark> range{{report::Mark::On::kY, kPrintedLow_Pa, "(11)"},
                                         {report::Mark::On::kY, kPrintedHigh_Pa, "(11)"}};
@@ -100,7 +98,7 @@ Part step_experiment(const Campaign& campaign) {
             .quantity = "dead band at the beginning of the range: where the rising line leaves no pressure",
             .unit = "mm",
             .paper = 1e3 * kPrintedDeadBand_m,
-            .ours = 1e3 * rising_start_m,
+            .ours = 1e3 * band.rising_start_m,
             .tolerance = 0.05,
             .why = "the overlap of the spool does not give the dead band"},
            {.item = "section 4",

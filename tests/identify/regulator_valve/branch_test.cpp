@@ -31,6 +31,7 @@ TEST(RegulatorValveBranch, MeasuresTheDeadBandThatIsThere) {
   for (const double band_m : {0.0, 0.3e-3, 0.9e-3}) {
     const DeadBand found = measure_dead_band(ideal(1.56e8, band_m));
     EXPECT_NEAR(found.width_m, band_m, 1e-12);
+    EXPECT_NEAR(found.rising_start_m, band_m, 1e-12);
     EXPECT_NEAR(found.rising_slope_Pa_m, 1.56e8, 1.0);
     EXPECT_NEAR(found.falling_slope_Pa_m, 1.56e8, 1.0);
   }

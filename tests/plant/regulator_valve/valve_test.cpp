@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 namespace plenum::host::plant::regulator_valve {
@@ -173,12 +174,12 @@ TEST(RegulatorValve, ThePlungerAtRestHasNoForceLeft) {
 TEST(RegulatorValve, RefusesWhatCannotBeAndNamesIt) {
   EXPECT_THAT([] { Valve(bench_valve(), 0.0, 9e5); },
               ThrowsMessage<std::invalid_argument>(HasSubstr("pressure_Pa: 900000")));
-  EXPECT_THAT([] { Valve(bench_valve(), NAN, 1e5); },
+  EXPECT_THAT([] { Valve(bench_valve(), std::numeric_limits<double>::quiet_NaN(), 1e5); },
               ThrowsMessage<std::invalid_argument>(HasSubstr("screw_m")));
   Valve valve(bench_valve(), 0.0, 1e5);
   EXPECT_THAT([&] { valve.advance(1e-3, 0.0); },
               ThrowsMessage<std::invalid_argument>(HasSubstr("duration_s")));
-  EXPECT_THAT([&] { valve.advance(INFINITY, 0.1); },
+  EXPECT_THAT([&] { valve.advance(std::numeric_limits<double>::infinity(), 0.1); },
               ThrowsMessage<std::invalid_argument>(HasSubstr("screw_m")));
 }
 
