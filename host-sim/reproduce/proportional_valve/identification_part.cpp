@@ -11,7 +11,6 @@
 namespace plenum::host::reproduce::proportional_valve {
 namespace {
 
-
 using FitOf = identify::orifice::OrificeFit IdentifiedRow::*;
 
 // Half a unit of three printed digits, at worst; of a; two units of the last digit of b and beta.

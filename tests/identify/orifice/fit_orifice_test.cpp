@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "host-sim/identify/orifice/filter.hpp"
 #include "tests/identify/orifice/vessel_scene.hpp"
@@ -34,6 +35,24 @@ TEST(FitOrifice, RecoversTheOrificeOfANoiseFreeRecordInBothDirections) {
                 fit.choked_rate_1_s.value, 1e-12);
     EXPECT_TRUE(fit.critical_ratio.identified && fit.cracking_ratio.identified &&
                 fit.subsonic_index.identified);
+  }
+}
+
+TEST(FitOrifice, RecoversAnyPortWithinTheBoundsThatTheRecordShows) {
+  plant::Random random(7);
+  for (int i = 0; i < 60; ++i) {
+    const Flow flow = i % 2 == 0 ? Flow::kCharge : Flow::kDischarge;
+    const plant::EllipsePort port{std::exp(random.uniform(-3.0, 2.0)), random.uniform(0.15, 0.5),
+                                  random.uniform(0.8, 1.0), random.uniform(0.45, 0.95)};
+    const VesselRecord record = record_of(port, flow, 800, 8.0 / 800.0 / port.choked_kg_s_Pa);
+    const OrificeFit fit = fit_orifice(record, vessel(flow));
+    const std::string which = "port " + std::to_string(i) + ": b " + std::to_string(port.critical_ratio) +
+                              ", a " + std::to_string(port.cracking_ratio) + ", beta " +
+                              std::to_string(port.subsonic_index);
+    EXPECT_NEAR(fit.choked_rate_1_s.value / port.choked_kg_s_Pa, 1.0, 1e-3) << which;
+    EXPECT_NEAR(fit.critical_ratio.value, port.critical_ratio, 0.005) << which;
+    EXPECT_NEAR(fit.cracking_ratio.value, port.cracking_ratio, 0.001) << which;
+    EXPECT_NEAR(fit.subsonic_index.value, port.subsonic_index, 0.01) << which;
   }
 }
 

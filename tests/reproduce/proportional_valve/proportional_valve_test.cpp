@@ -15,7 +15,6 @@ using proportional_valve::flow_function_part;
 using proportional_valve::leak_part;
 using proportional_valve::tables_part;
 using proportional_valve::vessel_part;
-using ::testing::HasSubstr;
 
 const Finding& finding(const Part& part, const std::string& item, const std::string& quantity) {
   const auto found = std::find_if(part.findings.begin(), part.findings.end(), [&](const Finding& f) {
