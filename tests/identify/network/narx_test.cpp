@@ -103,7 +103,7 @@ TEST(FitPercent, IsOneHundredExactAndZeroForTheMean) {
   const std::vector<double> y{1.0, 2.0, 3.0, 6.0};
   EXPECT_DOUBLE_EQ(fit_percent(y, y), 100.0);
   EXPECT_DOUBLE_EQ(fit_percent(y, std::vector<double>(4, 3.0)), 0.0);
-  EXPECT_EQ(fit_percent(y, std::vector<double>{1.0, 2.0, NAN, 6.0}), -HUGE_VAL);
+  EXPECT_EQ(fit_percent(y, std::vector<double>{1.0, 2.0, std::nan(""), 6.0}), -HUGE_VAL);
 }
 
 TEST(Narx, SaysWhatCannotBeLearnt) {

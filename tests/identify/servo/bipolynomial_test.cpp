@@ -67,7 +67,7 @@ TEST(Bipolynomial, SaysWhenTwoPressuresAreTooFew) {
   } catch (const CannotIdentify& e) {
     EXPECT_NE(std::string(e.what()).find("6 of 9"), std::string::npos) << e.what();
   }
-  samples[0].flow_kg_s = NAN;
+  samples[0].flow_kg_s = std::nan("");
   EXPECT_THROW(fit_bipolynomial(samples, Terms::kWhole), std::invalid_argument);
 }
 
