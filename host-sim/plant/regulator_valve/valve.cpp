@@ -9,21 +9,24 @@
 namespace plenum::host::plant::regulator_valve {
 namespace {
 
-constexpr double kStepOfFastest = 0.1;  // longest step over the fastest time constant
-constexpr int kBisections = 40;         // of a step: 2^-40 = 1e-12
+constexpr double kStepOfMechanics = 0.1;  // longest step over the fastest time constant
+constexpr double kStepOfVolume = 0.5;     // the same where both sides of a port are at one pressure
+constexpr int kBisections = 40;           // of a step: 2^-40 = 1e-12
 
 ThinPlate nozzle_of(const ValveConfig& config) {
   validate(config);
   return ThinPlate(thin_plate_constants(config.gas, 1.0));
 }
 
-// [1/s]; the ports at a displacement of one millimetre, more than the screw of a quarter turn moves them
-double fastest_rate(const ValveConfig& c) {
+// The port of the volume stands for a displacement of one millimetre, more than a turn of the knob gives it.
+double longest_step_s(const ValveConfig& c) {
+  const double mechanics_1_s = std::max(
+      {c.plunger_damping_N_s_m / c.plunger_mass_kg, c.spool_damping_N_s_m / c.spool_mass_kg,
+       std::sqrt(c.plunger_spring_N_m / c.plunger_mass_kg), std::sqrt(c.spool_spring_N_m / c.spool_mass_kg)});
   const double port_m2 = std::max(c.inlet_width_m, c.exhaust_width_m) * 1e-3;
-  return std::max({c.plunger_damping_N_s_m / c.plunger_mass_kg, c.spool_damping_N_s_m / c.spool_mass_kg,
-                   std::sqrt(c.plunger_spring_N_m / c.plunger_mass_kg),
-                   std::sqrt(c.spool_spring_N_m / c.spool_mass_kg),
-                   gamma_R_T_J_kg(c.gas) / c.volume_m3 * port_m2 * blocked_flow_s_m(c.gas)});
+  const double slope_s_m = nozzle_of(c).flux(c.supply_Pa, c.supply_Pa).by_first;
+  const double volume_1_s = gamma_R_T_J_kg(c.gas) / c.volume_m3 * port_m2 * slope_s_m;
+  return std::min(kStepOfMechanics / mechanics_1_s, kStepOfVolume / volume_1_s);
 }
 
 }  // namespace
@@ -56,7 +59,7 @@ Valve::Valve(const ValveConfig& config, double screw_m, double pressure_Pa)
     : config_(config),
       ports_(config),
       filling_Pa_kg_(gamma_R_T_J_kg(config.gas) / config.volume_m3),
-      longest_step_s_(kStepOfFastest / fastest_rate(config)),
+      longest_step_s_(longest_step_s(config)),
       screw_m_(screw_m) {
   require_finite("regulator valve screw_m", screw_m);
   require_within("regulator valve pressure_Pa", pressure_Pa, config.ambient_Pa, config.supply_Pa);

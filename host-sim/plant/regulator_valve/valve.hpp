@@ -27,9 +27,9 @@
 // Range: p_atm <= p <= p_sup, any screw. Vanishes (dead band, hysteresis) at d = 0.
 //
 // Numerical treatment: Runge-Kutta of the fourth order at a fixed step of at most a tenth of the fastest time
-// constant of the mechanics (0.14 ms), which also bounds the chamber's; the crossing of x = 0, where mass and
-// velocity jump, is found by bisection to 1e-12 of a step. The port's kink at x = d is not located: it costs
-// 1e-5 of span at most (a test holds it against CVODE).
+// constant of the mechanics and half of the volume's, which is fastest at equal pressures (0.14 ms for the bench
+// valve); the crossing of x = 0, where mass and velocity jump, is found by bisection to 1e-12 of a step. The port's
+// kink at x = d is not located: it costs 1e-5 of span at most (a test holds it against CVODE).
 //
 // Source: V: "Modeling and Parameter Identification of a Pneumatic Pressure Valve Using Least Squares and
 // Particle Swarm Optimization Methods".

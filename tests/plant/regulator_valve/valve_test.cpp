@@ -121,6 +121,28 @@ TEST(RegulatorValve, MassIsConservedWhilePlungerAndSpoolMeetAndPart) {
   EXPECT_GT(valve.state().vented_kg, 0.0);
 }
 
+// Near equal pressures a wide port is the fastest part of all.
+TEST(RegulatorValve, PortsAHundredTimesWiderEmptyAndFillItWithoutRinging) {
+  ValveConfig config = bench_valve();
+  config.inlet_width_m *= 100.0;
+  config.exhaust_width_m *= 100.0;
+  config.dead_band_m = 0.0;
+  Valve valve(config, 0.0, 1.5e5);
+  double last = 1.5e5;
+  for (int k = 0; k < 200; ++k) {
+    valve.advance(-1e-3, 0.001);
+    EXPECT_LE(valve.state().pressure_Pa, last) << k << " ms";
+    last = valve.state().pressure_Pa;
+  }
+  EXPECT_NEAR(last, 1e5, 1e-3);
+  for (int k = 0; k < 200; ++k) {
+    valve.advance(6e-3, 0.001);
+    EXPECT_GE(valve.state().pressure_Pa, last - 1e-6) << k << " ms";
+    last = valve.state().pressure_Pa;
+  }
+  EXPECT_NEAR(last, 8e5, 1e-3);
+}
+
 TEST(RegulatorValve, ConditionsPartWhereTheSpoolIsOnItsStop) {
   Valve valve(bench_valve(), 0.0, 1e5);
   turn(valve, 2.4e-3, 0.2, 1.0);
