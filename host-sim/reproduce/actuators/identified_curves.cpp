@@ -55,20 +55,21 @@ std::vector<double> total_areas_mm2(const Identified& chamber) {
   });
 }
 
-/// What (6) calls the rate, of the plant: pdot/(p_ss - p), the least and the greatest of 20 pressures.
+/// What (6) calls the rate, of the plant: pdot/(p_ss - p), the least and the greatest over 20 pressures.
 report::Band true_rates(const Identified& chamber) {
   const plant::Gas gas;
   const plant::Valve valve = plant::ThinPlateValve(chamber.truth.valve, gas);
   const std::vector<double> roots = roots_kPa(chamber);
   const double kRT_v =
       gas.kappa * gas.specific_gas_constant_J_kg_K() * gas.temperature_K / chamber.truth.volume.mean_m3();
-  report::Band band{.name = "plant, over all pressures", .x = commands_V(), .low = {}, .high = {}};
+  report::Band band{
+      .name = "plant, at pressures of 20 to 80 % of span", .x = commands_V(), .low = {}, .high = {}};
   for (std::size_t i = 0; i < roots.size(); ++i) {
     double least = 1e9;
     double greatest = 0.0;
-    for (const double p_Pa : evenly(kAmbient_Pa, kSupply_Pa, 20)) {
+    for (const double p_Pa : evenly(kAmbient_Pa + 0.2 * kSpan_Pa, kAmbient_Pa + 0.8 * kSpan_Pa, 20)) {
       const double to_rest_Pa = 1e3 * roots[i] - p_Pa;
-      if (std::abs(to_rest_Pa) < 0.02 * kSpan_Pa) continue;
+      if (std::abs(to_rest_Pa) < 1.0) continue;  // 0/0 at rest itself
       const double rate_per_s =
           kRT_v * plant::mass_flow_kg_s(valve, p_Pa, commands_V()[i], kSupply_Pa, kAmbient_Pa) / to_rest_Pa;
       least = std::min(least, rate_per_s);

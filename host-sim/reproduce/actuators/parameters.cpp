@@ -97,7 +97,8 @@ Part parameters(const Study& study) {
                            .paper = 1.0,
                            .ours = correlation(over(study.moving, c7_of_volume), over(study.moving, B_mm2_V)),
                            .tolerance = 0.05,
-                           .why = "c_7 gives way to the misplaced v' of (10c)"});
+                           .why = "c_7 gives way to the misplaced v' of (10c); a few fits lose the valve "
+                                  "altogether, with c_1 2 V off its null"});
   part.findings.push_back(
       {.item = "Table I",
        .quantity = "\"c_2: valve-voltage scale, B\": correlation over the valves, at rest",
@@ -133,7 +134,7 @@ Part parameters(const Study& study) {
                  {.name = "Table I", .x = {4.85, 5.15}, .y = {4.85, 5.15}, .ink = report::Ink::kNeutral}};
   report::XyChart gain{.title = "Gain of the rate: fitted against the valve's",
                        .x = {"B", "mm2/V"},
-                       .y = {"c_7 V/(1 + c_6 V)", "mL/(V s)"}};
+                       .y = {.quantity = "c_7 V/(1 + c_6 V)", .unit = "mL/(V s)", .logarithmic = true}};
   gain.curves = {
       {.name = "at rest", .x = B, .y = over(study.at_rest, c7_of_volume), .stroke = report::Stroke::kPoints},
       {.name = "moving", .x = B, .y = over(study.moving, c7_of_volume), .stroke = report::Stroke::kPoints}};
