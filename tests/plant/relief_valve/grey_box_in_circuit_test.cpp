@@ -78,6 +78,15 @@ TEST(GreyBoxInCircuit, OpeningFromShutDoesNotDependOnTheTimeStep) {
   EXPECT_NEAR(end(100), end(10000), 1e-4 * end(10000));
 }
 
+TEST(GreyBoxInCircuit, CracksWithinAStepOfARisingSupply) {
+  const auto end = [](int steps) {
+    GreyBoxInCircuit circuit(kCircuit, 0.0);
+    for (int i = 0; i < steps; ++i) circuit.advance(2e-3 * i / steps, 2e-3 * (i + 1) / steps, 0.02 / steps);
+    return circuit.pressure_Pa();
+  };
+  EXPECT_NEAR(end(7), end(7000), 2e-4 * end(7000)) << "Pa";
+}
+
 TEST(GreyBoxInCircuit, ShutsWhenTheSupplyStopsAndHoldsPressure) {
   GreyBoxInCircuit circuit(kCircuit, 1e-3);
   for (int i = 0; i < 3000; ++i) circuit.advance(0.0, 0.0, 1e-3);

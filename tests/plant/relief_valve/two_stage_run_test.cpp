@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <vector>
 
 #include "host-sim/plant/relief_valve/inch_units.hpp"
 #include "host-sim/plant/relief_valve/two_stage_static.hpp"
@@ -52,6 +53,36 @@ TEST(TwoStageRun, ConvergesWithTheFourthPowerOfTheStep) {
       std::log(coarse_error / fine_error) / std::log(static_cast<double>(many) / static_cast<double>(few));
   EXPECT_GT(order, 3.3);
   EXPECT_LT(order, 5.2);
+}
+
+TEST(TwoStageRun, LateRingingIsTheLeastDampedMode) {
+  const TwoStagePhysics physics(appendix_a_settling());
+  const TwoStageState end = two_stage_at_rest(physics, kSupply_m3_s);
+  TwoStageValve valve(physics.config(), two_stage_at_rest(physics, 0.98 * kSupply_m3_s), 1e-9);
+  valve.advance(kSupply_m3_s, kSupply_m3_s, 0.15);
+  std::vector<double> crossings_s;
+  std::vector<double> peaks_Pa{0.0};
+  double before_Pa = valve.state()[kP1] - end[kP1];
+  constexpr double kStep_s = 1e-5;
+  for (int i = 0; i < 4000; ++i) {
+    valve.advance(kSupply_m3_s, kSupply_m3_s, kStep_s);
+    const double now_Pa = valve.state()[kP1] - end[kP1];
+    if ((now_Pa > 0.0) != (before_Pa > 0.0)) {
+      crossings_s.push_back(kStep_s * (i + now_Pa / (before_Pa - now_Pa)));
+      peaks_Pa.push_back(0.0);
+    }
+    peaks_Pa.back() = std::max(peaks_Pa.back(), std::abs(now_Pa));
+    before_Pa = now_Pa;
+  }
+  ASSERT_GE(crossings_s.size(), 8u);
+  const double half_periods = static_cast<double>(crossings_s.size() - 1);
+  const double ringing_s = crossings_s.back() - crossings_s.front();
+  const Mode mode = modes(physics, end).front();
+  EXPECT_NEAR(0.5 * half_periods / ringing_s, mode.frequency_Hz, 0.01 * mode.frequency_Hz) << "Hz";
+  // The first and the last arch may be cut off: those between.
+  const double decay_1_s = std::log(peaks_Pa[1] / peaks_Pa[peaks_Pa.size() - 2]) /
+                           (ringing_s * (half_periods - 1.0) / half_periods);
+  EXPECT_NEAR(decay_1_s, -mode.growth_1_s, 0.03 * -mode.growth_1_s) << "1/s";
 }
 
 // From rest the printed valve runs into a limit cycle that meets its seats and stops again and again.

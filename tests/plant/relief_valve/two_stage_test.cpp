@@ -43,6 +43,39 @@ TEST(TwoStage, RestBelowTheOpeningOfTheSpoolIsRefused) {
   EXPECT_THROW(two_stage_at_rest(physics, 1.0), std::invalid_argument);
 }
 
+// The source's force balances with its numbers, in its own units: pounds force, inches, seconds.
+TEST(TwoStage, ForcesAreThoseOfThePrintedBalances) {
+  const TwoStagePhysics physics(appendix_a_as_printed());
+  const double P1 = kSomewhere[kP1] / kPsi_Pa;
+  const double P2 = kSomewhere[kP2] / kPsi_Pa;
+  const double x = kSomewhere[kX] / kInch_m;
+  const double y = kSomewhere[kY] / kInch_m;
+  const double pi = std::numbers::pi;
+  const double rho = 60.0 / 1728.0 / 386.0886;  // lbf s2/in4
+  const double mu = 10e-6 / (0.0254 * 0.0254) * rho;
+  const double m = 67.0 * pi / 180.0;
+  const double p = 17.0 * pi / 180.0;
+  const double main_flow_force =
+      P1 * 0.8 * pi * 0.5 * x * (std::sin(2 * m) / 2 - 4 * 0.8 * x * std::pow(std::sin(m), 2) / 0.5);
+  const double main_drag =
+      mu * (pi * 1.5) / 0.004 + 1.0 * pi * 0.5 * std::sin(m) * 0.8 * std::sqrt(2 * rho * P1);
+  const double main =
+      1.436 * (P1 - P2) - 100.0 * (x + 1.0) - main_flow_force - main_drag * kSomewhere[kV] / kInch_m;
+  EXPECT_NEAR(physics.main_force_N(kSomewhere) / kPoundForce_N, main, 1e-5 * 100.0) << "lbf";
+  const double pilot_flow_force =
+      P2 * 0.75 * pi * 0.2 * y * (std::sin(2 * p) / 2 - 4 * 0.75 * y * std::pow(std::sin(p), 2) / 0.2);
+  const double pilot_drag = 0.1 * pi * 0.2 * std::sin(p) * 0.75 * std::sqrt(2 * rho * P2);
+  const double pilot =
+      pi / 4 * 0.04 * P2 - 100.0 * (y + 0.2) - pilot_flow_force - pilot_drag * kSomewhere[kU] / kInch_m;
+  EXPECT_NEAR(physics.pilot_force_N(kSomewhere) / kPoundForce_N, pilot, 1e-5 * 20.0) << "lbf";
+  EXPECT_NEAR(physics.main_flow_m3_s(kSomewhere[kP1], kSomewhere[kX]) / kInch3_m3,
+              0.8 * pi * 0.5 * x * std::sin(m) * std::sqrt(2 * P1 / rho), 1e-3)
+      << "in3/s";
+  EXPECT_NEAR(physics.capillary_flow_m3_s(kSomewhere[kP1], kSomewhere[kP2]) / kInch3_m3,
+              pi * 1e-8 / (128 * mu * 0.45) * (P1 - P2), 1e-6)
+      << "in3/s";
+}
+
 TEST(TwoStage, VolumeIsConserved) {
   // What is supplied is compressed, swept by the elements or has left through the two openings.
   const TwoStagePhysics physics(appendix_a_settling());
@@ -92,6 +125,18 @@ TEST(TwoStage, ModesAreTheRootsOfTheLinearisedValve) {
   for (const Mode& mode : modes(physics, s)) sum += (mode.frequency_Hz > 0.0 ? 2.0 : 1.0) * mode.growth_1_s;
   const TwoStagePhysics::Slopes j = physics.slopes(s);
   EXPECT_NEAR(sum, j.P1_P1 + j.P2_P2 + j.v_v + j.u_u, 1e-6 * std::abs(sum));
+}
+
+TEST(TwoStage, SettlingValveIsStableNear130HzAtEveryFlowAndThePrintedOneAtNone) {
+  const TwoStagePhysics settling(appendix_a_settling());
+  const TwoStagePhysics printed(appendix_a_as_printed());
+  for (double flow_in3_s = 10.0; flow_in3_s <= 300.0; flow_in3_s += 10.0) {
+    const Mode mode = modes(settling, two_stage_at_rest(settling, flow_in3_s * kInch3_m3)).front();
+    EXPECT_LT(mode.growth_1_s, -30.0) << flow_in3_s << " in3/s";
+    EXPECT_NEAR(mode.frequency_Hz, 130.0, 2.0) << flow_in3_s << " in3/s";
+    EXPECT_GT(modes(printed, two_stage_at_rest(printed, flow_in3_s * kInch3_m3)).front().growth_1_s, 100.0)
+        << flow_in3_s << " in3/s";
+  }
 }
 
 TEST(TwoStage, RefusesWhatCannotBeNamingTheField) {
