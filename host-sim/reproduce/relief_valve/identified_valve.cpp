@@ -52,10 +52,9 @@ Test tried(const TwoStagePhysics& physics, const FlowChange& change, const GreyB
   return test;
 }
 
-std::vector<double> psi(const std::vector<double>& pressure_Pa) {
-  std::vector<double> out;
-  for (const double P : pressure_Pa) out.push_back(P / kPsi_Pa);
-  return out;
+std::vector<double> psi(std::vector<double> pressure_Pa) {
+  for (double& P : pressure_Pa) P /= kPsi_Pa;
+  return pressure_Pa;
 }
 
 report::LineChart chart(const Test& test) {
