@@ -177,6 +177,17 @@ TEST(ServoCylinder, MirroredCommandsMirrorTheMotionOfACylinderWithRodsOnBothSide
   EXPECT_GT(std::abs(right.position_m()), 1e-3);
 }
 
+TEST(ServoCylinder, TwoValvesThatFillBothChambersStiffenItWithoutMotion) {
+  ServoCylinderConfig config;
+  config.piston_area_1_m2 = config.piston_area_2_m2;  // a rod on both sides: nothing pushes
+  config.friction = {0.0, 0.0, 0.01, 80.0};
+  ServoCylinder cylinder(five_three(), config);
+  cylinder.advance({5.8, 5.8}, 0.5);
+  EXPECT_NEAR(cylinder.position_m(), 0.0, 1e-12);
+  EXPECT_NEAR(cylinder.pressure_Pa(0), cylinder.pressure_Pa(1), 1e-6);
+  EXPECT_GT(cylinder.pressure_Pa(0), 3.0 * config.initial_pressure_1_Pa);
+}
+
 TEST(ServoCylinder, ToleranceDoesNotShapeTheMotion) {
   ServoCylinderConfig config;
   config.spool = SpoolConfig{65.0, 0.7};
