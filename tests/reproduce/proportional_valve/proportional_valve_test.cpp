@@ -16,7 +16,7 @@ using proportional_valve::leak_part;
 using proportional_valve::tables_part;
 using proportional_valve::vessel_part;
 
-const Finding& finding(const Part& part, const std::string& item, const std::string& quantity) {
+Finding finding(const Part& part, const std::string& item, const std::string& quantity) {
   const auto found = std::find_if(part.findings.begin(), part.findings.end(), [&](const Finding& f) {
     return f.item == item && f.quantity.find(quantity) != std::string::npos;
   });
@@ -33,14 +33,14 @@ TEST(ProportionalValve, PrintedFlowFunctionContradictsItsTextAndTheReadOneDoesNo
 // By hand: sqrt(V) = sqrt(0.4e-3) = 0.02.
 TEST(ProportionalValve, PrintedPressureRateIsOffByTheRootOfTheVolume) {
   const Part part = vessel_part();
-  const Finding& printed = finding(part, "(8)", "as printed");
+  const Finding printed = finding(part, "(8)", "as printed");
   EXPECT_EQ(verdict(printed), Verdict::kPaperContradictsItself);
   EXPECT_NEAR(printed.ours / printed.paper, 0.02, 1e-9);
   EXPECT_EQ(verdict(finding(part, "(7), (4)", "choked rate")), Verdict::kReproduced);
 }
 
 TEST(ProportionalValve, SilencerDoesNotExplainAWiderExhaust) {
-  const Finding& asymmetry = finding(tables_part(), "Fig. 6", "exhaust over inlet");
+  const Finding asymmetry = finding(tables_part(), "Fig. 6", "exhaust over inlet");
   EXPECT_EQ(verdict(asymmetry), Verdict::kPaperContradictsItself);
   EXPECT_NEAR(asymmetry.ours, 6.13 / 3.98, 1e-9);
 }
