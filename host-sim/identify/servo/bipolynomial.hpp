@@ -1,14 +1,14 @@
 // Valve flow as a polynomial of second order in the command and in the pressure.
 //
-//   mdot = a + b P + c P^2 + d u P + f u P^2 + g u^2 + h u^2 P + i u^2 P^2                          (5), as printed
+//   mdot = a + b P + c P^2 + d u P + f u P^2 + g u^2 + h u^2 P + i u^2 P^2                    (5), as printed
 //   mdot = the same with e u, the ninth term of u^0..2 times P^0..2                                 whole
 //
-// mdot mass flow [kg/s]; u command [V]; P chamber pressure, absolute [Pa]. The paper lists a coefficient e that its
-// equation does not have: the term that is missing is the one in u alone.
-// Assumptions: constant supply and ambient. Range: that of the samples; a polynomial is worth nothing outside.
-// Method: linear least squares by QR, u and P scaled to -1..1 of their ranges before the products are formed, so that
-// the columns are of one size. Source: "Mathematical and Intelligent Modeling of Electropneumatic Servo Actuator
-// Systems" (5).
+// mdot mass flow [kg/s]; u command [V]; P chamber pressure, absolute [Pa]. The paper lists a coefficient e
+// that its equation does not have: the term that is missing is the one in u alone.
+// Assumptions: constant supply and ambient. Range: that of the samples; a polynomial is worth nothing
+// outside. Method: linear least squares by QR, u and P scaled to -1..1 of their ranges before the products
+// are formed, so that the columns are of one size. Source: "Mathematical and Intelligent Modeling of
+// Electropneumatic Servo Actuator Systems" (5).
 #pragma once
 
 #include <array>
@@ -36,12 +36,13 @@ struct BipolynomialFit {
   double rms_kg_s = 0.0;
   double largest_kg_s = 0.0;     ///< largest error
   double full_scale_kg_s = 0.0;  ///< largest flow of the samples, by amount
-  /// Samples predicted to flow by more than 1 % of full scale where the valve flows the other way or not at all.
+  /// Samples predicted to flow by more than 1 % of full scale where the valve flows the other way or not at
+  /// all.
   std::size_t wrong_way = 0;
 };
 
-/// Throws std::invalid_argument when a sample is not finite, CannotIdentify when the samples do not determine the
-/// coefficients (fewer than three commands or pressures).
+/// Throws std::invalid_argument when a sample is not finite, CannotIdentify when the samples do not determine
+/// the coefficients (fewer than three commands or pressures).
 BipolynomialFit fit_bipolynomial(std::span<const FlowSample> samples, Terms terms);
 
 }  // namespace plenum::host::identify::servo

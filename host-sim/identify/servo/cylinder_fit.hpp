@@ -3,11 +3,11 @@
 //   minimise  sum_k [x(k) - xhat(k | theta)]^2 over the free run of plant/servo/cylinder.hpp from rest
 //   theta: flow gain of inlet and exhaust, null of the valve, F_c, F_s, F_v of (23), moving mass
 //
-// What a data sheet states (bore, rod, stroke, dead volumes, supply, gas, spool, v_s) is held at `guess`, and the
-// seven figures above start there. Method: Levenberg-Marquardt in a box (box_solver.hpp) on logarithms of the figures,
-// which stay within a factor of kWidest of the guess; the Jacobian by forward differences. A free run integrates
-// flow to position: far from the truth it ends at a stop, where nothing can be learnt. So the horizon trebles from
-// one second to the whole recording, each fit starting from the last.
+// What a data sheet states (bore, rod, stroke, dead volumes, supply, gas, spool, v_s) is held at `guess`, and
+// the seven figures above start there. Method: Levenberg-Marquardt in a box (box_solver.hpp) on logarithms of
+// the figures, which stay within a factor of kWidest of the guess; the Jacobian by forward differences. A
+// free run integrates flow to position: far from the truth it ends at a stop, where nothing can be learnt. So
+// the horizon trebles from one second to the whole recording, each fit starting from the last.
 // Source: "Mathematical and Intelligent Modeling of Electropneumatic Servo Actuator Systems" (1)-(23).
 #pragma once
 
@@ -51,8 +51,8 @@ struct ServoFit {
 /// xhat of the free run [m], as long as the record.
 std::vector<double> free_run(const ServoRig& rig, const ServoRecord& record);
 
-/// Throws std::invalid_argument when the columns differ in length or a value is not finite; CannotIdentify when the
-/// piston does not move or the recording does not determine a figure, which is named.
+/// Throws std::invalid_argument when the columns differ in length or a value is not finite; CannotIdentify
+/// when the piston does not move or the recording does not determine a figure, which is named.
 ServoFit fit_servo(const ServoRig& guess, const ServoRecord& record,
                    const std::function<void(double)>& progress = {});
 

@@ -1,16 +1,17 @@
 // Friction out of a cylinder that a test bench pulls to and fro at a regulated pressure.
 //
-//   F = A p + F_0 + (F_c + F_s exp(-|v|/v_s)) sgn(v) + F_v v                                (22) without inertia, (23)
+//   F = A p + F_0 + (F_c + F_s exp(-|v|/v_s)) sgn(v) + F_v v                       (22) without inertia, (23)
 //
-// F bench force, with the chamber's pressure for it [N]; A effective area [m2]; p gauge pressure [Pa]; F_0 zero of the
-// force cell [N]; v velocity towards the pressure, positive [m/s]; the rest as in plant/servo/friction.hpp. Each
-// record, at its own pressure, has its own F_c; A, F_0, F_v and F_s are common.
+// F bench force, with the chamber's pressure for it [N]; A effective area [m2]; p gauge pressure [Pa]; F_0
+// zero of the force cell [N]; v velocity towards the pressure, positive [m/s]; the rest as in
+// plant/servo/friction.hpp. Each record, at its own pressure, has its own F_c; A, F_0, F_v and F_s are
+// common.
 //
-// v is the slope of a straight line through `half_width` samples on each side. Rows count while the piston slides:
-// faster than `slowest_m_s` and away from the ends of the stroke, where the bench turns round.
-// Each of F_v, F_s may be left out (FrictionTerms). What a record must hold: both directions (else F_c and F_0 are one), two pressures (else A and F_0 are one).
-// F_s and v_s need speeds from below to well above v_s; `stribeck_shape` says how much of the column of F_s the
-// others cannot imitate (1: none, 0: all).
+// v is the slope of a straight line through `half_width` samples on each side. Rows count while the piston
+// slides: faster than `slowest_m_s` and away from the ends of the stroke, where the bench turns round.
+// Each of F_v, F_s may be left out (FrictionTerms). What a record must hold: both directions (else F_c and
+// F_0 are one), two pressures (else A and F_0 are one). F_s and v_s need speeds from below to well above v_s;
+// `stribeck_shape` says how much of the column of F_s the others cannot imitate (1: none, 0: all).
 // Source: "Mathematical and Intelligent Modeling of Electropneumatic Servo Actuator Systems" (22), (23).
 #pragma once
 
@@ -73,8 +74,8 @@ struct FrictionTerms {
   std::optional<double> stribeck_velocity_m_s{};  ///< F_s, at this v_s
 };
 
-/// Weighted least squares over the records. Throws CannotIdentify when a record slides in one direction only, when
-/// one record is there only, or when the rows leave a coefficient open.
+/// Weighted least squares over the records. Throws CannotIdentify when a record slides in one direction only,
+/// when one record is there only, or when the rows leave a coefficient open.
 FrictionFit fit_friction(std::span<const std::vector<SlidingRow>> records, const FrictionTerms& terms = {});
 
 /// The bench force that a fit predicts for a row of record `record` [N].

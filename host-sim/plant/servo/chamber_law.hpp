@@ -1,25 +1,25 @@
 // What the gas of a cylinder chamber does: four laws of one form.
 //
-//   polytropic       Pdot = n R T_i / (V (P/P_i)^(1/n - 1)) mdot - n P Vdot / V                          (10)
-//   adiabatic        Pdot = k R T / V (mdot_in - mdot_out) - k P Vdot / V                  (11), (12), (15)
-//   isothermal       Pdot = R T / V (mdot_in - mdot_out) - P Vdot / V                                    (18)
-//   mixed            Pdot = R T / V (alpha_in mdot_in - alpha_out mdot_out) - alpha P Vdot / V      (19), (21)
-//   energy balance   (V Pdot + P Vdot) / (k-1) = q + k C_v (mdot_in T_in - mdot_out T) - P Vdot     (13), (14)
+//   polytropic      Pdot = n R T_i / (V (P/P_i)^(1/n - 1)) mdot - n P Vdot / V                           (10)
+//   adiabatic       Pdot = k R T / V (mdot_in - mdot_out) - k P Vdot / V                     (11), (12), (15)
+//   isothermal      Pdot = R T / V (mdot_in - mdot_out) - P Vdot / V                                     (18)
+//   mixed           Pdot = R T / V (alpha_in mdot_in - alpha_out mdot_out) - alpha P Vdot / V      (19), (21)
+//   energy balance  (V Pdot + P Vdot) / (k-1) = q + k C_v (mdot_in T_in - mdot_out T) - P Vdot     (13), (14)
 //
-// P pressure, absolute [Pa]; V volume [m3]; mdot = mdot_in - mdot_out mass flows [kg/s]; T temperature of the gas
-// [K]; index i: at the start; R gas constant for each kilogram [J/(kg K)]; k ratio of specific heats;
+// P pressure, absolute [Pa]; V volume [m3]; mdot = mdot_in - mdot_out mass flows [kg/s]; T temperature of the
+// gas [K]; index i: at the start; R gas constant for each kilogram [J/(kg K)]; k ratio of specific heats;
 // C_v = R/(k-1); n polytropic index; alpha between 1 and k; q heat from the wall [W], here G_w (T_w - T);
 // T_in temperature of the gas that enters.
 //
-// Assumptions: perfect gas, one pressure and temperature in the chamber, kinetic and potential energy of the gas
-// neglected. Range: P, V, T > 0; 1 <= n, alpha <= k for what air in a cylinder does.
+// Assumptions: perfect gas, one pressure and temperature in the chamber, kinetic and potential energy of the
+// gas neglected. Range: P, V, T > 0; 1 <= n, alpha <= k for what air in a cylinder does.
 //
 // How they hang together (the tests hold them to it):
 //   * R T_i (P/P_i)^(1-1/n) is R T of a gas on its polytrope, so (10) needs no memory of its start once T is
 //     taken as P V / (m R): (10) at n = k is (15), at n = 1 it is (18), and P (V/m)^n stays constant.
 //   * (13)-(14) with q = 0 and T_in = T is (15); with G_w without bound it is (18) at T = T_w.
-//   * (19) at alpha = 1 is (18); at alpha = k it is (15) only if its T is the gas's own and not a constant. With
-//     a constant T and alpha other than 1 it does not keep P V = m R T (`mass_defect` in the tests).
+//   * (19) at alpha = 1 is (18); at alpha = k it is (15) only if its T is the gas's own and not a constant.
+//     With a constant T and alpha other than 1 it does not keep P V = m R T.
 // Signs: (12) and (21) are printed with the piston term of chamber 1 for both chambers, and (10) with it
 // reversed; all follow from (6), (8), (20) with Vdot, which is what is used here.
 // Numerical treatment: none here; cylinder.hpp integrates.

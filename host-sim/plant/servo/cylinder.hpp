@@ -1,20 +1,21 @@
 // The servo cylinder in time, with real stick and slip.
 //
 // The piston is in one of three motions, each with smooth equations (cylinder_rates.hpp):
-//   stuck      xdot = 0; only the gas moves. Left at the instant at which the driving force passes the breakaway
-//              force F_c + F_s of (23) in a direction that no end stop bars.
-//   forward, backward    (22) with the sign of (23) held. Left at the instant at which xdot returns to 0 (the
-//              piston then sticks, or turns at once if the force suffices), or at which an end stop is met.
+//   stuck     xdot = 0; only the gas moves. Left at the instant at which the driving force passes the
+//             breakaway force F_c + F_s of (23) in a direction that no end stop bars.
+//   forward,  (22) with the sign of (23) held. Left at the instant at which xdot returns to 0 (the piston
+//   backward  then sticks, or turns at once if the force suffices), or at which an end stop is met.
 // End stops are rigid and take all momentum. A piston without dry friction is not stopped at xdot = 0.
 //
-// Numerical treatment: Dormand-Prince 5(4) with error control; spools in closed form (plant/spool.hpp) at each
-// stage's time; the instants above are bracketed and bisected on the step's continuous extension of order 4, and
-// the step is then done again up to there, so that no step crosses a corner of friction. A stuck piston's
-// position does not change by a bit. Explicit: beside its supply (or ambient) a chamber is stiff and steps fall
-// to about 3 / J, J its rate; 0.2 ms for 50 mL behind 5 mm2. Range and assumptions: cylinder_rates.hpp.
+// Numerical treatment: Dormand-Prince 5(4) with error control; spools in closed form (plant/spool.hpp) at
+// each stage's time; the instants above are bracketed and bisected on the step's continuous extension of
+// order 4, and the step is then done again up to there, so that no step crosses a corner of friction. A stuck
+// piston's position does not change by a bit. Explicit: beside its supply (or ambient) a chamber is stiff and
+// steps fall to about 3 / J, J its rate; 0.2 ms for 50 mL behind 5 mm2. Range and assumptions:
+// cylinder_rates.hpp.
 // Source: "Mathematical and Intelligent Modeling of Electropneumatic Servo Actuator Systems" (1), (20)-(23);
-// Dormand and Prince, J. Comput. Appl. Math. 6 (1980); its extension: Hairer, Norsett, Wanner, Solving Ordinary
-// Differential Equations I, II.6.
+// Dormand and Prince, J. Comput. Appl. Math. 6 (1980); its extension: Hairer, Norsett, Wanner, Solving
+// Ordinary Differential Equations I, II.6.
 #pragma once
 
 #include <array>
@@ -34,7 +35,8 @@ class ServoCylinder {
   /// At rest. Throws std::invalid_argument naming the field when a figure of `config` is out of range.
   ServoCylinder(const ValvePair& valves, const ServoCylinderConfig& config);
 
-  /// Moves on by `duration_s` > 0 with the commands held. Throws std::invalid_argument when one is not finite.
+  /// Moves on by `duration_s` > 0 with the commands held. Throws std::invalid_argument when one is not
+  /// finite.
   void advance(const Commands& commands_V, double duration_s);
 
   const CylinderVector& state() const { return y_; }

@@ -1,19 +1,20 @@
 // A double-acting cylinder between two valves: the equations, without their integration.
 //
 //   V_j = V_0j + A_j (L/2 +- x),  Vdot_j = +- A_j xdot           (+ for j = 1)                  (8), (20)
-//   Pdot_j by the chamber's law (chamber_law.hpp),  mdot_j = mdot_in,j - mdot_out,j                     (10)-(21)
+//   Pdot_j by the chamber's law (chamber_law.hpp),  mdot_j = mdot_in,j - mdot_out,j                 (10)-(21)
 //   (M + M_p) xddot + F_f + F_d = P_1 A_1 - P_2 A_2 - P_a A_r                                           (22)
 //
-// x piston position from the middle of the stroke, growing with the volume of chamber 1 [m]; L stroke [m]; A_j
-// piston area of a side, A_r = A_1 - A_2 area of the rod [m2]; V_0j dead volume with tube and ports [m3]; P_j,
-// m_j pressure [Pa] and mass of gas [kg]; M load, M_p piston and rod [kg]; F_f friction (friction.hpp), F_d
-// external force against +x [N]; P_a ambient pressure [Pa].
+// x piston position from the middle of the stroke, growing with the volume of chamber 1 [m]; L stroke [m];
+// A_j piston area of a side, A_r = A_1 - A_2 area of the rod [m2]; V_0j dead volume with tube and ports [m3];
+// P_j, m_j pressure [Pa] and mass of gas [kg]; M load, M_p piston and rod [kg]; F_f friction (friction.hpp),
+// F_d external force against +x [N]; P_a ambient pressure [Pa].
 //
 // Each chamber has a valve port of its own with its own command. One 5/3 valve is two ports with mirrored
-// commands: five_three_commands_V(). Flow through a port is that of plant/valve.hpp; gas that leaves a chamber
-// does so at the chamber's temperature, whose root (2) divides by.
+// commands: five_three_commands_V(). Flow through a port is that of plant/valve.hpp; gas that leaves a
+// chamber does so at the chamber's temperature, whose root (2) divides by.
 // Assumptions: rigid piston, no leak past it, supply and ambient constant. Range: |x| <= L/2, P_j > 0.
-// Source: "Mathematical and Intelligent Modeling of Electropneumatic Servo Actuator Systems" (2), (8), (20)-(22).
+// Source: "Mathematical and Intelligent Modeling of Electropneumatic Servo Actuator Systems" (2), (8),
+// (20)-(22).
 #pragma once
 
 #include <Eigen/Core>
@@ -87,13 +88,13 @@ void gas_rates(const ServoCylinderConfig& config, const std::array<AnyValve, 2>&
                const std::array<typename AnyValve::Opening, 2>& openings, const CylinderVector& y,
                CylinderVector& rates);
 
-/// The whole right-hand side of a piston that slides in `direction` (+1, -1; 0: no dry friction, viscous alone)
-/// with the spools at `effective_V`.
+/// The whole right-hand side of a piston that slides in `direction` (+1, -1; 0: no dry friction, viscous
+/// alone) with the spools at `effective_V`.
 CylinderVector sliding_rates(const ServoCylinderConfig& config, const ValvePair& valves,
                              const Commands& effective_V, double direction, const CylinderVector& y);
 
-/// Net mass flow into chamber 0 or 1 at a pressure and a command after the spool [kg/s], gas at the temperature
-/// of `config.gas`.
+/// Net mass flow into chamber 0 or 1 at a pressure and a command after the spool [kg/s], gas at the
+/// temperature of `config.gas`.
 double net_flow_kg_s(const ServoCylinderConfig& config, const ValvePair& valves, int chamber,
                      double effective_V, double pressure_Pa);
 

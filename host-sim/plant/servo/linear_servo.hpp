@@ -14,9 +14,9 @@
 // All are deviations from rest at the operating point.
 //
 // As printed, (24) has +C_f2 while the plus in (26) needs the minus above (one chamber fills as the other
-// empties); (26)-(28) lack the s of V_10 s where they mean Q_1; and (28) has alpha gamma A^3 where (11), (12),
-// (22) give gamma A^2 (with A^3 its two terms are not of one unit unless alpha is in 1/m2). `as_printed` keeps
-// the printed form with alpha, for comparison.
+// empties); (26)-(28) lack the s of V_10 s where they mean Q_1; and (28) has alpha gamma A^3 where (11),
+// (12), (22) give gamma A^2 (with A^3 its two terms are not of one unit unless alpha is in 1/m2).
+// `as_printed` keeps the printed form with alpha, for comparison.
 // Assumptions: small deviations, viscous friction alone, gas at constant temperature in the flow term. Range:
 // C_p >= 0, V, P, M > 0. Numerical treatment: closed form; poles by the companion matrix.
 // Source: "Mathematical and Intelligent Modeling of Electropneumatic Servo Actuator Systems" (24)-(28).
@@ -61,8 +61,8 @@ struct LinearServo {
   double valve_time_constant_s = 0.0;    ///< tau_v
 };
 
-/// The coefficients of (24)-(28) at `point`; gamma is the exponent of the chamber's law, tau_v that of a lag with
-/// the same delay as the spool of (1), 2 zeta / omega.
+/// The coefficients of (24)-(28) at `point`; gamma is the exponent of the chamber's law, tau_v that of a lag
+/// with the same delay as the spool of (1), 2 zeta / omega.
 LinearServo linearise(const ServoCylinderConfig& config, const ValvePair& valves, const OperatingPoint& point,
                       double gamma);
 
@@ -76,7 +76,8 @@ Eigen::Matrix<double, 5, 1> characteristic_polynomial(const LinearServo& servo);
 /// The four roots of D [1/s], by rising real part.
 Eigen::Vector4cd poles(const LinearServo& servo);
 
-/// The two terms of (28) with the signs, powers and missing s of the print; area A_1 for A, `alpha` as printed.
+/// The two terms of (28) with the signs, powers and missing s of the print; area A_1 for A, `alpha` as
+/// printed.
 struct PrintedDenominator {
   std::complex<double> inertia;   ///< s (M s + F) (gamma R T C_p1 + V_10) (gamma R T C_p2 + V_20 s)
   std::complex<double> pressure;  ///< alpha gamma A^3 s [gamma R T (..) + (..) s]

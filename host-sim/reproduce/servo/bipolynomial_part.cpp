@@ -29,7 +29,8 @@ struct Port {
   bool inlet;
 };
 
-// The flow of one port of the measured valve at the commands that were measured, over the chamber's pressures.
+// The flow of one port of the measured valve at the commands that were measured, over the chamber's
+// pressures.
 std::vector<FlowSample> samples_of(const Port& port) {
   const plant::MpyeValve valve(port.channel);
   std::vector<FlowSample> samples;

@@ -12,7 +12,8 @@ using namespace plant::servo;
 
 const Friction kSeal{30.0, 15.0, 0.02, 80.0};
 
-// A piston in balance under a load that swings up to `share` of breakaway for 10 s: how far it gets, how often it lets go.
+// A piston in balance under a load that swings up to `share` of breakaway for 10 s: how far it gets, how
+// often it lets go.
 struct Swung {
   double furthest_m = 0.0;
   std::uint64_t slips = 0;

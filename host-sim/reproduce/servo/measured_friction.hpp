@@ -1,7 +1,7 @@
-// An O-ring piston pulled to and fro at 1, 3, 5 and 7 bar: means of the sliding samples, gathered by velocity in steps
-// of 1 mm/s, of at least 50 samples. A test holds the table to the records.
-// Source: EvaZillen/3D-printed-pneumatic-actuator, results_pneumatic-actuator/data/friction, CC0-1.0; whole in
-// tests/data/friction_zillen.
+// An O-ring piston pulled to and fro at 1, 3, 5 and 7 bar: means of the sliding samples, gathered by velocity
+// in steps of 1 mm/s, of at least 50 samples. A test holds the table to the records.
+// Source: EvaZillen/3D-printed-pneumatic-actuator, results_pneumatic-actuator/data/friction, CC0-1.0; whole
+// in tests/data/friction_zillen.
 #pragma once
 
 #include <array>

@@ -9,8 +9,8 @@ namespace plenum::host::reproduce::servo {
 
 inline constexpr double kPositionNoise_m = 20e-6;  ///< standard deviation of a potentiometer of 200 mm
 
-/// A 32 mm cylinder with a 5 kg load on a thin-plate 5/3 valve with a spool of 65 Hz. Its chambers follow the energy
-/// balance (13)-(14) with 1 W/K to the wall, which no model fitted to it has.
+/// A 32 mm cylinder with a 5 kg load on a thin-plate 5/3 valve with a spool of 65 Hz. Its chambers follow the
+/// energy balance (13)-(14) with 1 W/K to the wall, which no model fitted to it has.
 identify::servo::ServoRig simulated_servo();
 
 /// A recording of `duration_s` at 10 ms: a proportional position controller follows random set points within
