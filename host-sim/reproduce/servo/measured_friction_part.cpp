@@ -16,6 +16,7 @@ std::vector<std::vector<SlidingRow>> records() {
   std::vector<std::vector<SlidingRow>> all;
   for (const std::vector<PulledMean>& record : kMeasuredFriction) {
     std::vector<SlidingRow> rows;
+    rows.reserve(record.size());
     for (const PulledMean& mean : record)
       rows.push_back({0.0, 0.0, mean.velocity_m_s, mean.pressure_Pa, mean.force_N, mean.samples});
     all.push_back(rows);

@@ -8,7 +8,7 @@
 
 namespace plenum::host::reproduce::servo {
 
-/// All parts, in the paper's order. About 10 s on one processor, nearly all of it the free-run fit and the
+/// All parts, in the paper's order. About 5 s on one processor, nearly all of it the free-run fit and the
 /// training.
 std::vector<Part> reproduce_servo(const Progress& progress);
 
