@@ -1,14 +1,14 @@
 // ARX and NARX models: the next output from past outputs and inputs, linear or by a network.
 //
-//   Y(k) = f(Y(k-1), .. Y(k-n), U(k-1), .. U(k-m))                                         (30), second of that number
+//   Y(k) = f(Y(k-1), .. Y(k-n), U(k-1), .. U(k-m))                                (30), second of that number
 //   linear f:  y(k) = c + sum_i a_i y(k-i) + sum_i b_i u(k-i)                              ARX
 //
-// Y, y output, U, u input, in any units; n, m orders. A NARX network of linear hidden units is an ARX model, whose
-// coefficients follow from its weights (arx_of). Inputs and outputs are scaled to mean 0 and deviation 1 of the
-// training data, so that weights of order one fit.
+// Y, y output, U, u input, in any units; n, m orders. A NARX network of linear hidden units is an ARX model,
+// whose coefficients follow from its weights (arx_of). Inputs and outputs are scaled to mean 0 and deviation
+// 1 of the training data, so that weights of order one fit.
 // Training is on one step ahead from measured pasts. Score by free_run(): the model fed with its own outputs.
-// Source: "Mathematical and Intelligent Modeling of Electropneumatic Servo Actuator Systems", Fig. 4, Fig. 5, (29),
-// (30).
+// Source: "Mathematical and Intelligent Modeling of Electropneumatic Servo Actuator Systems", Fig. 4, Fig. 5,
+// (29), (30).
 #pragma once
 
 #include <Eigen/Core>
@@ -69,14 +69,15 @@ NarxFit fit_narx(const Recording& recording, const Orders& orders, Eigen::Index 
 /// determine the coefficients.
 Arx fit_arx(const Recording& recording, const Orders& orders);
 
-/// The ARX coefficients in the weights of a network of linear hidden units; std::invalid_argument for sigmoids.
+/// The ARX coefficients in the weights of a network of linear hidden units; std::invalid_argument for
+/// sigmoids.
 Arx arx_of(const Narx& model);
 
 /// Poles of an ARX model: roots of z^n - a_1 z^(n-1) - .. - a_n.
 Eigen::VectorXcd poles(const Arx& model);
 
-/// Outputs of the model fed with its own; the first orders.most() are `start` (at least that many). As long as
-/// `inputs`; a run that leaves all bounds goes on as infinite or NaN.
+/// Outputs of the model fed with its own; the first orders.most() are `start` (at least that many). As long
+/// as `inputs`; a run that leaves all bounds goes on as infinite or NaN.
 std::vector<double> free_run(const Narx& model, std::span<const double> inputs,
                              std::span<const double> start);
 std::vector<double> free_run(const Arx& model, std::span<const double> inputs, std::span<const double> start);

@@ -2,9 +2,9 @@
 //
 //   yhat(phi, theta) = W_0 + sum_j W_j f(w_j0 + sum_i w_ji phi_i),   f(x) = x or tanh(x)
 //
-// phi inputs, W_j and w_ji weights, W_0 and w_j0 biases, theta all of them; no units: scale the inputs before.
-// tanh is the sigmoid of range -1 to 1. With linear hidden units the network is one linear map of its inputs,
-// whatever their number; linear_map() is that map.
+// phi inputs, W_j and w_ji weights, W_0 and w_j0 biases, theta all of them; no units: scale the inputs
+// before. tanh is the sigmoid of range -1 to 1. With linear hidden units the network is one linear map of its
+// inputs, whatever their number; linear_map() is that map.
 // Range: at least one input and one hidden unit. Source: "Mathematical and Intelligent Modeling of
 // Electropneumatic Servo Actuator Systems", Fig. 4 and 5.
 #pragma once
@@ -39,8 +39,8 @@ class Network {
   /// yhat, and its derivatives by theta into `gradient`, as long as weights().
   double output(const Eigen::VectorXd& phi, Eigen::Ref<Eigen::VectorXd> gradient) const;
 
-  /// W_0 + sum_j W_j w_j0, then sum_j W_j w_ji: the map of linear hidden units. Throws std::invalid_argument for
-  /// sigmoids.
+  /// W_0 + sum_j W_j w_j0, then sum_j W_j w_ji: the map of linear hidden units. Throws std::invalid_argument
+  /// for sigmoids.
   Eigen::VectorXd linear_map() const;
 
  private:
