@@ -1,6 +1,8 @@
 #include "host-sim/reproduce/finding.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 namespace plenum::host::reproduce {
@@ -17,17 +19,46 @@ std::string_view name_of(Verdict verdict) {
   throw std::logic_error("name_of: no such verdict");
 }
 
+std::string_view name_of(Expect expect) {
+  switch (expect) {
+    case Expect::kNear:
+      return "near";
+    case Expect::kAtMost:
+      return "at most";
+    case Expect::kAtLeast:
+      return "at least";
+  }
+  throw std::logic_error("name_of: no such expectation");
+}
+
+std::string_view name_of(Source source) {
+  return source == Source::kOurModel ? "our model" : "the paper's own equations";
+}
+
 double difference(const Finding& finding) {
   return finding.ours - finding.paper;
 }
 
 Verdict verdict(const Finding& finding) {
   const double off = difference(finding);
-  bool agrees = std::isfinite(off);
-  if (finding.expect != Expect::kAtLeast) agrees = agrees && off <= finding.tolerance;
-  if (finding.expect != Expect::kAtMost) agrees = agrees && off >= -finding.tolerance;
+  // 5.15 is within 0.05 of 5.10, though not in binary
+  const double rounding = 4.0 * std::numeric_limits<double>::epsilon() *
+                          std::max(std::abs(finding.paper), std::abs(finding.ours));
+  const double room = finding.tolerance + rounding;
+  bool agrees = std::isfinite(off) && std::isfinite(room);
+  if (finding.expect != Expect::kAtLeast) agrees = agrees && off <= room;
+  if (finding.expect != Expect::kAtMost) agrees = agrees && off >= -room;
   if (agrees) return Verdict::kReproduced;
   return finding.source == Source::kOurModel ? Verdict::kDiffers : Verdict::kPaperContradictsItself;
+}
+
+std::map<Verdict, int> verdict_counts(const std::vector<Part>& parts) {
+  std::map<Verdict, int> counts{
+      {Verdict::kReproduced, 0}, {Verdict::kDiffers, 0}, {Verdict::kPaperContradictsItself, 0}};
+  for (const Part& part : parts) {
+    for (const Finding& finding : part.findings) ++counts[verdict(finding)];
+  }
+  return counts;
 }
 
 }  // namespace plenum::host::reproduce

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -27,12 +28,16 @@ enum class Expect {
   kAtMost,   ///< ours <= paper + tolerance
   kAtLeast,  ///< ours >= paper - tolerance
 };
+/// "near", "at most", "at least".
+std::string_view name_of(Expect expect);
 
 /// Where `ours` comes from, which decides what a disagreement means.
 enum class Source {
   kOurModel,           ///< computed by Plenum's models and methods: a disagreement is ours to explain
   kPapersOwnEquation,  ///< only the paper's equations put to the paper's numbers: a disagreement is its own
 };
+/// "our model", "the paper's own equations".
+std::string_view name_of(Source source);
 
 /// One number of a paper beside ours.
 struct Finding {
@@ -49,7 +54,7 @@ struct Finding {
 
 /// ours - paper.
 double difference(const Finding& finding);
-/// A value that is not finite never agrees.
+/// A value or a tolerance that is not finite never agrees.
 Verdict verdict(const Finding& finding);
 
 /// What belongs to one equation set, table or figure of a paper.
@@ -68,5 +73,8 @@ struct Paper {
   std::string_view title;  ///< of the paper
   std::vector<Part> (*reproduce)(const Progress& progress);  ///< throws where a computation fails
 };
+
+/// How many findings have each verdict, every verdict listed.
+std::map<Verdict, int> verdict_counts(const std::vector<Part>& parts);
 
 }  // namespace plenum::host::reproduce

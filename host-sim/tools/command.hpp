@@ -27,5 +27,6 @@ Command add_download(CLI::App& program);
 Command add_regulate(CLI::App& program);
 Command add_demo(CLI::App& program);
 Command add_blind(CLI::App& program);
+Command add_reproduce(CLI::App& program);
 
 }  // namespace plenum::host::tools

@@ -83,7 +83,7 @@ std::string verdict_sentence(const GapReport& report) {
           "Calibration closes the gap: with the valve's figures fitted the model errs by {} instead of {}; "
           "no "
           "effect {}.",
-          recalibrated, kPa_text(report.as_configured_Pa));
+          recalibrated, kPa_text(report.as_configured_Pa), report.baseline ? "has come" : "is missing");
     case Verdict::explained:
     case Verdict::partly_explained: {
       const bool all = report.verdict == Verdict::explained;

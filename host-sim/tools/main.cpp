@@ -52,11 +52,11 @@ int main(int argc, char** argv) {
       "Exit codes: 0 done; 1 done, and the answer is a failure; 2 bad usage or input; 3 could not be "
       "computed.\n"
       "\nExample:\n  plenum demo    # the whole line on a simulated rig, and a report of it");
-  const std::vector<tools::Command> commands{tools::add_demo(program),     tools::add_sim(program),
-                                             tools::add_capture(program),  tools::add_identify(program),
-                                             tools::add_diagnose(program), tools::add_effects(program),
-                                             tools::add_upload(program),   tools::add_download(program),
-                                             tools::add_regulate(program), tools::add_blind(program)};
+  const std::vector<tools::Command> commands{
+      tools::add_demo(program),     tools::add_sim(program),      tools::add_capture(program),
+      tools::add_identify(program), tools::add_diagnose(program), tools::add_effects(program),
+      tools::add_upload(program),   tools::add_download(program), tools::add_regulate(program),
+      tools::add_blind(program),    tools::add_reproduce(program)};
 
   const auto chosen = [&] {
     return std::find_if(commands.begin(), commands.end(),

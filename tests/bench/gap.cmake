@@ -8,3 +8,8 @@ target_link_libraries(plenum_gap_speed PRIVATE plenum_diagnose plenum_effects pl
   nlohmann_json::nlohmann_json)
 plenum_bench(NAME gap.speed_vs_scipy COMMAND ${Python3_EXECUTABLE} -B ${CMAKE_CURRENT_LIST_DIR}/gap_speed.py plenum
   plenum_gap_speed)
+
+
+# Real recordings: what was put into them is known, what was in them before is not.
+plenum_bench(NAME spiked COMMAND ${Python3_EXECUTABLE} -B ${CMAKE_CURRENT_LIST_DIR}/spiked.py plenum
+  ${CMAKE_SOURCE_DIR}/tests/data/respiraworks)

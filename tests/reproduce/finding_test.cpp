@@ -22,6 +22,16 @@ TEST(Finding, AgreesUpToItsToleranceOnBothSides) {
   EXPECT_EQ(verdict(of(2.0, 1.74, 0.25)), Verdict::kDiffers);
 }
 
+TEST(Finding, TheEdgeOfADecimalToleranceIsWithinIt) {
+  EXPECT_EQ(verdict(of(5.10, 5.15, 0.05)), Verdict::kReproduced);
+  EXPECT_EQ(verdict(of(5.10, 5.1501, 0.05)), Verdict::kDiffers);
+  EXPECT_EQ(verdict(of(0.528, 0.5285, 0.0005)), Verdict::kReproduced);
+}
+
+TEST(Finding, AnInfiniteToleranceAgreesWithNothing) {
+  EXPECT_EQ(verdict(of(1.0, 1.0, std::numeric_limits<double>::infinity())), Verdict::kDiffers);
+}
+
 TEST(Finding, BoundIsOneSided) {
   EXPECT_EQ(verdict(of(10.0, -3.0, 0.0, Expect::kAtMost)), Verdict::kReproduced);
   EXPECT_EQ(verdict(of(10.0, 10.5, 0.0, Expect::kAtMost)), Verdict::kDiffers);

@@ -166,6 +166,20 @@ class Diagnose(plenum_test.Plenum):
         self.assertEqual(whole["effects"][0]["id"], "dead_time")
         self.refused(2, "diagnose", *of_log, "--heldout", self.changed("kPa.csv", pressure_Pa=lambda p: p / 1e3), says=["kPa.csv", "kPa"])
 
+    def test_only_what_has_changed_since_the_baseline_is_named(self):
+        of_log = self.simulated("--effect", "dead_time=0.03")
+        self.done("sim", "--plant", "thin-plate", "--chambers", 1, "--seconds", 20, "--effect", "dead_time=0.03",
+                  "--effect", "sensor_bias=4", "--out", "later")
+        gap = json.loads(self.done("diagnose", of_log[0], of_log[1], "--baseline", of_log[2], "later/chamber-1.csv", "--json", "-"))
+        self.check(gap)
+        self.assertEqual(gap["baseline"]["effects"], ["dead_time"])
+        self.assertEqual([effect["id"] for effect in gap["effects"]], ["sensor_bias"])
+        self.assertAlmostEqual(gap["effects"][0]["parameters"]["offset_kPa"]["value"], 4.0, delta=0.4)
+        text = self.done("diagnose", of_log[0], of_log[1], "--baseline", of_log[2], of_log[2])
+        self.assertIn("No gap: as it was", text)
+        self.assertIn("before    the baseline", text)
+        self.refused(2, "diagnose", *of_log, "--baseline", self.changed("kPa.csv", pressure_Pa=lambda p: p / 1e3), says=["kPa.csv", "kPa"])
+
 
 if __name__ == "__main__":
     plenum_test.PROGRAM, plenum_test.TOP, CASE = sys.argv[1:4]

@@ -2,6 +2,7 @@
 
 import csv
 import filecmp
+import html
 import json
 import math
 import re
@@ -12,7 +13,7 @@ import unittest
 from pathlib import Path
 
 PROGRAM = TOP = None
-COMMANDS = ["demo", "sim", "capture", "identify", "diagnose", "effects", "upload", "download", "regulate"]
+COMMANDS = ["demo", "sim", "capture", "identify", "diagnose", "effects", "upload", "download", "regulate", "reproduce"]
 SMALL = ["--chambers", "2"]
 
 
@@ -271,6 +272,38 @@ class Measured(Plenum):
         for text in ["s(u)", "r(u)", "Standard error", "at its lower bound", "What these data can and cannot identify"]:
             self.assertIn(text, page)
         self.assertNotIn(str(data), page, "a page holds no path")
+
+
+class Reproduce(Plenum):
+    def test_a_paper_that_is_none_is_refused_with_those_there_are(self):
+        self.refused(2, "reproduce", "--paper", "6", says=["6 is none", "1 (Modeling and Identification of Pneumatic Actuators)"])
+        self.refused(2, "reproduce", "--report", "nowhere/page.html", says=["nowhere", "no such folder"])
+
+    def test_text_json_and_page_say_the_same_of_a_paper(self):
+        text = self.done("reproduce", "--paper", "4", "--json", "papers.json", "--report", "papers.html")
+        said = json.loads((self.folder / "papers.json").read_text())
+        self.assertEqual((said["schema"], len(said["papers"])), ("plenum-reproduce/1", 1))
+        paper = said["papers"][0]
+        findings = [one for part in paper["parts"] for one in part["findings"]]
+        self.assertGreater(len(findings), 10)
+        page = html.unescape((self.folder / "papers.html").read_text())
+        for one in findings:
+            self.assertIn(one["quantity"], text)
+            self.assertIn(one["quantity"], page)
+            self.assertEqual(one["verdict"] == "reproduced", agrees(one), one)
+            self.assertTrue(one["verdict"] == "reproduced" or one["why"], one)
+        counts = {verdict: sum(one["verdict"] == verdict for one in findings) for verdict in paper["verdicts"]}
+        self.assertEqual(counts, paper["verdicts"])
+        self.assertIn(f"paper 4: {counts['reproduced']} reproduced, {counts['differs']} differ, ", text)
+
+
+def agrees(finding):
+    """The verdict by a second route, from the numbers in the file."""
+    if finding["ours"] is None or finding["paper"] is None:
+        return False
+    above = finding["ours"] > finding["paper"] + finding["tolerance"]
+    below = finding["ours"] < finding["paper"] - finding["tolerance"]
+    return {"near": not above and not below, "at most": not above, "at least": not below}[finding["expect"]]
 
 
 class Blind(Plenum):

@@ -1,0 +1,91 @@
+#include <algorithm>
+#include <memory>
+#include <span>
+
+#include "host-sim/reproduce/findings_json.hpp"
+#include "host-sim/reproduce/papers.hpp"
+#include "host-sim/tools/command.hpp"
+#include "host-sim/tools/output.hpp"
+#include "host-sim/tools/reproduce_report.hpp"
+#include "host-sim/trace/input_error.hpp"
+
+namespace plenum::host::tools {
+namespace {
+
+using reproduce::Finding;
+using reproduce::Paper;
+using reproduce::Part;
+using reproduce::Verdict;
+
+struct Options {
+  int paper = 0;  ///< 0: all
+  std::string report;
+  Output output;
+};
+
+std::vector<const Paper*> chosen(int number) {
+  std::vector<const Paper*> all;
+  std::string known;
+  for (const Paper& paper : reproduce::papers()) {
+    if (number == 0 || paper.number == number) all.push_back(&paper);
+    known += fmt::format("{}{} ({})", known.empty() ? "" : ", ", paper.number, paper.title);
+  }
+  if (all.empty()) throw trace::InputError(fmt::format("--paper: {} is none, expected {}", number, known));
+  return all;
+}
+
+void print(const Output& output, const Part& part) {
+  output.print("\n  {}\n", part.title);
+  for (const Finding& of : part.findings) {
+    const Verdict verdict = reproduce::verdict(of);
+    output.print("    {:<14} {}\n", of.item, of.quantity);
+    output.print("    {:<14} {}{}, ours {}: {}{}\n", "", paper_text(of), unit_text(of), number_text(of.ours),
+                 name_of(verdict), verdict == Verdict::kReproduced ? "" : fmt::format(". {}", of.why));
+  }
+}
+
+int run(const Options& options) {
+  const std::vector<const Paper*> papers = chosen(options.paper);
+  if (!options.report.empty()) require_writable(options.report);
+  std::vector<Reproduced> all;
+  {
+    Progress progress("reproducing");
+    for (std::size_t i = 0; i < papers.size(); ++i) {
+      const auto tell = [&](double share) {
+        progress((static_cast<double>(i) + share) / static_cast<double>(papers.size()));
+      };
+      all.push_back({papers[i], papers[i]->reproduce(tell)});
+    }
+  }
+  Json json = Json::array();
+  for (const auto& [paper, parts] : all) {
+    options.output.print("{}. {}\n", paper->number, paper->title);
+    for (const Part& part : parts) print(options.output, part);
+    options.output.print("\n");
+    json.push_back(reproduce::to_json(*paper, parts));
+  }
+  for (const auto& [paper, parts] : all) {
+    options.output.print("paper {}: {}\n", paper->number, verdicts_text(parts));
+  }
+  if (!options.report.empty()) {
+    reproduce_page(all).write(options.report);
+    options.output.print("report: {}\n", options.report);
+  }
+  options.output.finish({{"schema", "plenum-reproduce/1"}, {"papers", json}});
+  return kDone;
+}
+
+}  // namespace
+
+Command add_reproduce(CLI::App& program) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* app = program.add_subcommand(
+      "reproduce", "Set what five papers state beside what their models and methods give here");
+  app->add_option("--paper", options->paper, "Only this one, from 1 (default: all)")->type_name("N");
+  app->add_option("--report", options->report, "Page to write (default: none)")->type_name("FILE.html");
+  options->output.add_to(*app);
+  app->footer(example("  plenum reproduce --paper 4 --report papers.html"));
+  return {app, [options] { return run(*options); }};
+}
+
+}  // namespace plenum::host::tools

@@ -1,0 +1,94 @@
+#include "host-sim/tools/reproduce_report.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace plenum::host::tools {
+
+using report::Page;
+using report::Section;
+using report::Table;
+using reproduce::Expect;
+using reproduce::Finding;
+using reproduce::Part;
+using reproduce::Verdict;
+
+namespace {
+
+Table findings_table(const Part& part) {
+  Table table{.caption = "",
+              .columns = {"Where", "What", "Paper", "Ours", "Difference", "Unit", "Verdict"},
+              .rows = {}};
+  for (const Finding& of : part.findings) {
+    const std::string bound = of.expect == Expect::kNear ? "" : std::string(name_of(of.expect)) + " ";
+    table.rows.push_back({of.item, of.quantity, bound + number_text(of.paper), number_text(of.ours),
+                          number_text(difference(of)), of.unit, std::string(name_of(verdict(of)))});
+  }
+  return table;
+}
+
+/// Why each finding that is not reproduced is not.
+std::vector<std::string> reasons(const Part& part) {
+  std::vector<std::string> list;
+  for (const Finding& of : part.findings) {
+    if (verdict(of) == Verdict::kReproduced) continue;
+    list.push_back(fmt::format("{}, {}: {}. {}", of.item, of.quantity, name_of(verdict(of)), of.why));
+  }
+  return list;
+}
+
+}  // namespace
+
+std::string number_text(double value) {
+  return std::isfinite(value) ? fmt::format("{:.5g}", value) : std::string("-");
+}
+
+std::string paper_text(const Finding& of) {
+  return fmt::format("paper {}{}", of.expect == Expect::kNear ? "" : fmt::format("{} ", name_of(of.expect)),
+                     number_text(of.paper));
+}
+
+std::string unit_text(const Finding& of) {
+  return of.unit.empty() ? "" : " " + of.unit;
+}
+
+std::string verdicts_text(const std::vector<Part>& parts) {
+  const auto counts = verdict_counts(parts);
+  return fmt::format("{} reproduced, {} differ, {} where the paper contradicts itself",
+                     counts.at(Verdict::kReproduced), counts.at(Verdict::kDiffers),
+                     counts.at(Verdict::kPaperContradictsItself));
+}
+
+Page reproduce_page(const std::vector<Reproduced>& papers) {
+  Page page("Five papers, reproduced");
+  page.lead(
+      "What the papers state that Plenum stands on, beside what their models and methods give here. A "
+      "verdict follows "
+      "from the two numbers and a tolerance, which comes from the digits printed or the noise stated.");
+  std::vector<report::Tile> tiles;
+  for (const auto& [paper, parts] : papers) {
+    const auto counts = verdict_counts(parts);
+    tiles.push_back({fmt::format("Paper {}", paper->number),
+                     static_cast<double>(counts.at(Verdict::kReproduced)),
+                     "reproduced",
+                     {},
+                     fmt::format("{} differ, {} contradict themselves", counts.at(Verdict::kDiffers),
+                                 counts.at(Verdict::kPaperContradictsItself))});
+  }
+  page.tiles(std::move(tiles));
+  for (const auto& [paper, parts] : papers) {
+    page.section(fmt::format("{}. {}", paper->number, paper->title)).paragraph(verdicts_text(parts) + ".");
+    for (const Part& part : parts) {
+      Section& section = page.section(part.title);
+      section.paragraph(part.text);
+      if (!part.findings.empty()) section.table(findings_table(part));
+      const std::vector<std::string> why = reasons(part);
+      if (!why.empty()) section.list(why);
+      for (const report::Chart& chart : part.charts) section.chart(chart);
+    }
+  }
+  return page;
+}
+
+}  // namespace plenum::host::tools

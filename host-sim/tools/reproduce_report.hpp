@@ -1,0 +1,29 @@
+// The findings on papers, in words and as a page.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "host-sim/report/page.hpp"
+#include "host-sim/reproduce/finding.hpp"
+
+namespace plenum::host::tools {
+
+/// A paper with what came of it.
+struct Reproduced {
+  const reproduce::Paper* paper;
+  std::vector<reproduce::Part> parts;
+};
+
+/// Five significant digits; "-" for what is not finite.
+std::string number_text(double value);
+/// What the paper states: "paper 0.528", "paper at most 10".
+std::string paper_text(const reproduce::Finding& finding);
+/// " kPa", or nothing where the number has no unit.
+std::string unit_text(const reproduce::Finding& finding);
+/// "34 reproduced, 3 differ, 1 where the paper contradicts itself"
+std::string verdicts_text(const std::vector<reproduce::Part>& parts);
+
+report::Page reproduce_page(const std::vector<Reproduced>& papers);
+
+}  // namespace plenum::host::tools

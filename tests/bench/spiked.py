@@ -1,0 +1,120 @@
+"""Measured runs with an error of the sensor or a delay put in exactly: is what was put in named, and nothing where nothing was?
+
+usage: spiked.py PLENUM DATA [--answers]
+
+DATA holds the ventilator's oxygen runs (ctl_OXY_N.csv). Each run is cut in half; one half is the baseline, the other is changed, and the
+two change places. The machine is far outside what the nominal model holds (README.md of host-sim/identify), so only the baseline can say
+what is new. A spike counts as shown where its half errs by 12 % more, as configured, than the model errs on the baseline. --answers
+tells each answer on standard error.
+"""
+
+import argparse
+import csv
+import json
+import math
+import subprocess
+import sys
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+SIDE_BY_SIDE = 2
+SHOWN = 1.12
+TICK_S = 0.01
+
+
+def lagged(pressure, seconds):
+    keep = math.exp(-TICK_S / seconds)
+    late = pressure[:1]
+    for now in pressure[1:]:
+        late.append(keep * late[-1] + (1.0 - keep) * now)
+    return late
+
+
+def delayed(pressure, seconds):
+    rows = round(seconds / TICK_S)
+    return pressure[:1] * rows + pressure[:-rows]
+
+
+# the effect put in, its size in words, and how; gauge pressures in kPa
+SPIKES = [
+    ("sensor_lag", "50 ms", lambda p: lagged(p, 0.05)),
+    ("sensor_lag", "150 ms", lambda p: lagged(p, 0.15)),
+    ("dead_time", "50 ms", lambda p: delayed(p, 0.05)),
+    ("sensor_bias", "0.5 kPa", lambda p: [one + 0.5 for one in p]),
+    ("sensor_bias", "gain 1.2", lambda p: [1.2 * one for one in p]),
+    (None, "nothing", lambda p: p),
+]
+
+
+def write(path, header, rows, pressure, span):
+    at = header.index("pressure")
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(header)
+        for tick, row in enumerate(range(*span)):
+            cells = list(rows[row])
+            cells[0], cells[at] = f"{tick * TICK_S:.3f}", f"{pressure[row]:.6f}"
+            writer.writerow(cells)
+
+
+def answer(plenum, folder, run, before, after, spike):
+    """The program's answer to one spiked half, with the other as it was measured for its baseline."""
+    with open(run, newline="", encoding="utf-8") as file:
+        header, *rows = csv.reader(file)
+    at = header.index("pressure")
+    measured = [float(row[at]) for row in rows]
+    halves = [(0, len(rows) // 2), (len(rows) // 2, len(rows))]
+    here = folder / f"{run.stem}-{after}-{SPIKES.index(spike)}"
+    (here / "before").mkdir(parents=True)
+    write(here / "before" / run.name, header, rows, measured, halves[before])
+    write(here / run.name, header, rows, spike[2](measured), halves[after])
+    done = subprocess.run([plenum, "diagnose", "--format", "respiraworks", "--baseline", here / "before" / run.name,
+                           here / run.name, "--json", "-"], capture_output=True, text=True)
+    if done.returncode != 0:
+        sys.exit(f"spiked: {run.name}: {done.stderr.strip()}")
+    return json.loads(done.stdout)
+
+
+def row(name, value, unit, better):
+    print(json.dumps({"name": name, "value": round(value, 4), "unit": unit, "better": better, "target": None}), flush=True)
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("plenum")
+    parser.add_argument("data", type=Path)
+    parser.add_argument("--answers", action="store_true")
+    options = parser.parse_args()
+    runs = sorted(options.data.glob("ctl_OXY_*.csv"))
+    cases = [(run, before, 1 - before, spike) for run in runs for before in (0, 1) for spike in SPIKES]
+    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(SIDE_BY_SIDE) as pool:
+        answers = list(pool.map(lambda case: answer(options.plenum, Path(folder), *case), cases))
+
+    counts = {"shown": 0, "within": 0, "alone": 0, "alone_right": 0, "hidden_blamed": 0, "plain": 0, "plain_blamed": 0}
+    for (run, _, after, (truth, size, _)), said in zip(cases, answers):
+        named = [effect["id"] for effect in said["effects"]]
+        alike = set(named).union(*(effect["aliases"] for effect in said["effects"]))
+        gap = said["gap_kPa"]
+        shown = gap["as_configured"] > SHOWN * gap["noise_floor"]
+        if truth is None:
+            counts["plain"] += 1
+            counts["plain_blamed"] += bool(named)
+        elif shown:
+            counts["shown"] += 1
+            counts["within"] += truth in alike
+            if len(alike) == 1:
+                counts["alone"] += 1
+                counts["alone_right"] += alike == {truth}
+        else:
+            counts["hidden_blamed"] += bool(named)
+        if options.answers:
+            print(f"{run.stem} half {after + 1} {truth or '-':<12} {size:<9} {said['verdict']:<17} {', '.join(named) or '-'}"
+                  f"   {gap['as_configured']:.3f} > {gap['noise_floor']:.3f} kPa", file=sys.stderr)
+    print(f"spiked: {counts}", file=sys.stderr)
+    row("spiked.named_percent", 100.0 * counts["within"] / counts["shown"], "%", "higher")
+    row("spiked.alone_right_percent", 100.0 * counts["alone_right"] / max(counts["alone"], 1), "%", "higher")
+    row("spiked.false_alarm_percent", 100.0 * counts["plain_blamed"] / counts["plain"], "%", "lower")
+
+
+main()
