@@ -105,10 +105,15 @@
     splitLine: {lineStyle: {color: ink.grid}},
   });
 
-  const value_axis = (axis, ink) => ({
-    ...axis_form(ink),
-    type: axis.log ? 'log' : 'value', scale: true, name: axis_name(axis), min: axis.min, max: axis.max,
-  });
+  const value_axis = (axis, ink) => {
+    const form = axis_form(ink);
+    return {
+      ...form,
+      // an end of the axis that is the data's own has all the digits of a 32-bit number
+      axisLabel: {...form.axisLabel, formatter: number},
+      type: axis.log ? 'log' : 'value', scale: true, name: axis_name(axis), min: axis.min, max: axis.max,
+    };
+  };
 
   const below = (axis, gap = 26) => ({...axis, nameLocation: 'middle', nameGap: gap});
   const beside = (axis) =>

@@ -3,7 +3,7 @@
 #include <array>
 
 #include "host-sim/reproduce/actuators/reproduce_actuators.hpp"
-#include "host-sim/reproduce/proportional_valve/proportional_valve.hpp"
+#include "host-sim/reproduce/proportional_valve/reproduce_proportional_valve.hpp"
 #include "host-sim/reproduce/regulator_valve/reproduce_regulator_valve.hpp"
 #include "host-sim/reproduce/relief_valve/reproduce_relief_valve.hpp"
 #include "host-sim/reproduce/servo/reproduce_servo.hpp"
@@ -21,7 +21,7 @@ std::span<const Paper> papers() {
         servo::reproduce_servo},
        {4, "Grey-Box Multi-Port Models of Fluid Power Valves", relief_valve::reproduce_relief_valve},
        {5, "Parameter Identification and Evaluation of a Proportional Directional Flow Control Valve Model",
-        reproduce_proportional_valve}}};
+        proportional_valve::reproduce_proportional_valve}}};
   return kPapers;
 }
 

@@ -22,8 +22,8 @@ Table findings_table(const Part& part) {
               .rows = {}};
   for (const Finding& of : part.findings) {
     const std::string bound = of.expect == Expect::kNear ? "" : std::string(name_of(of.expect)) + " ";
-    table.rows.push_back({of.item, of.quantity, bound + number_text(of.paper), number_text(of.ours),
-                          number_text(difference(of)), of.unit, std::string(name_of(verdict(of)))});
+    table.rows.push_back({of.item, of.quantity, bound + number_text(of.paper), of.ours, difference(of),
+                          of.unit, std::string(name_of(verdict(of)))});
   }
   return table;
 }

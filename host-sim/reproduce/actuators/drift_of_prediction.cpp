@@ -1,6 +1,6 @@
 // Fig. 13: drift of free runs, over the population.
 #include "host-sim/reproduce/actuators/parts.hpp"
-#include "host-sim/reproduce/actuators/samples.hpp"
+#include "host-sim/reproduce/samples.hpp"
 
 namespace plenum::host::reproduce::actuators {
 namespace {

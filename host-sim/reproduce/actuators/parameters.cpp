@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "host-sim/reproduce/actuators/parts.hpp"
-#include "host-sim/reproduce/actuators/samples.hpp"
+#include "host-sim/reproduce/samples.hpp"
 
 namespace plenum::host::reproduce::actuators {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "host-sim/plant/gas.hpp"
 #include "host-sim/reproduce/actuators/by_differences.hpp"
-#include "host-sim/reproduce/actuators/samples.hpp"
+#include "host-sim/reproduce/samples.hpp"
 
 namespace plenum::host::reproduce::actuators {
 namespace {

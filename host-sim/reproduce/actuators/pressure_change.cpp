@@ -3,7 +3,7 @@
 
 #include "host-sim/identify/ticks.hpp"
 #include "host-sim/reproduce/actuators/parts.hpp"
-#include "host-sim/reproduce/actuators/samples.hpp"
+#include "host-sim/reproduce/samples.hpp"
 
 namespace plenum::host::reproduce::actuators {
 namespace {

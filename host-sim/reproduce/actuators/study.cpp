@@ -5,7 +5,7 @@
 #include <thread>
 
 #include "host-sim/identify/in_parallel.hpp"
-#include "host-sim/reproduce/actuators/samples.hpp"
+#include "host-sim/reproduce/samples.hpp"
 
 namespace plenum::host::reproduce::actuators {
 namespace {

@@ -7,7 +7,7 @@
 #include "host-sim/plant/reach.hpp"
 #include "host-sim/reproduce/actuators/illustrated.hpp"
 #include "host-sim/reproduce/actuators/parts.hpp"
-#include "host-sim/reproduce/actuators/samples.hpp"
+#include "host-sim/reproduce/samples.hpp"
 
 namespace plenum::host::reproduce::actuators {
 namespace {

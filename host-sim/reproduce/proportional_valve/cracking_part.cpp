@@ -6,9 +6,9 @@
 
 #include "host-sim/identify/orifice/fit_orifice.hpp"
 #include "host-sim/identify/orifice/vessel_run.hpp"
-#include "host-sim/reproduce/proportional_valve/grid.hpp"
 #include "host-sim/reproduce/proportional_valve/parts.hpp"
 #include "host-sim/reproduce/proportional_valve/two_leaks.hpp"
+#include "host-sim/reproduce/samples.hpp"
 
 namespace plenum::host::reproduce::proportional_valve {
 namespace {
@@ -86,7 +86,7 @@ void add_findings(Part& part, const Neutral& valve, const TwoLeaks& leaks) {
 }
 
 report::XyChart net_flow_chart(const Neutral& valve, const TwoLeaks& leaks) {
-  const std::vector<double> p_kPa = even_grid(100.0, 700.0, 301);
+  const std::vector<double> p_kPa = evenly(100.0, 700.0, 301);
   const auto row_rate = [](const plant::MpyeRow& row, Flow flow, double far_Pa, double p) {
     const double k = row.area_m2 * choked_rate_of_area_1_s_m2(papers_vessel(flow)).value();
     const double rate =
@@ -101,12 +101,12 @@ report::XyChart net_flow_chart(const Neutral& valve, const TwoLeaks& leaks) {
       .y = {"Rate of change", "kPa/s"}};
   chart.curves = {
       {fmt::format("Table {}", valve.charge.number), p_kPa,
-       mapped(p_kPa, [&](double p) { return row_rate(valve.in, Flow::kCharge, kSupply_Pa, p); }),
+       over(p_kPa, [&](double p) { return row_rate(valve.in, Flow::kCharge, kSupply_Pa, p); }),
        report::Stroke::kDashed},
       {fmt::format("Table {}", valve.discharge.number), p_kPa,
-       mapped(p_kPa, [&](double p) { return row_rate(valve.out, Flow::kDischarge, kAmbient_Pa, p); }),
+       over(p_kPa, [&](double p) { return row_rate(valve.out, Flow::kDischarge, kAmbient_Pa, p); }),
        report::Stroke::kDashed},
-      {"two leaks", p_kPa, mapped(p_kPa, [&](double p) { return 1e-3 * net_rate_Pa_s(leaks, 1e3 * p); }),
+      {"two leaks", p_kPa, over(p_kPa, [&](double p) { return 1e-3 * net_rate_Pa_s(leaks, 1e3 * p); }),
        report::Stroke::kSolid, report::Ink::kNeutral}};
   return chart;
 }

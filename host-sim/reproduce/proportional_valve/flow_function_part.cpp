@@ -3,8 +3,8 @@
 
 #include "host-sim/plant/mpye_tables.hpp"
 #include "host-sim/plant/orifice.hpp"
-#include "host-sim/reproduce/proportional_valve/grid.hpp"
 #include "host-sim/reproduce/proportional_valve/parts.hpp"
+#include "host-sim/reproduce/samples.hpp"
 
 namespace plenum::host::reproduce::proportional_valve {
 namespace {
@@ -53,7 +53,7 @@ template <class F, class G>
 double greatest_distance(const F& f, const G& g) {
   double distance = 0.0;
   // The end is left out: there (6) is a chord over the last 1e-5, plant/orifice.hpp.
-  for (const double r : even_grid(0.0, 0.999, kPoints)) distance = std::max(distance, std::abs(f(r) - g(r)));
+  for (const double r : evenly(0.0, 0.999, kPoints)) distance = std::max(distance, std::abs(f(r) - g(r)));
   return distance;
 }
 
@@ -67,19 +67,18 @@ double conductance_over_choked_flow() {
 }
 
 report::XyChart figure_2() {
-  const std::vector<double> r = even_grid(0.0, 1.0, kPoints);
+  const std::vector<double> r = evenly(0.0, 1.0, kPoints);
   report::XyChart chart{
       .title = "Fig. 2: flow function",
       .caption = "(3), the ellipse (6) at b = 0.528, a = 1, beta = 1/2, and (6) as it is printed.",
       .x = {"Pressure ratio P_d / P_u", ""},
       .y = {"Flow function psi", ""}};
   chart.curves = {
-      {"ideal orifice (3)", r, mapped(r, ideal_flow_function)},
-      {"ellipse (6)", r,
-       mapped(r, [](double x) { return flow_function(x, kPrintedCriticalRatio, 1.0, 0.5); }),
+      {"ideal orifice (3)", r, over(r, ideal_flow_function)},
+      {"ellipse (6)", r, over(r, [](double x) { return flow_function(x, kPrintedCriticalRatio, 1.0, 0.5); }),
        report::Stroke::kDashed},
       {"(6) as printed", r,
-       mapped(r, [](double x) { return printed_flow_function(x, kPrintedCriticalRatio, 1.0, 0.5); }),
+       over(r, [](double x) { return printed_flow_function(x, kPrintedCriticalRatio, 1.0, 0.5); }),
        report::Stroke::kDotted},
       {"printed maximum",
        {kPrintedCriticalRatio},
@@ -90,13 +89,13 @@ report::XyChart figure_2() {
 }
 
 report::XyChart figure_3() {
-  const std::vector<double> r = even_grid(0.0, 1.0, kPoints);
+  const std::vector<double> r = evenly(0.0, 1.0, kPoints);
   report::XyChart chart{.title = "Fig. 3: what b, a and beta do",
                         .caption = "(6) as read; the paper does not print which values its figure shows.",
                         .x = {"Pressure ratio P_d / P_u", ""},
                         .y = {"Flow function psi_e", ""}};
   const auto add = [&](const char* name, double b, double a, double beta) {
-    chart.curves.push_back({name, r, mapped(r, [=](double x) { return flow_function(x, b, a, beta); })});
+    chart.curves.push_back({name, r, over(r, [=](double x) { return flow_function(x, b, a, beta); })});
   };
   add("b 0.528, a 1, beta 0.5", 0.528, 1.0, 0.5);
   add("b 0.2", 0.2, 1.0, 0.5);

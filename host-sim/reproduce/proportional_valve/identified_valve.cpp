@@ -5,6 +5,7 @@
 
 #include "host-sim/identify/orifice/filter.hpp"
 #include "host-sim/identify/orifice/vessel_run.hpp"
+#include "host-sim/reproduce/proportional_valve/runge_kutta.hpp"
 
 namespace plenum::host::reproduce::proportional_valve {
 namespace {
@@ -83,12 +84,7 @@ std::vector<double> simulate_sine(const IdentifiedSeries& charge, const Identifi
   double p = experiment.vessel_Pa.front();
   for (std::size_t i = 0; i < rows; ++i) {
     run.push_back(p);
-    const double h = kSample_s;
-    const double k1 = rate_Pa_s(i, p);
-    const double k2 = rate_Pa_s(i, p + 0.5 * h * k1);
-    const double k3 = rate_Pa_s(i, p + 0.5 * h * k2);
-    const double k4 = rate_Pa_s(i, p + h * k3);
-    p += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
+    p = runge_kutta_step(p, kSample_s, [&](double at) { return rate_Pa_s(i, at); });
   }
   return run;
 }

@@ -7,8 +7,8 @@
 #include <string>
 
 #include "host-sim/plant/orifice.hpp"
-#include "host-sim/reproduce/proportional_valve/grid.hpp"
 #include "host-sim/reproduce/proportional_valve/parts.hpp"
+#include "host-sim/reproduce/samples.hpp"
 
 namespace plenum::host::reproduce::proportional_valve {
 namespace {

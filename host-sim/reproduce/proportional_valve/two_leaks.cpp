@@ -2,6 +2,7 @@
 
 #include "host-sim/identify/orifice/vessel_run.hpp"
 #include "host-sim/reproduce/proportional_valve/experiment.hpp"
+#include "host-sim/reproduce/proportional_valve/runge_kutta.hpp"
 
 namespace plenum::host::reproduce::proportional_valve {
 namespace {
@@ -35,11 +36,7 @@ identify::orifice::VesselRecord run_of(const TwoLeaks& leaks, Flow flow, double 
     record.time_s.push_back(t);
     record.vessel_Pa.push_back(p);
     record.far_Pa.push_back(flow == Flow::kCharge ? kSupply_Pa : kAmbient_Pa);
-    const double k1 = net_rate_Pa_s(leaks, p);
-    const double k2 = net_rate_Pa_s(leaks, p + 0.5 * h * k1);
-    const double k3 = net_rate_Pa_s(leaks, p + 0.5 * h * k2);
-    const double k4 = net_rate_Pa_s(leaks, p + h * k3);
-    p += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
+    p = runge_kutta_step(p, h, [&](double at) { return net_rate_Pa_s(leaks, at); });
   }
   return record;
 }

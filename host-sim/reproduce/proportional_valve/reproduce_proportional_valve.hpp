@@ -6,9 +6,9 @@
 
 #include "host-sim/reproduce/finding.hpp"
 
-namespace plenum::host::reproduce {
+namespace plenum::host::reproduce::proportional_valve {
 
 /// Takes about 5 s: 104 set points, measured and fitted without and with the spool's lag.
 std::vector<Part> reproduce_proportional_valve(const Progress& progress);
 
-}  // namespace plenum::host::reproduce
+}  // namespace plenum::host::reproduce::proportional_valve

@@ -1,10 +1,10 @@
-#include "host-sim/reproduce/actuators/samples.hpp"
+#include "host-sim/reproduce/samples.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
-namespace plenum::host::reproduce::actuators {
+namespace plenum::host::reproduce {
 namespace {
 
 std::size_t rank(std::size_t count, double percent) {
@@ -73,4 +73,4 @@ double correlation(const std::vector<double>& x, const std::vector<double>& y) {
   return xy / std::sqrt(xx * yy);
 }
 
-}  // namespace plenum::host::reproduce::actuators
+}  // namespace plenum::host::reproduce

@@ -1,4 +1,4 @@
-#include "host-sim/reproduce/proportional_valve/proportional_valve.hpp"
+#include "host-sim/reproduce/proportional_valve/reproduce_proportional_valve.hpp"
 
 #include <gmock/gmock.h>
 
@@ -7,14 +7,8 @@
 
 #include "host-sim/reproduce/proportional_valve/parts.hpp"
 
-namespace plenum::host::reproduce {
+namespace plenum::host::reproduce::proportional_valve {
 namespace {
-
-using proportional_valve::cracking_part;
-using proportional_valve::flow_function_part;
-using proportional_valve::leak_part;
-using proportional_valve::tables_part;
-using proportional_valve::vessel_part;
 
 Finding finding(const Part& part, const std::string& item, const std::string& quantity) {
   const auto found = std::find_if(part.findings.begin(), part.findings.end(), [&](const Finding& f) {
@@ -90,4 +84,4 @@ TEST(ProportionalValve, TablesComeBackErrorsStayBelowTheirLimitsAndEveryDisagree
 }
 
 }  // namespace
-}  // namespace plenum::host::reproduce
+}  // namespace plenum::host::reproduce::proportional_valve

@@ -1,11 +1,10 @@
-#include "host-sim/reproduce/proportional_valve/proportional_valve.hpp"
+#include "host-sim/reproduce/proportional_valve/reproduce_proportional_valve.hpp"
 
 #include "host-sim/reproduce/proportional_valve/parts.hpp"
 
-namespace plenum::host::reproduce {
+namespace plenum::host::reproduce::proportional_valve {
 
 std::vector<Part> reproduce_proportional_valve(const Progress& progress) {
-  using namespace proportional_valve;
   constexpr double kSetPoints = 208.0;  // 104, on two rigs
   constexpr double kFits = 0.9;         // of the time
   double done = 0.0;
@@ -27,4 +26,4 @@ std::vector<Part> reproduce_proportional_valve(const Progress& progress) {
   return parts;
 }
 
-}  // namespace plenum::host::reproduce
+}  // namespace plenum::host::reproduce::proportional_valve

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace plenum::host::reproduce::actuators {
+namespace plenum::host::reproduce {
 
 /// `count` >= 2 values from low to high, evenly spaced.
 std::vector<double> evenly(double low, double high, std::size_t count);
@@ -38,4 +38,4 @@ double percent_below(const std::vector<double>& values, double limit);
 /// Pearson's coefficient of correlation; `x` and `y` are of one length, at least 2.
 double correlation(const std::vector<double>& x, const std::vector<double>& y);
 
-}  // namespace plenum::host::reproduce::actuators
+}  // namespace plenum::host::reproduce

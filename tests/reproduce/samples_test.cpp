@@ -1,8 +1,8 @@
-#include "host-sim/reproduce/actuators/samples.hpp"
+#include "host-sim/reproduce/samples.hpp"
 
 #include <gmock/gmock.h>
 
-namespace plenum::host::reproduce::actuators {
+namespace plenum::host::reproduce {
 namespace {
 
 using testing::ElementsAre;
@@ -42,4 +42,4 @@ TEST(Samples, CorrelationOfALineIsItsSign) {
 }
 
 }  // namespace
-}  // namespace plenum::host::reproduce::actuators
+}  // namespace plenum::host::reproduce
