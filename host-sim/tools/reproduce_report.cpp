@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace plenum::host::tools {
 
@@ -28,14 +30,25 @@ Table findings_table(const Part& part) {
   return table;
 }
 
-/// Why each finding that is not reproduced is not.
+/// Why findings are not reproduced, those of one reason together.
 std::vector<std::string> reasons(const Part& part) {
-  std::vector<std::string> list;
+  std::vector<std::pair<std::string, std::string>> list;  // what, and the verdict with its reason
   for (const Finding& of : part.findings) {
     if (verdict(of) == Verdict::kReproduced) continue;
-    list.push_back(fmt::format("{}, {}: {}. {}", of.item, of.quantity, name_of(verdict(of)), of.why));
+    const std::string what = fmt::format("{}, {}", of.item, of.quantity);
+    const std::string why = fmt::format("{}. {}", name_of(verdict(of)), of.why);
+    const auto same =
+        std::find_if(list.begin(), list.end(), [&](const auto& other) { return other.second == why; });
+    if (same == list.end()) {
+      list.emplace_back(what, why);
+    } else {
+      same->first += "; " + what;
+    }
   }
-  return list;
+  std::vector<std::string> lines;
+  lines.reserve(list.size());
+  for (const auto& [what, why] : list) lines.push_back(fmt::format("{}: {}", what, why));
+  return lines;
 }
 
 }  // namespace
