@@ -32,7 +32,15 @@ std::string_view name_of(Expect expect) {
 }
 
 std::string_view name_of(Source source) {
-  return source == Source::kOurModel ? "our model" : "the paper's own equations";
+  switch (source) {
+    case Source::kOurModel:
+      return "our model";
+    case Source::kPapersOwnEquation:
+      return "the paper's own equations";
+    case Source::kDoubtfulReading:
+      return "a doubtful reading of the paper";
+  }
+  throw std::logic_error("name_of: no such source");
 }
 
 double difference(const Finding& finding) {
@@ -49,7 +57,7 @@ Verdict verdict(const Finding& finding) {
   if (finding.expect != Expect::kAtLeast) agrees = agrees && off <= room;
   if (finding.expect != Expect::kAtMost) agrees = agrees && off >= -room;
   if (agrees) return Verdict::kReproduced;
-  return finding.source == Source::kOurModel ? Verdict::kDiffers : Verdict::kPaperContradictsItself;
+  return finding.source == Source::kPapersOwnEquation ? Verdict::kPaperContradictsItself : Verdict::kDiffers;
 }
 
 std::map<Verdict, int> verdict_counts(const std::vector<Part>& parts) {

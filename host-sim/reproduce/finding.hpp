@@ -35,8 +35,9 @@ std::string_view name_of(Expect expect);
 enum class Source {
   kOurModel,           ///< computed by Plenum's models and methods: a disagreement is ours to explain
   kPapersOwnEquation,  ///< only the paper's equations put to the paper's numbers: a disagreement is its own
+  kDoubtfulReading,  ///< the same, to a number that the scan of the paper may have damaged: says nothing of the paper
 };
-/// "our model", "the paper's own equations".
+/// "our model", "the paper's own equations", "a doubtful reading of the paper".
 std::string_view name_of(Source source);
 
 /// One number of a paper beside ours.
@@ -49,6 +50,8 @@ struct Finding {
   double tolerance = 0.0;  ///< from the digits printed, the noise stated, or the issue's own claim
   Expect expect = Expect::kNear;
   Source source = Source::kOurModel;
+  /// What stands in `paper` where the paper prints no number: "the physical fit", "the measured tables".
+  std::string instead{};
   std::string why{};  ///< in a sentence; never empty where the verdict is not kReproduced
 };
 

@@ -16,6 +16,7 @@ Json to_json(const Finding& of) {
           {"quantity", of.quantity},
           {"unit", of.unit},
           {"paper", number(of.paper)},
+          {"instead", of.instead},
           {"expect", name_of(of.expect)},
           {"tolerance", number(of.tolerance)},
           {"ours", number(of.ours)},

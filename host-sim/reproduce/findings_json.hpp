@@ -8,7 +8,7 @@
 namespace plenum::host::reproduce {
 
 /// {"number", "title", "verdicts": {"reproduced": n, ...}, "parts": [{"title", "text", "findings": [{"item", "quantity",
-/// "unit", "paper", "expect": "near"|"at most"|"at least", "tolerance", "ours", "source", "difference", "verdict", "why"}]}]}; a number
+/// "unit", "paper", "instead", "expect": "near"|"at most"|"at least", "tolerance", "ours", "source", "difference", "verdict", "why"}]}]}; a number
 /// that is not finite is null.
 nlohmann::ordered_json to_json(const Paper& paper, const std::vector<Part>& parts);
 

@@ -34,8 +34,12 @@ std::size_t rising_steps(const std::vector<double>& values) {
   return count;
 }
 
+double greater_of(double a, double b) {
+  return std::isnan(a) || a >= b ? a : b;
+}
+
 double largest(const std::vector<double>& values) {
-  return *std::max_element(values.begin(), values.end());
+  return std::accumulate(values.begin() + 1, values.end(), values.front(), greater_of);
 }
 
 double mean(const std::vector<double>& values) {

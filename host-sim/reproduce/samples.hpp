@@ -22,6 +22,9 @@ std::vector<double> over(const std::vector<Value>& values, const Figure& figure)
 std::size_t falling_steps(const std::vector<double>& values);
 std::size_t rising_steps(const std::vector<double>& values);
 
+/// The greater of two; NaN where either is one, unlike std::max, so that a value that is none never passes for small.
+double greater_of(double a, double b);
+/// The greatest of one or more; NaN where one is.
 double largest(const std::vector<double>& values);
 double mean(const std::vector<double>& values);
 

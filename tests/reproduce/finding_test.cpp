@@ -54,6 +54,9 @@ TEST(Finding, PapersOwnFiguresThatDisagreeAreItsContradiction) {
   Finding finding = of(1.0, 2.0, 0.1);
   finding.source = Source::kPapersOwnEquation;
   EXPECT_EQ(verdict(finding), Verdict::kPaperContradictsItself);
+  finding.source = Source::kDoubtfulReading;
+  EXPECT_EQ(verdict(finding), Verdict::kDiffers);
+  finding.source = Source::kPapersOwnEquation;
   finding.ours = 1.05;
   EXPECT_EQ(verdict(finding), Verdict::kReproduced);
 }

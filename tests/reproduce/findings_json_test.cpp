@@ -20,6 +20,7 @@ TEST(FindingsJson, HoldsEachNumberItsVerdictAndTheCounts) {
   near.why = "Not told, since it agrees.";
   Finding bound{.item = "Table 2", .quantity = "error", .unit = "kPa", .paper = 10.0, .ours = 12.0};
   bound.expect = Expect::kAtMost;
+  bound.instead = "Table 3";
   bound.why = "The valve is ours.";
   Finding lost{
       .item = "Fig. 1", .quantity = "slope", .paper = 1.0, .ours = std::numeric_limits<double>::quiet_NaN()};
@@ -29,11 +30,11 @@ TEST(FindingsJson, HoldsEachNumberItsVerdictAndTheCounts) {
     "number": 7, "title": "On Valves",
     "verdicts": {"reproduced": 1, "differs": 1, "paper contradicts itself": 1},
     "parts": [{"title": "Flow", "text": "At rest.", "findings": [
-      {"item": "(3)", "quantity": "critical ratio", "unit": "", "paper": 0.528, "expect": "near", "tolerance": 0.0005,
+      {"item": "(3)", "quantity": "critical ratio", "unit": "", "paper": 0.528, "instead": "", "expect": "near", "tolerance": 0.0005,
        "ours": 0.5285, "source": "our model", "difference": 0.0005, "verdict": "reproduced", "why": ""},
-      {"item": "Table 2", "quantity": "error", "unit": "kPa", "paper": 10.0, "expect": "at most", "tolerance": 0.0,
+      {"item": "Table 2", "quantity": "error", "unit": "kPa", "paper": 10.0, "instead": "Table 3", "expect": "at most", "tolerance": 0.0,
        "ours": 12.0, "source": "our model", "difference": 2.0, "verdict": "differs", "why": "The valve is ours."},
-      {"item": "Fig. 1", "quantity": "slope", "unit": "", "paper": 1.0, "expect": "near", "tolerance": 0.0,
+      {"item": "Fig. 1", "quantity": "slope", "unit": "", "paper": 1.0, "instead": "", "expect": "near", "tolerance": 0.0,
        "ours": null, "source": "the paper's own equations", "difference": null, "verdict": "paper contradicts itself", "why": "(3) against Fig. 1."}]}]})json");
   Json json = to_json(paper, {{.title = "Flow", .text = "At rest.", .findings = {near, bound, lost}}});
   Json& difference = json["parts"][0]["findings"][0]["difference"];

@@ -2,6 +2,9 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
+#include <limits>
+
 namespace plenum::host::reproduce {
 namespace {
 
@@ -28,6 +31,15 @@ TEST(Samples, PercentileIsTheNearestRank) {
   std::vector<double> population;
   for (int i = 1; i <= 76; ++i) population.push_back(i);
   EXPECT_EQ(percentile(population, 95.0), 73.0);
+}
+
+TEST(Samples, WhatIsNoNumberIsNeverLost) {
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(std::isnan(greater_of(none, 1.0)));
+  EXPECT_TRUE(std::isnan(greater_of(1.0, none)));
+  EXPECT_EQ(greater_of(1.0, 2.0), 2.0);
+  EXPECT_EQ(largest({-3.0, -1.0, -2.0}), -1.0);
+  EXPECT_TRUE(std::isnan(largest({1.0, none, 2.0})));
 }
 
 TEST(Samples, ShareBelowALimitLeavesTheLimitOut) {
