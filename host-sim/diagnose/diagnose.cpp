@@ -510,8 +510,13 @@ GapReport diagnose(const std::vector<NamedLog>& logs, const std::vector<NamedLog
   require_room(logs.size() + options.baseline.size(),
                options.baseline.empty() ? "logs" : "logs and baselines");
   if (options.baseline.empty()) return Diagnosis(logs, heldout, rig, options, nullptr).report();
-  const GapReport before = Diagnosis(options.baseline, {}, rig, options, nullptr).report();
-  GapReport now = Diagnosis(logs, heldout, found_rig(rig, before), options, &before).report();
+  const auto half = [&](double from) {
+    DiagnoseOptions of = options;
+    if (options.progress) of.progress = [&, from](double share) { options.progress(from + 0.5 * share); };
+    return of;
+  };
+  const GapReport before = Diagnosis(options.baseline, {}, rig, half(0.0), nullptr).report();
+  GapReport now = Diagnosis(logs, heldout, found_rig(rig, before), half(0.5), &before).report();
   now.baseline = Baseline{before.verdict, before.as_configured_Pa, before.with_effects_Pa, {}};
   for (const NamedEffect& effect : effects_in_model(before)) now.baseline->effects.push_back(effect.id);
   return now;

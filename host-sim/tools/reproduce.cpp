@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <memory>
+#include <optional>
 #include <span>
 
 #include "host-sim/reproduce/findings_json.hpp"
@@ -18,19 +19,19 @@ using reproduce::Part;
 using reproduce::Verdict;
 
 struct Options {
-  int paper = 0;  ///< 0: all
+  std::optional<int> paper;  ///< by default all
   std::string report;
   Output output;
 };
 
-std::vector<const Paper*> chosen(int number) {
+std::vector<const Paper*> chosen(std::optional<int> number) {
   std::vector<const Paper*> all;
   std::string known;
   for (const Paper& paper : reproduce::papers()) {
-    if (number == 0 || paper.number == number) all.push_back(&paper);
+    if (!number || paper.number == *number) all.push_back(&paper);
     known += fmt::format("{}{} ({})", known.empty() ? "" : ", ", paper.number, paper.title);
   }
-  if (all.empty()) throw trace::InputError(fmt::format("--paper: {} is none, expected {}", number, known));
+  if (all.empty()) throw trace::InputError(fmt::format("--paper: {} is none, expected {}", *number, known));
   return all;
 }
 

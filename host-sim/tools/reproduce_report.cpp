@@ -23,9 +23,10 @@ Table findings_table(const Part& part) {
               .columns = {"Where", "What", "Paper", "Ours", "Difference", "Unit", "Verdict"},
               .rows = {}};
   for (const Finding& of : part.findings) {
-    const std::string bound = of.expect == Expect::kNear ? "" : std::string(name_of(of.expect)) + " ";
-    table.rows.push_back({of.item, of.quantity, bound + number_text(of.paper), of.ours, difference(of),
-                          of.unit, std::string(name_of(verdict(of)))});
+    const std::string stated =
+        of.instead.empty() ? stated_text(of) : fmt::format("{} ({})", stated_text(of), of.instead);
+    table.rows.push_back(
+        {of.item, of.quantity, stated, of.ours, difference(of), of.unit, std::string(name_of(verdict(of)))});
   }
   return table;
 }
@@ -57,9 +58,14 @@ std::string number_text(double value) {
   return std::isfinite(value) ? fmt::format("{:.5g}", value) : std::string("-");
 }
 
+std::string stated_text(const Finding& of) {
+  return fmt::format("{}{}{}", of.expect == Expect::kNear ? "" : fmt::format("{} ", name_of(of.expect)),
+                     number_text(of.paper),
+                     of.tolerance > 0.0 ? fmt::format(" ± {}", number_text(of.tolerance)) : "");
+}
+
 std::string paper_text(const Finding& of) {
-  return fmt::format("paper {}{}", of.expect == Expect::kNear ? "" : fmt::format("{} ", name_of(of.expect)),
-                     number_text(of.paper));
+  return fmt::format("{} {}", of.instead.empty() ? "paper" : of.instead, stated_text(of));
 }
 
 std::string unit_text(const Finding& of) {

@@ -17,7 +17,9 @@ struct Reproduced {
 
 /// Five significant digits; "-" for what is not finite.
 std::string number_text(double value);
-/// What the paper states: "paper 0.528", "paper at most 10".
+/// The number and its tolerance: "0.528 ± 0.0005", "at most 10".
+std::string stated_text(const reproduce::Finding& finding);
+/// What ours is compared with: "paper 0.528 ± 0.0005", "the physical fit at least 96.8".
 std::string paper_text(const reproduce::Finding& finding);
 /// " kPa", or nothing where the number has no unit.
 std::string unit_text(const reproduce::Finding& finding);

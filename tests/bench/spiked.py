@@ -87,6 +87,8 @@ def main():
     parser.add_argument("--answers", action="store_true")
     options = parser.parse_args()
     runs = sorted(options.data.glob("ctl_OXY_*.csv"))
+    if not runs:
+        sys.exit(f"spiked: {options.data}: no ctl_OXY_N.csv there")
     cases = [(run, before, 1 - before, spike) for run in runs for before in (0, 1) for spike in SPIKES]
     with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(SIDE_BY_SIDE) as pool:
         answers = list(pool.map(lambda case: answer(options.plenum, Path(folder), *case), cases))
@@ -112,7 +114,7 @@ def main():
             print(f"{run.stem} half {after + 1} {truth or '-':<12} {size:<9} {said['verdict']:<17} {', '.join(named) or '-'}"
                   f"   {gap['as_configured']:.3f} > {gap['noise_floor']:.3f} kPa", file=sys.stderr)
     print(f"spiked: {counts}", file=sys.stderr)
-    row("spiked.named_percent", 100.0 * counts["within"] / counts["shown"], "%", "higher")
+    row("spiked.named_percent", 100.0 * counts["within"] / max(counts["shown"], 1), "%", "higher")
     row("spiked.alone_right_percent", 100.0 * counts["alone_right"] / max(counts["alone"], 1), "%", "higher")
     row("spiked.false_alarm_percent", 100.0 * counts["plain_blamed"] / counts["plain"], "%", "lower")
 

@@ -277,6 +277,7 @@ class Measured(Plenum):
 class Reproduce(Plenum):
     def test_a_paper_that_is_none_is_refused_with_those_there_are(self):
         self.refused(2, "reproduce", "--paper", "6", says=["6 is none", "1 (Modeling and Identification of Pneumatic Actuators)"])
+        self.refused(2, "reproduce", "--paper", "0", says=["0 is none"])
         self.refused(2, "reproduce", "--report", "nowhere/page.html", says=["nowhere", "no such folder"])
 
     def test_text_json_and_page_say_the_same_of_a_paper(self):
@@ -301,8 +302,9 @@ def agrees(finding):
     """The verdict by a second route, from the numbers in the file."""
     if finding["ours"] is None or finding["paper"] is None:
         return False
-    above = finding["ours"] > finding["paper"] + finding["tolerance"]
-    below = finding["ours"] < finding["paper"] - finding["tolerance"]
+    room = finding["tolerance"] + 1e-15 * max(abs(finding["ours"]), abs(finding["paper"]))
+    above = finding["ours"] > finding["paper"] + room
+    below = finding["ours"] < finding["paper"] - room
     return {"near": not above and not below, "at most": not above, "at least": not below}[finding["expect"]]
 
 
