@@ -1,11 +1,11 @@
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <string>
 
 #include "host-sim/identify/orifice/vessel_run.hpp"
 #include "host-sim/reproduce/proportional_valve/parts.hpp"
+#include "host-sim/reproduce/samples.hpp"
 
 namespace plenum::host::reproduce::proportional_valve {
 namespace {
@@ -21,7 +21,7 @@ constexpr double kMediumArea = 0.1;    // of the greatest of its table: medium t
 
 double most_area_m2(const IdentifiedSeries& series) {
   double most = 0.0;
-  for (const IdentifiedRow& row : series.rows) most = std::max(most, row.row.truth.area_m2);
+  for (const IdentifiedRow& row : series.rows) most = greater_of(most, row.row.truth.area_m2);
   return most;
 }
 
@@ -29,7 +29,7 @@ double greatest_mae_kPa(const std::vector<IdentifiedSeries>& all, MaeOf mae, dou
   double most = 0.0;
   for (const IdentifiedSeries& series : all) {
     for (const IdentifiedRow& row : series.rows) {
-      if (row.row.truth.area_m2 >= least_area * most_area_m2(series)) most = std::max(most, row.*mae);
+      if (row.row.truth.area_m2 >= least_area * most_area_m2(series)) most = greater_of(most, row.*mae);
     }
   }
   return most;
@@ -39,7 +39,7 @@ double greatest_area_error_percent(const std::vector<IdentifiedSeries>& all) {
   double most = 0.0;
   for (const IdentifiedSeries& series : all) {
     for (const IdentifiedRow& row : series.rows)
-      most = std::max(most, 100.0 * std::abs(row.rate_fit.area_m2->value / row.row.truth.area_m2 - 1.0));
+      most = greater_of(most, 100.0 * std::abs(row.rate_fit.area_m2->value / row.row.truth.area_m2 - 1.0));
   }
   return most;
 }
@@ -124,6 +124,7 @@ void add_short_holds(Part& part) {
        .paper = 1.0,
        .ours = half / holds.mae_kPa.back(),
        .expect = Expect::kAtLeast,
+       .instead = "our reading of \"may be the source of the spikes\"",
        .why = "Cycles too short to fill the vessel do not raise the MAE."});
   report::XyChart chart{.title = fmt::format("Held too short: Channel A charged at {:.1f} V", kShort_V),
                         .caption = "The paper's method on the first part of the charge, a read at its end.",

@@ -53,7 +53,7 @@ template <class F, class G>
 double greatest_distance(const F& f, const G& g) {
   double distance = 0.0;
   // The end is left out: there (6) is a chord over the last 1e-5, plant/orifice.hpp.
-  for (const double r : evenly(0.0, 0.999, kPoints)) distance = std::max(distance, std::abs(f(r) - g(r)));
+  for (const double r : evenly(0.0, 0.999, kPoints)) distance = greater_of(distance, std::abs(f(r) - g(r)));
   return distance;
 }
 
@@ -159,10 +159,10 @@ Part flow_function_part() {
            },
            iso),
        .tolerance = kThirdDigit,
-       .source = Source::kPapersOwnEquation,
+       .source = Source::kDoubtfulReading,
        .why = "The text says that beta = 1/2 reproduces the theoretical and the ISO function; (6) to the "
-              "letter, 1 - "
-              "((r - b)/(a - b))^beta, is convex where the ellipse is concave. An exponent was lost."},
+              "letter, with the ratio for P_d, is 1 - ((r - b)/(a - b))^beta, convex where the ellipse is "
+              "concave. An exponent was lost, in the paper or in the text of it that we have."},
       {.item = "(3), (6)",
        .quantity = "greatest distance of the ellipse to the ideal orifice, of psi_max",
        .paper = 0.0,

@@ -1,12 +1,12 @@
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
 #include <string>
 
 #include "host-sim/reproduce/proportional_valve/parts.hpp"
+#include "host-sim/reproduce/samples.hpp"
 
 namespace plenum::host::reproduce::proportional_valve {
 namespace {
@@ -20,7 +20,7 @@ constexpr double kShape = 0.002;
 
 double greatest(const IdentifiedSeries& series, const std::function<double(const IdentifiedRow&)>& off) {
   double most = 0.0;
-  for (const IdentifiedRow& row : series.rows) most = std::max(most, std::abs(off(row)));
+  for (const IdentifiedRow& row : series.rows) most = greater_of(most, std::abs(off(row)));
   return most;
 }
 

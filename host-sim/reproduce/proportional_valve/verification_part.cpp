@@ -44,7 +44,8 @@ void add_step(Part& part, const IdentifiedSeries& series, double command_V, cons
                            .unit = "kPa",
                            .paper = limit_kPa,
                            .ours = 1e-3 * mean_absolute_error(run, experiment.record.vessel_Pa),
-                           .expect = Expect::kAtMost});
+                           .expect = Expect::kAtMost,
+                           .instead = "the bound of Fig. 8 or the abstract"});
   if (command_V == kSmall_V) {
     part.findings.push_back({.item = item,
                              .quantity = "pressure at rest, below the supply",
@@ -66,7 +67,8 @@ void add_sine(Part& part, const std::vector<IdentifiedSeries>& identified, const
                            .unit = "kPa",
                            .paper = kEverywhere_kPa,
                            .ours = 1e-3 * mean_absolute_error(run, experiment.vessel_Pa),
-                           .expect = Expect::kAtMost});
+                           .expect = Expect::kAtMost,
+                           .instead = "the abstract's bound"});
   part.charts.push_back(overlay(fmt::format("Fig. 9(c): 5 +- 2.5 V at 2 Hz, {}", what), experiment.time_s,
                                 experiment.vessel_Pa, run));
 }
