@@ -65,6 +65,14 @@ double orifice_rms_kg_s(const std::vector<FlowSample>& samples, bool inlet) {
   return std::sqrt((X * c - y).squaredNorm() / static_cast<double>(rows));
 }
 
+// How many terms a fitted polynomial has: those that it was not given are exactly 0.
+double terms_of(const Bipolynomial& polynomial) {
+  double count = 0.0;
+  for (const auto& of_u : polynomial.c)
+    for (const double c : of_u) count += c != 0.0 ? 1.0 : 0.0;
+  return count;
+}
+
 report::XyChart drawn(const Port& port, const std::vector<FlowSample>& samples,
                       const Bipolynomial& polynomial) {
   report::XyChart chart{.title = fmt::format("{}: measured valve and bipolynomial", port.name),
@@ -121,23 +129,23 @@ Part bipolynomial_part() {
         percent * whole.largest_kg_s, printed.wrong_way, samples.size());
     part.findings.push_back(
         {.item = "(5)",
-         .quantity = fmt::format(
-             "RMS error on {}, of full scale; beside it that of (2), which it should beat", port.name),
+         .quantity = fmt::format("RMS error on {}, of full scale; beside it that of (2)", port.name),
          .unit = "%",
          .paper = percent * orifice_rms_kg_s(samples, port.inlet),
          .ours = percent * printed.rms_kg_s,
          .expect = Expect::kAtMost,
-         .why = "A spool valve's flow is flat where it is choked and falls as a root: a parabola in P has "
-                "neither. The "
-                "paper's claim is of another valve."});
+         .instead = "orifice (2) on the same tables",
+         .why = "The paper claims this of another valve, a plate on a nozzle, and not of this one: a spool "
+                "valve's flow is flat where it is choked and falls as a root, and a parabola in P has "
+                "neither."});
     part.charts.push_back(drawn(port, samples, printed.polynomial));
   }
   part.text.back() = '.';
   part.findings.push_back(
       {.item = "(5)",
        .quantity = "terms of a second-order bipolynomial",
-       .paper = 8,
-       .ours = 9,
+       .paper = terms_of(fit_bipolynomial(samples_of(ports.front()), Terms::kAsPrinted).polynomial),
+       .ours = terms_of(fit_bipolynomial(samples_of(ports.front()), Terms::kWhole).polynomial),
        .source = Source::kPapersOwnEquation,
        .why = "(5) is called a second-order bipolynomial and its list of coefficients has an e that no "
               "term carries: the one in u alone is missing."});

@@ -47,8 +47,6 @@ ChamberState run(const ChamberLaw& law, ChamberState y, double rate_m3_s, double
   return y;
 }
 
-const Course kShut = [](const ChamberState&) { return Throughflow{}; };
-
 void limits(Part& part) {
   const ChamberState s{430e3, mass_of_kg(kAir, 430e3, 80e-6, 301.0)};
   const Throughflow flow{1.7e-3, 0.4e-3};
@@ -145,23 +143,6 @@ void signs(Part& part) {
                 "minus for both chambers.");
 }
 
-void gas_law(Part& part) {
-  const double alpha = 1.2;
-  const ChamberState end =
-      run(MixedExponents{alpha, alpha, alpha}, at_gas_temperature(200e3, kVolume_m3), -60e-6, 1.0, kShut);
-  const double m_R_T = end.mass_kg * kAir.specific_gas_constant_J_kg_K() * kAir.temperature_K;
-  part.findings.push_back({.item = "(14), (19)",
-                           .quantity = "P V over m R T after closed compression to 2/5, alpha = 1.2",
-                           .paper = 1.0,
-                           .ours = end.pressure_Pa * 40e-6 / m_R_T,
-                           .tolerance = 1e-6,
-                           .source = Source::kPapersOwnEquation,
-                           .why =
-                               "(19) holds T constant and compresses along P V^alpha; the ideal gas law used "
-                               "in (14) then asks for "
-                               "another T. It is a fit to the heat transfer, consistent at alpha = 1 only."});
-}
-
 void discharge_chart(Part& part) {
   const double choked_s_m = 5e-6 * 0.72 * 0.040418 / std::sqrt(293.15);
   const Course venting = [choked_s_m](const ChamberState& s) {
@@ -201,7 +182,6 @@ Part chambers_part() {
       "is C_v m T.";
   limits(part);
   signs(part);
-  gas_law(part);
   discharge_chart(part);
   return part;
 }

@@ -1,7 +1,7 @@
-#include <algorithm>
 #include <cmath>
 
 #include "host-sim/plant/servo/cylinder.hpp"
+#include "host-sim/reproduce/samples.hpp"
 #include "host-sim/reproduce/servo/parts.hpp"
 
 namespace plenum::host::reproduce::servo {
@@ -48,10 +48,10 @@ Kept thrown() {
   Kept kept;
   for (int i = 0; i < 300; ++i) {
     cylinder.advance({5.0, 5.0}, 0.01);
-    most_moving_J = std::max(most_moving_J, moving_J());
-    drift_J = std::max(drift_J, std::abs(inner_J() + moving_J() - start_J));
+    most_moving_J = greater_of(most_moving_J, moving_J());
+    drift_J = greater_of(drift_J, std::abs(inner_J() + moving_J() - start_J));
     for (const int m : {kMass1, kMass2})
-      kept.mass = std::max(kept.mass, std::abs(cylinder.state()[m] / start[m] - 1.0));
+      kept.mass = greater_of(kept.mass, std::abs(cylinder.state()[m] / start[m] - 1.0));
   }
   kept.energy = drift_J / most_moving_J;
   return kept;

@@ -1,8 +1,8 @@
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
 #include "host-sim/plant/servo/cylinder.hpp"
+#include "host-sim/reproduce/samples.hpp"
 #include "host-sim/reproduce/servo/parts.hpp"
 
 namespace plenum::host::reproduce::servo {
@@ -33,7 +33,7 @@ Swung swung(double share) {
   for (int i = 0; i < 2000; ++i) {
     cylinder.set_external_force_N(share * kSeal.breakaway_N() * std::sin(0.05 * i));
     cylinder.advance({5.0, 5.0}, 5e-3);
-    result.furthest_m = std::max(result.furthest_m, std::abs(cylinder.position_m()));
+    result.furthest_m = greater_of(result.furthest_m, std::abs(cylinder.position_m()));
   }
   result.slips = cylinder.slips();
   return result;

@@ -1,8 +1,8 @@
-#include <algorithm>
 #include <cmath>
 
 #include "host-sim/plant/orifice.hpp"
 #include "host-sim/plant/servo/orifice_constants.hpp"
+#include "host-sim/reproduce/samples.hpp"
 #include "host-sim/reproduce/servo/parts.hpp"
 
 namespace plenum::host::reproduce::servo {
@@ -86,7 +86,7 @@ Part orifice_part() {
     const double flow = kArea_m2 * plate.phi(kSupply_Pa, ratio * kSupply_Pa);
     const double printed = orifice_flow_kg_s(kPrintedForAir, 1.4, kDischarge * kArea_m2, kSupply_Pa,
                                              ratio * kSupply_Pa, kTemperature_K);
-    largest = std::max(largest, std::abs(flow / printed - 1.0));
+    largest = greater_of(largest, std::abs(flow / printed - 1.0));
     ours.x.push_back(ratio);
     ours.y.push_back(1e3 * flow);
     if (i % 4 == 0) {

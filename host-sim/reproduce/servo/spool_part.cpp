@@ -1,8 +1,8 @@
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "host-sim/plant/spool.hpp"
+#include "host-sim/reproduce/samples.hpp"
 #include "host-sim/reproduce/servo/parts.hpp"
 
 namespace plenum::host::reproduce::servo {
@@ -35,7 +35,7 @@ Part spool_part() {
   const double h = 2e-5;
   const int steps = static_cast<int>(std::lround(kStop_s / h));
   for (int i = 0; i <= steps; ++i) {
-    largest = std::max(largest, std::abs(x / settled_m - spool.effective_V()));
+    largest = greater_of(largest, std::abs(x / settled_m - spool.effective_V()));
     if (i % 5 == 0) {
       ours.x.push_back(i * h);
       ours.y.push_back(1e3 * settled_m * spool.effective_V());

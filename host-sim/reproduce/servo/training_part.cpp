@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "host-sim/identify/network/narx.hpp"
+#include "host-sim/reproduce/samples.hpp"
 #include "host-sim/reproduce/servo/parts.hpp"
 #include "host-sim/reproduce/servo/simulated_servo.hpp"
 
@@ -46,7 +47,7 @@ double gradient_error(const Cases& cases) {
     const double up = criterion(network, cases);
     moved[i] -= 2.0 * h;
     network.set_weights(moved);
-    worst = std::max(worst, std::abs(G[i] - (up - criterion(network, cases)) / (2.0 * h)));
+    worst = greater_of(worst, std::abs(G[i] - (up - criterion(network, cases)) / (2.0 * h)));
   }
   return worst / G.lpNorm<Eigen::Infinity>();
 }
@@ -76,8 +77,8 @@ Part training_part() {
     double difference = 0.0;
     double size = 0.0;
     for (std::size_t i = 0; i < a.size(); ++i) {
-      difference = std::max(difference, std::abs(a[i] - b[i]));
-      size = std::max(size, std::abs(b[i]));
+      difference = greater_of(difference, std::abs(a[i] - b[i]));
+      size = greater_of(size, std::abs(b[i]));
     }
     return difference / size;
   };
