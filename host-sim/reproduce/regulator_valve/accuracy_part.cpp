@@ -1,7 +1,6 @@
 // (33), (35)-(37), (39), Fig. 7 and 8, Table 4: both methods on the simulated experiment.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <string>
@@ -9,6 +8,7 @@
 #include "host-sim/identify/regulator_valve/discrete_model.hpp"
 #include "host-sim/reproduce/regulator_valve/parts.hpp"
 #include "host-sim/reproduce/regulator_valve/printed.hpp"
+#include "host-sim/reproduce/samples.hpp"
 
 namespace plenum::host::reproduce::regulator_valve {
 namespace {
@@ -29,6 +29,11 @@ struct Condition {
 constexpr Condition kConditions[] = {
     {"pressurisation", "Fig. 7", id::Direction::kRising, &Run::rising, 90.54, 92.48},
     {"exhaustion", "Fig. 8", id::Direction::kFalling, &Run::falling, 91.79, 93.11}};
+
+// NaN where either is one, so that a fit that is none never passes for a good one.
+double lesser_of(double a, double b) {
+  return -greater_of(-a, -b);
+}
 
 struct Fits {
   double least_squares;
@@ -71,17 +76,18 @@ std::string as_text(const id::DiscreteModel& model) {
 
 Part accuracy(const Campaign& campaign) {
   const Run& shown = campaign.runs.front();
-  Part part{.title = "(33), (35)-(37), (39), Fig. 7, 8, Table 4: both methods",
-            .text = fmt::format("Least squares and a swarm of 40 particles and 300 iterations, on the rising "
-                                "and the falling branch of a noisy staircase within (11); scored "
-                                "by (39) in free run on a second staircase with other noise. Three such "
-                                "pairs; the least fit of the three is the one that counts. Another valve "
-                                "and another hand than the paper's, so Table 4's percents are held to its "
-                                "claim, above 90 %, and PSO to be no worse than LS. Found on the first pair: "
-                                "LS {} up, {} down; PSO {} up, {} down.",
-                                as_text(shown.rising.least_squares), as_text(shown.falling.least_squares),
-                                as_text(shown.rising.swarm.model), as_text(shown.falling.swarm.model)),
-            .findings = {}};
+  Part part{
+      .title = "(33), (35)-(37), (39), Fig. 7, 8, Table 4: both methods",
+      .text = fmt::format("Least squares and a swarm of 40 particles and 300 iterations, on the rising "
+                          "and the falling branch of a noisy staircase within (11); scored "
+                          "by (39) in free run on a second staircase with other noise. Three such "
+                          "pairs; the least fit of the three is the one that counts. Another valve "
+                          "and another hand than the paper's, so Table 4's percents are held to its "
+                          "claims: above 90 %, and PSO to be no worse than LS. Found on the first pair: "
+                          "LS {} up, {} down; PSO {} up, {} down.",
+                          as_text(shown.rising.least_squares), as_text(shown.falling.least_squares),
+                          as_text(shown.rising.swarm.model), as_text(shown.falling.swarm.model)),
+      .findings = {}};
   report::BarChart bars{.title = "Table 4: fit (39)",
                         .caption = "Ours: the least of three validations.",
                         .categories = {},
@@ -93,18 +99,18 @@ Part accuracy(const Campaign& campaign) {
     double least_lead = 100.0;
     for (const Run& run : campaign.runs) {
       const Fits fits = validated(run, condition);
-      least.least_squares = std::min(least.least_squares, fits.least_squares);
-      least.swarm = std::min(least.swarm, fits.swarm);
-      least_lead = std::min(least_lead, fits.swarm - fits.least_squares);
+      least.least_squares = lesser_of(least.least_squares, fits.least_squares);
+      least.swarm = lesser_of(least.swarm, fits.swarm);
+      least_lead = lesser_of(least_lead, fits.swarm - fits.least_squares);
     }
     const auto add = [&](const char* method, double printed, double ours) {
       part.findings.push_back(
-          {.item = fmt::format("Table 4, {}", condition.figure),
-           .quantity = fmt::format("fit of {}, {}: at least 90 %", method, condition.name),
+          {.item = fmt::format("section 6, {}", condition.figure),
+           .quantity = fmt::format("fit of {}, {}, claimed above 90 % (Table 4: {:.2f} %)", method,
+                                   condition.name, printed),
            .unit = "%",
-           .paper = printed,
+           .paper = kClaim,
            .ours = ours,
-           .tolerance = printed - kClaim,
            .expect = Expect::kAtLeast,
            .why = "noise in the regressors makes the model too slow, and the steps are not held for long "
                   "enough to forgive it"});
@@ -114,14 +120,15 @@ Part accuracy(const Campaign& campaign) {
     };
     add("LS", condition.printed_least_squares, least.least_squares);
     add("PSO", condition.printed_swarm, least.swarm);
-    part.findings.push_back({.item = "Table 4, section 6",
-                             .quantity = fmt::format("PSO less LS, {}, never below 0", condition.name),
-                             .unit = "points",
-                             .paper = condition.printed_swarm - condition.printed_least_squares,
-                             .ours = least_lead,
-                             .tolerance = condition.printed_swarm - condition.printed_least_squares,
-                             .expect = Expect::kAtLeast,
-                             .why = "the swarm has stopped short of the least squares' model"});
+    part.findings.push_back(
+        {.item = "Table 4, section 6",
+         .quantity = fmt::format("PSO less LS, {}, claimed above 0 (Table 4: {:.2f})", condition.name,
+                                 condition.printed_swarm - condition.printed_least_squares),
+         .unit = "points",
+         .paper = 0.0,
+         .ours = least_lead,
+         .expect = Expect::kAtLeast,
+         .why = "the swarm has stopped short of the least squares' model"});
     part.charts.emplace_back(validation_chart(shown, condition));
   }
   report::LineChart search{.title = "(35)-(37): the swarm's way",

@@ -2,10 +2,26 @@
 #include <cmath>
 
 #include "host-sim/plant/regulator_valve/linear_model.hpp"
+#include "host-sim/plant/regulator_valve/valve.hpp"
 #include "host-sim/reproduce/regulator_valve/parts.hpp"
 #include "host-sim/reproduce/regulator_valve/printed.hpp"
 
 namespace plenum::host::reproduce::regulator_valve {
+namespace {
+
+// The pressure at which the force balance of the plunger, (25), leaves it where it neither fills nor vents.
+double rest_pressure_Pa(const plant::regulator_valve::ValveConfig& valve, double screw_m) {
+  double low_Pa = valve.ambient_Pa;
+  double high_Pa = valve.supply_Pa;
+  for (int i = 0; i < 60; ++i) {
+    const double middle_Pa = 0.5 * (low_Pa + high_Pa);
+    const double plunger_m = plant::regulator_valve::plunger_at_rest_m(valve, screw_m, middle_Pa);
+    (plunger_m > 0.0 ? low_Pa : high_Pa) = middle_Pa;
+  }
+  return 0.5 * (low_Pa + high_Pa);
+}
+
+}  // namespace
 
 Part constants() {
   namespace valve = plant::regulator_valve;
@@ -62,28 +78,16 @@ Part constants() {
            .ours = kRatio * bench.supply_Pa - bench.ambient_Pa,
            .tolerance = 50.0,
            .source = Source::kPapersOwnEquation},
-          {.item = "(26), Table 3, (11)",
-           .quantity = "rest pressure of x_p = 2.69 mm at 1.56e5 Pa/mm, at most the upper end of (11), gauge",
-           .unit = "Pa",
-           .paper = kPrintedHigh_Pa,
-           .ours = kPrintedSlope_Pa_m * rest_screw_m,
-           .expect = Expect::kAtMost,
-           .source = Source::kPapersOwnEquation,
-           .why = "Table 3's x_p = 2.69 mm put to (26) with section 4's 1.56e5 Pa/mm rests at 4.20e5 Pa, "
-                  "outside (11), "
-                  "for which alone (29) is derived; less the dead band of 0.9 mm, which (26) does not have, "
-                  "it would be "
-                  "2.79e5 Pa and inside"},
           {.item = "(25), (26)",
-           .quantity = "rest pressure of (25) less that of (26), in the absolute pressures that (16) needs",
+           .quantity = "rest pressure of (25) at Table 3's 2.69 mm; beside it that of (26)",
            .unit = "Pa",
-           .paper = 0.0,
-           .ours = bench.ambient_Pa,
+           .paper = bench.plunger_spring_N_m / bench.diaphragm_area_m2 * rest_screw_m,
+           .ours = rest_pressure_Pa(bench, rest_screw_m),
+           .tolerance = kPrintedSlope_Pa_m * 0.005e-3,
            .source = Source::kPapersOwnEquation,
-           .why =
-               "(25) rests at p_atm + k_me x_p/A_d, (26) drops p_atm: it holds for gauge pressures, while "
-               "the p of "
-               "(16), and so of (27) and c_5, c_8, is absolute; k_2 comes out too large by p/(p - p_atm)"}}};
+           .instead = "(26)",
+           .why = "(25) rests at p_atm + k_me x_p/A_d, (26) drops p_atm: it holds for gauge pressures alone, "
+                  "while the p of (16), and so of (27), c_5 and c_8, is absolute"}}};
 }
 
 }  // namespace plenum::host::reproduce::regulator_valve

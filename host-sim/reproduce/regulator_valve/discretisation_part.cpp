@@ -6,6 +6,7 @@
 #include "host-sim/plant/regulator_valve/linear_model.hpp"
 #include "host-sim/reproduce/regulator_valve/parts.hpp"
 #include "host-sim/reproduce/regulator_valve/printed.hpp"
+#include "host-sim/reproduce/samples.hpp"
 
 namespace plenum::host::reproduce::regulator_valve {
 namespace {
@@ -47,7 +48,7 @@ Part discretisation() {
   std::vector<double> p(3, 0.0);
   for (std::size_t k = 3; k < stepped.size(); ++k) {
     p.push_back(model.b_Pa_m - model.a[0] * p[k - 1] - model.a[1] * p[k - 2] - model.a[2] * p[k - 3]);
-    largest = std::max(largest, std::abs(p[k] - stepped[k]) / c.static_gain_Pa_m());
+    largest = greater_of(largest, std::abs(p[k] - stepped[k]) / c.static_gain_Pa_m());
   }
   return {
       .title = "(30)-(32): discretisation",

@@ -1,5 +1,4 @@
 // (17)-(29): the nonlinear valve against its linear models.
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
@@ -8,6 +7,7 @@
 #include "host-sim/plant/regulator_valve/valve.hpp"
 #include "host-sim/reproduce/regulator_valve/parts.hpp"
 #include "host-sim/reproduce/regulator_valve/printed.hpp"
+#include "host-sim/reproduce/samples.hpp"
 
 namespace plenum::host::reproduce::regulator_valve {
 namespace {
@@ -72,7 +72,7 @@ Answers answers(double step_m) {
   found.linear.x = found.plant.x;
   for (std::size_t i = 0; i < found.plant.y.size(); ++i)
     found.largest_difference_Pa =
-        std::max(found.largest_difference_Pa, std::abs(found.plant.y[i] - found.linear.y[i]));
+        greater_of(found.largest_difference_Pa, std::abs(found.plant.y[i] - found.linear.y[i]));
   return found;
 }
 

@@ -1,9 +1,9 @@
 // (1)-(9): what flows in and out is what the volume holds.
-#include <algorithm>
 #include <cmath>
 
 #include "host-sim/plant/regulator_valve/valve.hpp"
 #include "host-sim/reproduce/regulator_valve/parts.hpp"
+#include "host-sim/reproduce/samples.hpp"
 
 namespace plenum::host::reproduce::regulator_valve {
 
@@ -25,7 +25,7 @@ Part mass_conservation() {
       plant.advance(screw_m, kSample_s);
       const valve::ValveState& state = plant.state();
       const double stored_kg = stored_kg_Pa * (state.pressure_Pa - bench.ambient_Pa);
-      largest_kg = std::max(largest_kg, std::abs(stored_kg - (state.supplied_kg - state.vented_kg)));
+      largest_kg = greater_of(largest_kg, std::abs(stored_kg - (state.supplied_kg - state.vented_kg)));
       supplied.x.push_back(static_cast<double>(supplied.x.size() + 1) * kSample_s);
       supplied.y.push_back(kGrams * state.supplied_kg);
       vented.y.push_back(kGrams * state.vented_kg);

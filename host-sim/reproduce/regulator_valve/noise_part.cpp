@@ -1,7 +1,6 @@
 // What the paper does not print and Table 4 depends on: the noise, and how long a step is held.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <iterator>
@@ -10,6 +9,7 @@
 
 #include "host-sim/reproduce/regulator_valve/parts.hpp"
 #include "host-sim/reproduce/regulator_valve/printed.hpp"
+#include "host-sim/reproduce/samples.hpp"
 
 namespace plenum::host::reproduce::regulator_valve {
 namespace {
@@ -83,7 +83,7 @@ Part influence_of_noise(const Progress& progress) {
     for (std::size_t i = 0; i < 3; ++i) {
       a[i].x.push_back(noise_Pa);
       a[i].y.push_back(found[i]);
-      off = std::max(off, std::abs(found[i] - kPrintedLeastSquares.rising.a[i]));
+      off = greater_of(off, std::abs(found[i] - kPrintedLeastSquares.rising.a[i]));
     }
     if (off < closest) {
       closest = off;

@@ -6,6 +6,7 @@
 #include "host-sim/plant/regulator_valve/linear_model.hpp"
 #include "host-sim/plant/regulator_valve/valve.hpp"
 #include "host-sim/reproduce/regulator_valve/parts.hpp"
+#include "host-sim/reproduce/samples.hpp"
 
 namespace plenum::host::reproduce::regulator_valve {
 
@@ -26,7 +27,7 @@ Part nozzle() {
   for (int i = 0; i <= kPoints; ++i) {
     const double p_Pa = bench.supply_Pa * i / kPoints;
     const double flow = ports.inlet_kg_s(x_m, std::max(p_Pa, 1.0)) / blocked_kg_s;
-    if (p_Pa < range.high_Pa) off_blocked = std::max(off_blocked, std::abs(flow - 1.0));
+    if (p_Pa < range.high_Pa) off_blocked = greater_of(off_blocked, std::abs(flow - 1.0));
     if (i > 0 && flow > curve.y.back() + 1e-12) ++rises;
     curve.x.push_back(p_Pa / bench.supply_Pa);
     curve.y.push_back(flow);
@@ -35,7 +36,7 @@ Part nozzle() {
   for (double p_Pa = range.low_Pa; p_Pa <= range.high_Pa; p_Pa += 1e3) {
     const double printed =
         bench.exhaust_width_m * kOpen_m * valve::blocked_flow_s_m(bench.gas) * p_Pa;  // (16)
-    off_exhaust = std::max(off_exhaust, std::abs(ports.exhaust_kg_s(-kOpen_m, p_Pa) / printed - 1.0));
+    off_exhaust = greater_of(off_exhaust, std::abs(ports.exhaust_kg_s(-kOpen_m, p_Pa) / printed - 1.0));
   }
   const double jump = ports.inlet_kg_s(x_m, range.high_Pa * (1.0 + 1e-9)) / blocked_kg_s - 1.0;
 

@@ -13,7 +13,8 @@ namespace {
 
 using identify::regulator_valve::DiscreteModel;
 
-constexpr double kReading_s = 0.055;  // half digits of "0.1 s" and "0.15 s"
+constexpr double kReading_s = 0.055;            // half digits of "0.1 s" and "0.15 s"
+constexpr double kSlopeDigits_Pa_mm = 0.005e5;  // half a digit of "1.56e5 Pa"
 
 // 63 % of the settled answer to a step, in seconds after it.
 double rise_s(const DiscreteModel& model) {
@@ -61,6 +62,7 @@ Part printed_models() {
            .ours = std::abs(identify::regulator_valve::poles(model)[0]),
            .expect = Expect::kAtMost,
            .source = Source::kPapersOwnEquation,
+           .instead = "the limit of stability",
            .why = "the printed model is not stable"});
       part.findings.push_back(
           {.item = fmt::format("{}, section 4", equation),
@@ -68,12 +70,12 @@ Part printed_models() {
            .unit = "Pa/mm",
            .paper = 1e-3 * kPrintedSlope_Pa_m,
            .ours = 1e-3 * model.static_gain_Pa_m(),
-           .tolerance = 1e-3 * model.static_gain_Pa_m() * kResidueRounding / model.residue(),
-           .source = Source::kPapersOwnEquation,
-           .why = fmt::format(
-               "b/(1 + a_1 + a_2 + a_3) of {} is not the 1.56e5 Pa/mm measured before, by more than the "
-               "printed decimals allow",
-               equation)});
+           .tolerance =
+               kSlopeDigits_Pa_mm + 1e-3 * model.static_gain_Pa_m() * kResidueRounding / model.residue(),
+           .why = fmt::format("b/(1 + a_1 + a_2 + a_3) of {} is off the 1.56e5 Pa/mm measured before by more "
+                              "than the printed decimals allow; a model identified from another recording "
+                              "need not have it",
+                              equation)});
       chart.curves.push_back(step_curve(*printed, model, condition));
     }
     const auto rise_with = [&](double residue) {  // at the same static gain
@@ -90,11 +92,11 @@ Part printed_models() {
          .ours = rise_s(printed->rising),
          .tolerance =
              kReading_s + rise_with(printed->rising.residue() - kResidueRounding) - rise_s(printed->rising),
-         .source = Source::kPapersOwnEquation,
-         .why = fmt::format(
-             "{} is not as fast as the step of Fig. 5; one-step least squares comes out slow where "
-             "the measured pressures in its regressors are noisy",
-             equation)});
+         .why =
+             fmt::format("{} is not as fast as the step of Fig. 5, nor need a model identified from another "
+                         "recording be; one-step least squares comes out slow where the measured "
+                         "pressures in its regressors are noisy",
+                         equation)});
   }
   part.charts.push_back(chart);
   return part;

@@ -1,5 +1,4 @@
 // Fig. 6: steps up and down, dead band and hysteresis, and the piecewise model of three conditions.
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 
@@ -8,6 +7,7 @@
 #include "host-sim/identify/regulator_valve/piecewise.hpp"
 #include "host-sim/reproduce/regulator_valve/parts.hpp"
 #include "host-sim/reproduce/regulator_valve/printed.hpp"
+#include "host-sim/reproduce/samples.hpp"
 
 namespace plenum::host::reproduce::regulator_valve {
 namespace {
@@ -25,7 +25,7 @@ double largest_change_within_band_Pa(const std::vector<id::Plateau>& plateaus, s
   double largest = 0.0;
   for (std::size_t i = top + 1; i < plateaus.size(); ++i) {
     if (plateaus[i].screw_m > plateaus[top].screw_m - kPrintedDeadBand_m)
-      largest = std::max(largest, std::abs(plateaus[i].settled_Pa - plateaus[top].settled_Pa));
+      largest = greater_of(largest, std::abs(plateaus[i].settled_Pa - plateaus[top].settled_Pa));
   }
   return largest;
 }
