@@ -61,7 +61,24 @@ std::vector<Plateau> plateaus_within(const Recording& recording, Direction direc
   return within;
 }
 
+void require_sample_time(const char* of, double sample_s) {
+  if (!std::isfinite(sample_s) || !(sample_s > 0.0))
+    throw std::invalid_argument(fmt::format("{}: sample_s = {}, expected above 0", of, sample_s));
+}
+
 }  // namespace
+
+void validate(const Branch& branch) {
+  if (branch.screw_m.size() != branch.pressure_Pa.size()) {
+    throw std::invalid_argument(fmt::format("branch: {} screw positions and {} pressures, expected as many",
+                                            branch.screw_m.size(), branch.pressure_Pa.size()));
+  }
+  for (std::size_t k = 0; k < branch.screw_m.size(); ++k) {
+    if (!std::isfinite(branch.screw_m[k]) || !std::isfinite(branch.pressure_Pa[k]))
+      throw std::invalid_argument(fmt::format("branch: sample {} is not finite", k));
+  }
+  require_sample_time("branch", branch.sample_s);
+}
 
 std::vector<Plateau> plateaus(const Recording& recording) {
   const std::size_t samples = recording.screw_m.size();
@@ -103,6 +120,7 @@ Branch zero_mean(const Recording& recording, std::size_t first, std::size_t end)
 }
 
 Branch branch_of(const Recording& recording, Direction direction, const PressureRange& range) {
+  require_sample_time("recording", recording.sample_s);
   const std::vector<Plateau> within = plateaus_within(recording, direction, range);
   const auto lead = static_cast<std::size_t>(std::lround(kLead_s / recording.sample_s));
   const Plateau& start = within.front();

@@ -40,6 +40,10 @@ struct Branch {
   std::vector<double> pressure_Pa;
 };
 
+/// Throws std::invalid_argument for columns of unequal lengths, a sample that is not finite, and a sample time
+/// not above 0.
+void validate(const Branch& branch);
+
 /// Settled pressures over the screw, rising and falling, as two straight lines.
 struct DeadBand {
   double width_m = 0.0;         ///< between the lines at the middle of the range
@@ -55,7 +59,8 @@ std::vector<Plateau> plateaus(const plant::regulator_valve::Recording& recording
 /// none.
 Branch zero_mean(const plant::regulator_valve::Recording& recording, std::size_t first, std::size_t end);
 
-/// Throws CannotIdentify where fewer than two plateaus of that direction lie in the range.
+/// Throws CannotIdentify where fewer than two plateaus of that direction lie in the range, std::invalid_argument
+/// as plateaus() and for a sample time not above 0.
 Branch branch_of(const plant::regulator_valve::Recording& recording, Direction direction,
                  const PressureRange& range = {});
 

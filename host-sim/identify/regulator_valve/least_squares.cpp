@@ -16,6 +16,7 @@ constexpr double kDependent = 1e-12;  // pivot of Psi below which a column is a 
 }  // namespace
 
 DiscreteModel fit_least_squares(const Branch& branch) {
+  validate(branch);
   const std::size_t samples = branch.pressure_Pa.size();
   if (samples < kFewest) {
     throw CannotIdentify(fmt::format("least squares: {} samples, expected at least {}", samples, kFewest));

@@ -51,6 +51,7 @@ double free_run_squares(const DiscreteModel& model, const Branch& branch, double
 }  // namespace
 
 SwarmFit fit_swarm(const Branch& branch, const swarm::Settings& settings) {
+  validate(branch);
   const std::size_t samples = branch.pressure_Pa.size();
   if (samples < kFewest)
     throw CannotIdentify(fmt::format("swarm fit: {} samples, expected at least {}", samples, kFewest));

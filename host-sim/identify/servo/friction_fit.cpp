@@ -28,7 +28,9 @@ std::vector<SlidingRow> sliding_rows(const PulledRecord& record, const SlidingWi
   const std::size_t n = record.time_s.size();
   if (record.position_m.size() != n || record.pressure_Pa.size() != n || record.force_N.size() != n)
     throw std::invalid_argument("pulled record: columns of different lengths, expected equal ones");
+  if (n == 0) throw std::invalid_argument("pulled record: no samples, expected some");
   const std::size_t w = window.half_width;
+  if (w == 0) throw std::invalid_argument("sliding window: half_width = 0, expected 1 or more");
   std::vector<SlidingRow> rows;
   for (std::size_t i = w; i + w < n; ++i) {
     double mean_t = 0.0;
@@ -57,6 +59,8 @@ std::vector<SlidingRow> sliding_rows(const PulledRecord& record, const SlidingWi
 }
 
 std::vector<SlidingRow> gathered(std::span<const SlidingRow> rows, double width_m_s, std::size_t least_rows) {
+  if (!std::isfinite(width_m_s) || !(width_m_s > 0.0))
+    throw std::invalid_argument(fmt::format("gathered rows: width_m_s = {}, expected above 0", width_m_s));
   std::map<long, SlidingRow> sums;
   for (const SlidingRow& row : rows) {
     SlidingRow empty;
@@ -85,6 +89,8 @@ FrictionFit fit_friction(std::span<const std::vector<SlidingRow>> records, const
     throw CannotIdentify("friction: one record, expected two or more pressures to tell area from force zero");
   std::size_t count = 0;
   for (std::size_t r = 0; r < records.size(); ++r) {
+    if (records[r].empty())
+      throw CannotIdentify(fmt::format("friction: record {} has no rows, expected some that slide", r));
     const auto forward = static_cast<std::size_t>(std::count_if(
         records[r].begin(), records[r].end(), [](const SlidingRow& row) { return row.velocity_m_s > 0.0; }));
     if (forward == 0 || forward == records[r].size())
@@ -117,6 +123,9 @@ FrictionFit fit_friction(std::span<const std::vector<SlidingRow>> records, const
       samples += slide.weight;
     }
   }
+  if (!(samples > static_cast<double>(columns)))
+    throw CannotIdentify(
+        fmt::format("friction: {} samples for {} coefficients, expected more", samples, columns));
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(X);
   qr.setThreshold(1e-9);
   if (qr.rank() < columns)

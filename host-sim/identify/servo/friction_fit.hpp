@@ -48,11 +48,13 @@ struct SlidingRow {
   double weight = 1.0;  ///< how many samples it stands for
 };
 
-/// Throws std::invalid_argument when the columns differ in length or a value is not finite.
+/// Throws std::invalid_argument when the columns are empty or differ in length, a value is not finite, or
+/// half_width is 0.
 std::vector<SlidingRow> sliding_rows(const PulledRecord& record, const SlidingWindow& window);
 
 /// The rows of one record gathered by velocity: means of each interval [i, i + 1) `width_m_s` that holds
-/// `least_rows` or more, by rising velocity, weighted with their number.
+/// `least_rows` or more, by rising velocity, weighted with their number. Throws std::invalid_argument
+/// for a width not above 0.
 std::vector<SlidingRow> gathered(std::span<const SlidingRow> rows, double width_m_s, std::size_t least_rows);
 
 struct FrictionFit {
@@ -75,7 +77,8 @@ struct FrictionTerms {
 };
 
 /// Weighted least squares over the records. Throws CannotIdentify when a record slides in one direction only,
-/// when one record is there only, or when the rows leave a coefficient open.
+/// when one record is there only or one is empty, when there are no more samples than coefficients, or when the
+/// rows leave a coefficient open.
 FrictionFit fit_friction(std::span<const std::vector<SlidingRow>> records, const FrictionTerms& terms = {});
 
 /// The bench force that a fit predicts for a row of record `record` [N].

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <numeric>
 #include <stdexcept>
 
@@ -77,6 +78,15 @@ TEST(RegulatorValveBranch, RefusesARecordingOfUnequalLengths) {
   recording.pressure_Pa.pop_back();
   EXPECT_THROW(plateaus(recording), std::invalid_argument);
   EXPECT_THROW(zero_mean(recording, 5, 5), std::invalid_argument);
+}
+
+TEST(RegulatorValveBranch, RefusesASampleTimeNotAboveZero) {
+  Recording recording = ideal(1.56e8, 0.9e-3);
+  for (const double sample_s : {0.0, -0.005, std::numeric_limits<double>::quiet_NaN()}) {
+    recording.sample_s = sample_s;
+    EXPECT_THAT([&] { branch_of(recording, Direction::kRising); },
+                ThrowsMessage<std::invalid_argument>(HasSubstr("sample_s")));
+  }
 }
 
 }  // namespace

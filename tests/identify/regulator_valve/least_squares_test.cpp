@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <limits>
+#include <stdexcept>
+
 #include <Eigen/Dense>
 
 #include "host-sim/identify/cannot_identify.hpp"
@@ -65,7 +68,24 @@ TEST(LeastSquares, SaysWhyItCannot) {
   EXPECT_THAT([&] { fit_least_squares(dependent); },
               ThrowsMessage<CannotIdentify>(HasSubstr("no excitation")));
   branch.pressure_Pa.resize(7);
+  branch.screw_m.resize(7);
   EXPECT_THAT([&] { fit_least_squares(branch); }, ThrowsMessage<CannotIdentify>(HasSubstr("7 samples")));
+}
+
+TEST(LeastSquares, RefusesABranchThatIsNone) {
+  const Branch branch = made::branch_by(made::known_model(), 100, 100.0, 5);
+  Branch wrong = branch;
+  wrong.screw_m.pop_back();
+  EXPECT_THAT([&] { fit_least_squares(wrong); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("99 screw positions and 100 pressures")));
+  wrong = branch;
+  wrong.pressure_Pa[40] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THAT([&] { fit_least_squares(wrong); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("sample 40")));
+  wrong = branch;
+  wrong.sample_s = 0.0;
+  EXPECT_THAT([&] { fit_least_squares(wrong); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("sample_s = 0")));
 }
 
 }  // namespace

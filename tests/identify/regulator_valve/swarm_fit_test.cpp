@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <limits>
+#include <stdexcept>
+
 #include "host-sim/identify/cannot_identify.hpp"
 #include "host-sim/identify/regulator_valve/fit_measure.hpp"
 #include "host-sim/identify/regulator_valve/least_squares.hpp"
@@ -70,7 +73,22 @@ TEST(SwarmFit, SaysWhyItCannot) {
   EXPECT_THAT([&] { fit_swarm(instant); },
               ThrowsMessage<CannotIdentify>(HasSubstr("residue ends at its bound")));
   branch.pressure_Pa.resize(7);
+  branch.screw_m.resize(7);
   EXPECT_THAT([&] { fit_swarm(branch); }, ThrowsMessage<CannotIdentify>(HasSubstr("7 samples")));
+}
+
+TEST(SwarmFit, RefusesABranchThatIsNone) {
+  const Branch branch = made::branch_by(made::known_model(), 100, 100.0, 5);
+  Branch wrong = branch;
+  wrong.screw_m.pop_back();
+  EXPECT_THAT([&] { fit_swarm(wrong); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("99 screw positions and 100 pressures")));
+  wrong = branch;
+  wrong.pressure_Pa[40] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THAT([&] { fit_swarm(wrong); }, ThrowsMessage<std::invalid_argument>(HasSubstr("sample 40")));
+  wrong = branch;
+  wrong.sample_s = 0.0;
+  EXPECT_THAT([&] { fit_swarm(wrong); }, ThrowsMessage<std::invalid_argument>(HasSubstr("sample_s = 0")));
 }
 
 }  // namespace

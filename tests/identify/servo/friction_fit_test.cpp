@@ -3,7 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
+#include <limits>
 #include <stdexcept>
+#include <string>
 
 #include "host-sim/identify/cannot_identify.hpp"
 #include "tests/identify/servo/pulled_records.hpp"
@@ -83,6 +86,47 @@ TEST(FrictionFit, SaysWhatOneDirectionOrOneRecordCannotTell) {
   } catch (const CannotIdentify& e) {
     EXPECT_NE(std::string(e.what()).find("record 1 slides in one direction"), std::string::npos) << e.what();
   }
+}
+
+std::string refusal(const std::function<void()>& call) {
+  try {
+    call();
+  } catch (const std::exception& e) {
+    return e.what();
+  }
+  return "nothing was refused";
+}
+
+TEST(FrictionFit, RefusesWhatHasNoVelocity) {
+  PulledRecord record{{0.0, 0.01, 0.02}, {0.01, 0.011, 0.012}, {1e5, 1e5, 1e5}, {50.0, 50.0, 50.0}};
+  EXPECT_THROW(sliding_rows(record, {.half_width = 0}), std::invalid_argument);
+  EXPECT_NE(refusal([&] { sliding_rows(record, {.half_width = 0}); }).find("half_width = 0"),
+            std::string::npos);
+  EXPECT_EQ(sliding_rows(record, {.half_width = 1}).size(), 1u);
+  EXPECT_THROW(sliding_rows(PulledRecord{}, {}), std::invalid_argument);
+  EXPECT_NE(refusal([] { sliding_rows(PulledRecord{}, {}); }).find("no samples"), std::string::npos);
+}
+
+TEST(FrictionFit, RefusesIntervalsWithoutWidth) {
+  const std::vector<SlidingRow> rows = exact(0.0, 1e-3).front();
+  for (const double width_m_s : {0.0, -1e-3, std::numeric_limits<double>::quiet_NaN()}) {
+    EXPECT_THROW(gathered(rows, width_m_s, 1), std::invalid_argument);
+    EXPECT_NE(refusal([&] { gathered(rows, width_m_s, 1); }).find("width_m_s"), std::string::npos);
+  }
+}
+
+TEST(FrictionFit, SaysThatRowsAreTooFew) {
+  std::vector<std::vector<SlidingRow>> records = exact(0.0, 1e-3);
+  std::vector<std::vector<SlidingRow>> few = records;
+  for (std::vector<SlidingRow>& record : few) record.resize(2);
+  EXPECT_THROW(fit_friction(few, {false, {}}), CannotIdentify);
+  EXPECT_NE(refusal([&] {
+              fit_friction(few, {false, {}});
+            }).find("4 samples for 4 coefficients"),
+            std::string::npos);
+  records[1].clear();
+  EXPECT_THROW(fit_friction(records), CannotIdentify);
+  EXPECT_NE(refusal([&] { fit_friction(records); }).find("record 1 has no rows"), std::string::npos);
 }
 
 TEST(MeasuredFriction, CoulombFrictionIsHalfTheGapBetweenTheDirectionsAndGrowsWithPressure) {
