@@ -3,11 +3,11 @@
 #include <fmt/core.h>
 
 #include <Eigen/Dense>
-#include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "host-sim/identify/cannot_identify.hpp"
+#include "host-sim/identify/relief_valve/greater_of.hpp"
 #include "host-sim/plant/refuse.hpp"
 
 namespace plenum::host::identify::relief_valve {
@@ -86,7 +86,7 @@ double worst_pressure_error(const StaticGreyBox& valve, std::span<const StaticPo
   for (const StaticPoint& point : points) {
     if (point.flow_m3_s <= 0.0) continue;
     const double P = plant::relief_valve::pressure_Pa(valve, point.flow_m3_s);
-    worst = std::max(worst, std::abs(P - point.pressure_Pa) / point.pressure_Pa);
+    worst = greater_of(worst, std::abs(P - point.pressure_Pa) / point.pressure_Pa);
   }
   return worst;
 }

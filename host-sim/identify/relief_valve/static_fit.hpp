@@ -35,7 +35,7 @@ plant::relief_valve::StaticGreyBox fit_static(std::span<const StaticPoint> point
 plant::relief_valve::StaticGreyBox static_through(double cracking_Pa, const StaticPoint& rated,
                                                   double density_kg_m3);
 
-/// Largest |P model - P| / P over the points of flow above 0.
+/// Largest |P model - P| / P over the points of flow above 0; NaN where one is.
 double worst_pressure_error(const plant::relief_valve::StaticGreyBox& valve,
                             std::span<const StaticPoint> points);
 

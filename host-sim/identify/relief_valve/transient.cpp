@@ -6,6 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "host-sim/identify/relief_valve/greater_of.hpp"
 #include "host-sim/plant/refuse.hpp"
 
 namespace plenum::host::identify::relief_valve {
@@ -70,7 +71,7 @@ PredictionError prediction_error(const std::vector<double>& predicted_Pa, const 
   const std::size_t tail = std::max<std::size_t>(1, rows / 10);
   for (std::size_t k = 0; k < rows; ++k) {
     const double part = (predicted_Pa[k] - transient.pressure_Pa[k]) / transient.pressure_Pa[k];
-    error.worst = std::max(error.worst, std::abs(part));
+    error.worst = greater_of(error.worst, std::abs(part));
     if (k + tail >= rows) error.final += part / static_cast<double>(tail);
   }
   return error;

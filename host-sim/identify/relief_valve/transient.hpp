@@ -29,7 +29,7 @@ std::vector<double> predict_pressure(const plant::relief_valve::GreyBoxConfig& v
 double performance_index(const plant::relief_valve::GreyBoxConfig& valve, const Transient& transient);
 
 struct PredictionError {
-  double worst = 0.0;  ///< largest |P model - P| / P
+  double worst = 0.0;  ///< largest |P model - P| / P; NaN where one is
   double final = 0.0;  ///< (P model - P) / P, mean of the last tenth of the record
 };
 PredictionError prediction_error(const std::vector<double>& predicted_Pa, const Transient& transient);

@@ -113,4 +113,11 @@ TEST(StaticFit, LineThroughTwoPointsMeetsBoth) {
   EXPECT_THROW(static_through(7e6, {7e6, 1.7e-3}, 865.0), std::invalid_argument);
 }
 
+TEST(WorstPressureError, KeepsWhatIsNoNumber) {
+  std::vector<StaticPoint> points = curve(kTruth, 5);
+  EXPECT_LT(worst_pressure_error(kTruth, points), 1e-9);
+  points[1].pressure_Pa = std::nan("");
+  EXPECT_TRUE(std::isnan(worst_pressure_error(kTruth, points)));
+}
+
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <stdexcept>
 #include <vector>
 
@@ -40,6 +41,15 @@ TEST(PredictionError, IsTheLargestShareAndTheMeanAtTheEnd) {
   const PredictionError error = prediction_error(predicted, transient);
   EXPECT_DOUBLE_EQ(error.worst, 0.12);
   EXPECT_DOUBLE_EQ(error.final, 0.03);
+}
+
+TEST(PredictionError, KeepsWhatIsNoNumber) {
+  const Transient transient{.step_s = 1e-3,
+                            .pressure_Pa = std::vector<double>(20, 100.0),
+                            .flow_m3_s = std::vector<double>(20, 1.0)};
+  std::vector<double> predicted(20, 101.0);
+  predicted[4] = std::nan("");
+  EXPECT_TRUE(std::isnan(prediction_error(predicted, transient).worst));
 }
 
 TEST(Transient, IsRefusedNamingTheSample) {
