@@ -1,10 +1,10 @@
-#include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "host-sim/plant/relief_valve/grey_box.hpp"
 #include "host-sim/reproduce/relief_valve/parts.hpp"
 #include "host-sim/reproduce/relief_valve/printed.hpp"
+#include "host-sim/reproduce/samples.hpp"
 
 namespace plenum::host::reproduce::relief_valve {
 namespace {
@@ -68,10 +68,10 @@ Part dynamic_equations() {
     const double end_s = t + kStep_s;
     const double flow_rate = flow_rate_m3_s2(config, published_Pa, Q(end_s),
                                              pressure_rate_Pa_s(config, published_Pa, Q(end_s), dQ(end_s)));
-    worst_inverse = std::max(worst_inverse, std::abs(flow_rate - dQ(end_s)) / kLitrePerMinute_m3_s);
-    worst_published = std::max(worst_published, std::abs(published_Pa - next_Pa) / kPsi_Pa);
-    worst_round_trip = std::max(worst_round_trip,
-                                std::abs(by_pressure.flow_m3_s(next_Pa) - Q(end_s)) / kLitrePerMinute_m3_s);
+    worst_inverse = greater_of(worst_inverse, std::abs(flow_rate - dQ(end_s)) / kLitrePerMinute_m3_s);
+    worst_published = greater_of(worst_published, std::abs(published_Pa - next_Pa) / kPsi_Pa);
+    worst_round_trip = greater_of(worst_round_trip,
+                                  std::abs(by_pressure.flow_m3_s(next_Pa) - Q(end_s)) / kLitrePerMinute_m3_s);
     if (k % 4 == 0) {
       time_s.push_back(end_s);
       flow.push_back(flow_l_min(end_s));

@@ -11,6 +11,7 @@
 #include "host-sim/reproduce/relief_valve/parts.hpp"
 #include "host-sim/reproduce/relief_valve/printed.hpp"
 #include "host-sim/reproduce/relief_valve/recorded.hpp"
+#include "host-sim/reproduce/samples.hpp"
 
 namespace plenum::host::reproduce::relief_valve {
 namespace {
@@ -28,7 +29,9 @@ struct Test {
   Transient record;
   std::vector<double> predicted_Pa;
   PredictionError error, static_error, constant_error;
-  double swing_psi;  ///< of the record
+  double swing_psi;       ///< of the record
+  double worst_of_swing;  ///< largest |P model - P|, of the swing
+  double final_of_swing;  ///< P model - P of the last tenth of the record, of the swing
 };
 
 Test tried(const TwoStagePhysics& physics, const FlowChange& change, const GreyBoxConfig& valve) {
@@ -38,7 +41,9 @@ Test tried(const TwoStagePhysics& physics, const FlowChange& change, const GreyB
             .error = {},
             .static_error = {},
             .constant_error = {},
-            .swing_psi = 0.0};
+            .swing_psi = 0.0,
+            .worst_of_swing = 0.0,
+            .final_of_swing = 0.0};
   test.predicted_Pa = predict_pressure(valve, test.record);
   test.error = prediction_error(test.predicted_Pa, test.record);
   GreyBoxConfig without_lag = valve;
@@ -49,6 +54,13 @@ Test tried(const TwoStagePhysics& physics, const FlowChange& change, const GreyB
   const auto [least, most] =
       std::minmax_element(test.record.pressure_Pa.begin(), test.record.pressure_Pa.end());
   test.swing_psi = (*most - *least) / kPsi_Pa;
+  const std::size_t rows = test.predicted_Pa.size();
+  const std::size_t tail = std::max<std::size_t>(1, rows / 10);
+  for (std::size_t k = 0; k < rows; ++k) {
+    const double part = (test.predicted_Pa[k] - test.record.pressure_Pa[k]) / (*most - *least);
+    test.worst_of_swing = greater_of(test.worst_of_swing, std::abs(part));
+    if (k + tail >= rows) test.final_of_swing += part / static_cast<double>(tail);
+  }
   return test;
 }
 
@@ -99,20 +111,34 @@ Part identified_valve() {
        .why = "the static curve bends more than the paper's"});
   for (const Test& test : tests) {
     const bool printed = &test < tests.data() + from_table;
-    part.findings.push_back({.item = printed ? "Table V" : "conclusion",
-                             .quantity = "largest transient error, test " + test.change.name,
-                             .unit = "%",
-                             .paper = 15.0,
-                             .ours = 100.0 * test.error.worst,
-                             .expect = Expect::kAtMost,
-                             .why = "the grey-box model does not follow this change"});
-    part.findings.push_back({.item = printed ? "Table V" : "conclusion",
-                             .quantity = "error at the end, test " + test.change.name,
-                             .unit = "%",
-                             .paper = 5.0,
-                             .ours = 100.0 * std::abs(test.error.final),
-                             .expect = Expect::kAtMost,
-                             .why = "the grey-box model does not settle where the valve does"});
+    const char* const item = printed ? "summary, Table V" : "summary";
+    const char* const instead = printed ? "the summary's bound, there of the pressure" : "";
+    part.findings.push_back(
+        {.item = item,
+         .quantity = std::string("largest transient error") + (printed ? " of the swing" : "") + ", test " +
+                     test.change.name,
+         .unit = "%",
+         .paper = 15.0,
+         .ours = 100.0 * (printed ? test.worst_of_swing : test.error.worst),
+         .expect = Expect::kAtMost,
+         .instead = instead,
+         .why = printed
+                    ? "the bound is the paper's for the error as a share of the pressure, which a constant "
+                      "pressure meets here; of the swing the model misses more"
+                    : "the grey-box model does not follow this change"});
+    part.findings.push_back(
+        {.item = item,
+         .quantity = std::string("error at the end") + (printed ? " of the swing" : "") + ", test " +
+                     test.change.name,
+         .unit = "%",
+         .paper = 5.0,
+         .ours = 100.0 * std::abs(printed ? test.final_of_swing : test.error.final),
+         .expect = Expect::kAtMost,
+         .instead = instead,
+         .why = printed
+                    ? "the bound is the paper's for the error as a share of the pressure, which a constant "
+                      "pressure meets here; of the swing the model is off by more"
+                    : "the grey-box model does not settle where the valve does"});
   }
   // All three constants from the transient, either damping law: Table IV.
   const auto free_run_error = [&](Damping damping) {
@@ -134,12 +160,14 @@ Part identified_valve() {
   double worst_constant = 0.0;
   for (std::size_t i = 0; i < from_table; ++i) {
     const Test& test = tests[i];
-    double off_psi = 0.0;
-    for (std::size_t k = 0; k < test.predicted_Pa.size(); ++k)
-      off_psi = std::max(off_psi, std::abs(test.predicted_Pa[k] - test.record.pressure_Pa[k]) / kPsi_Pa);
-    worst_of_swing = std::max(worst_of_swing, 100.0 * off_psi / test.swing_psi);
-    worst_constant = std::max(worst_constant, 100.0 * test.constant_error.worst);
+    worst_of_swing = greater_of(worst_of_swing, 100.0 * test.worst_of_swing);
+    worst_constant = greater_of(worst_constant, 100.0 * test.constant_error.worst);
   }
+  std::vector<double> sudden_constant;
+  for (std::size_t i = from_table; i < tests.size(); ++i)
+    sudden_constant.push_back(100.0 * tests[i].constant_error.worst);
+  const double most_sudden_constant = largest(sudden_constant);
+  const double least_sudden_constant = *std::min_element(sudden_constant.begin(), sudden_constant.end());
   part.text = fmt::format(
       "The real valve is appendix A's (the settling one); records hold pressure and flow at its port every "
       "millisecond, without noise. The seven changes of flow are "
@@ -148,11 +176,18 @@ Part identified_valve() {
       "Stage two: the lag alone on run 1 by (4.5): {:.1f} ms. The other tests are predicted. This valve "
       "regulates so well (its static curve rises by {:.0f} psi over the whole range) that "
       "15 % of the pressure is no hard test: on Table V's changes even a constant pressure is off by no more "
-      "than {:.1f} %. Of the swing of pressure in each test the grey-box "
-      "model misses {:.0f} % at most. The sudden changes are the harder ones: there the static model alone "
-      "is off by up to {:.0f} %.",
+      "than {:.1f} %. Their errors are therefore taken as a share of the swing of pressure in each test, of "
+      "which "
+      "the grey-box model misses {:.0f} % at most; as a share of the pressure they are compared for the "
+      "sudden "
+      "changes only. The flows of tests 5, 3 and 6 are guessed where the scan is damaged. The sudden changes "
+      "are the "
+      "harder ones: there a constant pressure is off by {:.1f} to {:.1f} %, so that 15 % is a test only "
+      "where "
+      "it is off by more, and the static model alone is off by up to {:.0f} %.",
       cracking_pressure_Pa(line) / kPsi_Pa, 1e3 * valve.lag_s,
       (points.back().pressure_Pa - points.front().pressure_Pa) / kPsi_Pa, worst_constant, worst_of_swing,
+      least_sudden_constant, most_sudden_constant,
       100.0 * std::max_element(tests.begin(), tests.end(), [](const Test& a, const Test& b) {
                 return a.static_error.worst < b.static_error.worst;
               })->static_error.worst);

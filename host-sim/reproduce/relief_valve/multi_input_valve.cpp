@@ -1,11 +1,11 @@
 #include "host-sim/plant/relief_valve/multi_input.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "host-sim/reproduce/relief_valve/parts.hpp"
 #include "host-sim/reproduce/relief_valve/printed.hpp"
+#include "host-sim/reproduce/samples.hpp"
 
 namespace plenum::host::reproduce::relief_valve {
 namespace {
@@ -81,16 +81,16 @@ Part multi_input_valve() {
     const double r4 = rate_from_inside_Pa_s(inside_Pa + kStep_s * r3, t + kStep_s);
     const MultiInputPorts now = ports(inside_Pa, r1, t);
     const double rate = upstream_rate_Pa_s(kValve, now);
-    worst_rate = std::max(worst_rate, std::abs(rate - r1));
-    largest_rate = std::max(largest_rate, std::abs(r1));
-    worst_x = std::max(worst_x, std::abs(displacement_m(kValve, now) - x_m(t)));
+    worst_rate = greater_of(worst_rate, std::abs(rate - r1));
+    largest_rate = greater_of(largest_rate, std::abs(r1));
+    worst_x = greater_of(worst_x, std::abs(displacement_m(kValve, now) - x_m(t)));
     const double middle_Pa = inside_Pa + 0.5 * kStep_s * r2;
     from_ports_Pa +=
         kStep_s *
         upstream_rate_Pa_s(
             kValve, ports(middle_Pa, rate_from_inside_Pa_s(middle_Pa, t + 0.5 * kStep_s), t + 0.5 * kStep_s));
     inside_Pa += kStep_s / 6.0 * (r1 + 2.0 * (r2 + r3) + r4);
-    worst_Pa = std::max(worst_Pa, std::abs(from_ports_Pa - inside_Pa));
+    worst_Pa = greater_of(worst_Pa, std::abs(from_ports_Pa - inside_Pa));
     if (k % 40 == 0) {
       time_s.push_back(t + kStep_s);
       inside_psi.push_back(inside_Pa / kPsi_Pa);
