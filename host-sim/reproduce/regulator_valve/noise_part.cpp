@@ -42,10 +42,10 @@ struct Curves {
     put(swarm_up, free_run_fit(up.swarm.model, up.branch));
     put(swarm_down, free_run_fit(down.swarm.model, down.branch));
   }
-  int swarm_below() const {
+  int swarm_below() const {  // a fit that is none counts
     int count = 0;
     for (std::size_t i = 0; i < swarm_up.y.size(); ++i)
-      count += (swarm_up.y[i] < least_squares_up.y[i]) + (swarm_down.y[i] < least_squares_down.y[i]);
+      count += !(swarm_up.y[i] >= least_squares_up.y[i]) + !(swarm_down.y[i] >= least_squares_down.y[i]);
     return count;
   }
   std::vector<report::Curve> all() const {

@@ -147,8 +147,9 @@ Part bipolynomial_part() {
        .paper = terms_of(fit_bipolynomial(samples_of(ports.front()), Terms::kAsPrinted).polynomial),
        .ours = terms_of(fit_bipolynomial(samples_of(ports.front()), Terms::kWhole).polynomial),
        .source = Source::kPapersOwnEquation,
-       .why = "(5) is called a second-order bipolynomial and its list of coefficients has an e that no "
-              "term carries: the one in u alone is missing."});
+       .why =
+           "(5) is called a second-order bipolynomial and its list of coefficients has an e that no "
+           "term carries: the one in u alone is missing. (The list also lacks the c that one does carry.)"});
   return part;
 }
 

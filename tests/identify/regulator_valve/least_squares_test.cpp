@@ -3,10 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Dense>
 #include <limits>
 #include <stdexcept>
-
-#include <Eigen/Dense>
 
 #include "host-sim/identify/cannot_identify.hpp"
 #include "tests/identify/regulator_valve/made_branch.hpp"
