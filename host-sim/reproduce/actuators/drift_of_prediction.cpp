@@ -63,6 +63,7 @@ void compare(Part& part, const std::string& how, const std::vector<Identified>& 
                            .paper = 50.0,
                            .ours = percent_of_curves_below(chambers, one_step, kUsually_percent),
                            .expect = Expect::kAtLeast,
+                           .instead = "our reading of \"usually\"",
                            .why = why});
   at_most("refined on free runs, which the paper did not: largest of any valve",
           largest(worst_drifts_percent(chambers, &Identified::free_run_drift)));

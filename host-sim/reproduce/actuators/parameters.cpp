@@ -9,6 +9,9 @@ namespace {
 
 using Parameters = std::array<double, identify::kFree>;
 
+constexpr double kFollows = 0.95;  // of a correlation: "c_7: B" names no number
+const char* const kFollowsReading = "our reading of \"interpretation\"";
+
 bool inside_table_one(const Parameters& c) {
   return c[0] > 2.0 && c[0] < 8.0 && c[2] > -1.0 && c[7] > -1.0 && c[7] < 1.0 && c[8] > 0.0;
 }
@@ -82,40 +85,45 @@ Part parameters(const Study& study) {
       {.item = "Table I",
        .quantity = "c_1 - (U_c + U_r)/2, mean of the magnitudes, fits on moving volumes",
        .unit = "V",
-       .paper = 0.0,
+       .paper = 0.05,
        .ours = mean(over(study.moving, [&](const Identified& one) { return std::abs(off_middle(one)); })),
-       .tolerance = 0.05,
+       .expect = Expect::kAtMost,
+       .instead = "our bound of \"(U_c + U_r)/2\"",
        .why = "as at rest, and c_1 gives way to the misplaced v' of (10c)"});
   const std::vector<double> B = over(study.at_rest, B_mm2_V);
   part.findings.push_back({.item = "Table I",
                            .quantity = "\"c_7: B of Eq. (3)\": correlation over the valves, at rest",
-                           .paper = 1.0,
+                           .paper = kFollows,
                            .ours = correlation(over(study.at_rest, c7_of_volume), B),
-                           .tolerance = 0.05});
+                           .expect = Expect::kAtLeast,
+                           .instead = kFollowsReading});
   part.findings.push_back({.item = "Table I",
                            .quantity = "\"c_7: B of Eq. (3)\": correlation over the valves, moving",
-                           .paper = 1.0,
+                           .paper = kFollows,
                            .ours = correlation(over(study.moving, c7_of_volume), over(study.moving, B_mm2_V)),
-                           .tolerance = 0.05,
+                           .expect = Expect::kAtLeast,
+                           .instead = kFollowsReading,
                            .why = "c_7 gives way to the misplaced v' of (10c); a few fits lose the valve "
                                   "altogether, with c_1 2 V off its null"});
   part.findings.push_back(
       {.item = "Table I",
        .quantity = "\"c_2: valve-voltage scale, B\": correlation over the valves, at rest",
-       .paper = 1.0,
+       .paper = kFollows,
        .ours =
            correlation(over(study.at_rest, [](const Identified& one) { return one.one_step.model.c[1]; }), B),
-       .tolerance = 0.05,
+       .expect = Expect::kAtLeast,
+       .instead = kFollowsReading,
        .why = "c_2 is the slope of s at its null over c_s, and p_ss of (2) depends on a_c/a_r: on the "
               "leaks and on the distance of the ports beside B. Some of the fits leave c_2 undetermined, "
               "c_3 takes over"});
   part.findings.push_back(
       {.item = "Table I",
        .quantity = "\"c_9: leakage, (L_c + L_r)/2\" in volts, over B: correlation over the valves, at rest",
-       .paper = 1.0,
+       .paper = kFollows,
        .ours = correlation(over(study.at_rest, [](const Identified& one) { return one.one_step.model.c[8]; }),
                            over(study.at_rest, leak_V)),
-       .tolerance = 0.05,
+       .expect = Expect::kAtLeast,
+       .instead = kFollowsReading,
        .why = "beyond its null the total area is B |u - c_1| - B (U_c - U_r)/2 + L, so that c_9 is "
               "c_gamma + L/B less half the distance of the ports, which is as large as L/B here; some of "
               "the fits leave it undetermined"});

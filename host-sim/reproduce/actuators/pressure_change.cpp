@@ -76,6 +76,7 @@ Part pressure_change(const Study& study) {
          .paper = 50.0,
          .ours = ours,
          .expect = Expect::kAtLeast,
+         .instead = "our reading of \"the main features\"",
          .why = "the one-step fit of this chamber does not describe its pressure change"});
   };
   explained("variance of the change explained, typical chamber, moving", explained_percent(moving_one));

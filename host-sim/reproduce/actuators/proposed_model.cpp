@@ -32,8 +32,8 @@ double largest_difference_percent() {
     const double p = random.uniform(120.0, 600.0);
     const identify::SteadyAndRate at = identify::steady_and_rate(ours, u, v, v_rate);
     const double expected = printed::compact_rate(theirs, p, u, v, v_rate);
-    most = std::max(most, 100.0 * std::abs((at.steady_kPa - p) * at.rate_per_s - expected) /
-                              (std::abs(expected) + std::abs(at.rate_per_s)));
+    most = greater_of(most, 100.0 * std::abs((at.steady_kPa - p) * at.rate_per_s - expected) /
+                                (std::abs(expected) + std::abs(at.rate_per_s)));
   }
   return most;
 }
@@ -45,7 +45,7 @@ double most_distance_left() {
   for (const double rate_per_s : {0.0, 1e-3, 1.0, 1e3, 1e6}) {
     for (const double step_s : {1e-6, 1e-2, 1.0, 1e3}) {
       const double end_kPa = identify::step({400.0, rate_per_s}, 100.0, step_s, 0.0).end_kPa;
-      most = std::max(most, std::abs((end_kPa - 400.0) / (100.0 - 400.0)));
+      most = greater_of(most, std::abs((end_kPa - 400.0) / (100.0 - 400.0)));
     }
   }
   return most;
@@ -80,9 +80,9 @@ Part proposed_model() {
        .paper = -1.0,
        .ours = -1.0 / (3.0 * kReach_V * kReach_V),
        .tolerance = 0.05,
-       .source = Source::kPapersOwnEquation,
        .why = "by (10b) s rises where c_2 + 3 c_3 (u - c_1)^2 > 0, a condition on c_3/c_2 and on the reach "
-              "of the command: c_3 > -1 is enough only from c_2 = 12/V on. Our fits are held to the "
+              "of the command: c_3 > -1 is enough only from c_2 = 12/V on. The paper "
+              "prints no c_2; 1/V is ours. Our fits are held to the "
               "condition itself"});
   // Least over u: at u - c_1 = -c_8 c_gamma/sqrt(1 - c_8^2) it is c_9 - c_gamma (1 - sqrt(1 - c_8^2)).
   double least_V = 1.0;
@@ -96,8 +96,8 @@ Part proposed_model() {
        .paper = 0.0,
        .ours = least_V,
        .expect = Expect::kAtLeast,
-       .source = Source::kPapersOwnEquation,
-       .why = "0 < c_9 and |c_8| < 1 let k fall to c_9 - c_gamma (1 - sqrt(1 - c_8^2)); r > 0 needs c_9 "
+       .why = "c_9 and c_8 are of our choice, at and within the limits. 0 < c_9 and |c_8| < 1 let k fall to "
+              "c_9 - c_gamma (1 - sqrt(1 - c_8^2)); r > 0 needs c_9 "
               "above that depth. Our fits are held to it"});
   constexpr double kSmall_V = 1e-6;
   part.findings.push_back(
@@ -107,7 +107,8 @@ Part proposed_model() {
        .ours = (printed::k(1.0, kSmall_V, 0.0, 0.0) - printed::k(1.0, 0.0, 0.0, 0.0)) / kSmall_V,
        .tolerance = 0.01,
        .source = Source::kPapersOwnEquation,
-       .why = "(9) subtracts a, so its derivative by a at 0 is -1. It vanishes when c_9 takes up that "
+       .why = "(9) subtracts a, so its derivative by a at 0 is -1 wherever x is not 0. It vanishes when c_9 "
+              "takes up that "
               "shift, which a fit of both does: the remark holds for sqrt(x^2 + a^2) + b alone"});
   return part;
 }

@@ -1,5 +1,4 @@
 // Fig. 3: the flow through a thin plate.
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -34,8 +33,8 @@ Part thin_plate_flow() {
   double by_downstream = 0.0;
   for (const double p : evenly(c.theta * kAmbient_Pa * (1.0 + 1e-12), kSupply_Pa, 501)) {
     const double choked = c.beta_s_m * p;
-    off_line = std::max(off_line, std::abs(plate.phi(p, kAmbient_Pa) / choked - 1.0));
-    by_downstream = std::max(by_downstream, std::abs(plate.phi(p, 0.1 * kAmbient_Pa) / choked - 1.0));
+    off_line = greater_of(off_line, std::abs(plate.phi(p, kAmbient_Pa) / choked - 1.0));
+    by_downstream = greater_of(by_downstream, std::abs(plate.phi(p, 0.1 * kAmbient_Pa) / choked - 1.0));
   }
   part.findings.push_back({.item = "II.A.1, Fig. 3",
                            .quantity = "largest departure from a line in p_u beyond theta, of the flow",

@@ -82,6 +82,32 @@ TEST(ReproduceActuators, MovingChambersDriftNoMoreThanThePaperSaysWithTheVolumeR
   EXPECT_EQ(verdict(finding(part, "v' as in (4a), fitted to the record")), Verdict::kReproduced);
 }
 
+// (13) of 1.4 chokes both ends: 2 pi mm2 beta 620 kPa, as air of 101.325 kPa, is 5.47e3 cm3/s.
+TEST(ReproduceActuators, FlowOfTwoPortsSpansTheScaleThatThePaperStates) {
+  const Finding scale = finding(two_port_chamber(), "the vertical scale");
+  EXPECT_EQ(verdict(scale), Verdict::kReproduced);
+  EXPECT_NEAR(scale.ours, std::log10(5.47e3), 1e-3);
+}
+
+TEST(ReproduceActuators, WhatRestsOnOurValvesNeverContradictsThePaper) {
+  for (const Part& part : {two_port_chamber(), valve_areas(), steady_state()}) {
+    for (const Finding& one : part.findings) EXPECT_EQ(one.source, Source::kOurModel) << one.quantity;
+  }
+  const Finding shift = finding(volume_rate(study_population(1, {})), "ds/dv'");
+  EXPECT_EQ(verdict(shift), Verdict::kDiffers);
+}
+
+TEST(ReproduceActuators, IdentifiedRateOverPressureStandsBesideThePlants) {
+  const Part part = identified_curves(study_population(kChambers, {}));
+  const auto fig_4 = std::find_if(part.charts.begin(), part.charts.end(), [](const report::Chart& chart) {
+    const auto* xy = std::get_if<report::XyChart>(&chart);
+    return xy != nullptr && xy->title.rfind("Fig. 4", 0) == 0;
+  });
+  ASSERT_NE(fig_4, part.charts.end());
+  EXPECT_EQ(std::get<report::XyChart>(*fig_4).curves.size(), 6U);
+  EXPECT_EQ(verdict(finding(part, "rate of the pressure over the pressure")), Verdict::kDiffers);
+}
+
 TEST(ReproduceActuators, ProgressRisesToOne) {
   std::vector<double> seen;
   const Study study = study_population(1, [&](double done) { seen.push_back(done); });
