@@ -1,3 +1,3 @@
 add_executable(plenum_greybox_bench ${CMAKE_CURRENT_LIST_DIR}/greybox.cpp)
-target_link_libraries(plenum_greybox_bench PRIVATE plenum_identify_relief_valve plenum_plant_relief_valve plenum_warnings)
+target_link_libraries(plenum_greybox_bench PRIVATE plenum_reproduce_relief_valve plenum_plant_relief_valve plenum_warnings)
 plenum_bench(NAME greybox COMMAND plenum_greybox_bench)

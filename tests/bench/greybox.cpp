@@ -23,17 +23,16 @@
 #include <stdexcept>
 #include <vector>
 
-#include "host-sim/identify/relief_valve/dynamic_fit.hpp"
-#include "host-sim/identify/relief_valve/static_fit.hpp"
 #include "host-sim/plant/relief_valve/grey_box.hpp"
 #include "host-sim/plant/relief_valve/inch_units.hpp"
 #include "host-sim/plant/relief_valve/two_stage_run.hpp"
 #include "host-sim/plant/relief_valve/two_stage_static.hpp"
+#include "host-sim/reproduce/relief_valve/recorded.hpp"
 
 namespace {
 
 using namespace plenum::host::plant::relief_valve;
-namespace identify = plenum::host::identify::relief_valve;
+namespace paper = plenum::host::reproduce::relief_valve;
 
 constexpr double kShareOfSwing = 0.05;
 constexpr double kTransientError = 0.15;
@@ -49,17 +48,9 @@ struct Change {
 
 std::vector<Change> changes() {
   std::vector<Change> all;
-  const auto add = [&](double from_l_min, double to_l_min, double rate_l_min_s, double duration_s) {
-    all.push_back({from_l_min * kLitrePerMinute_m3_s, to_l_min * kLitrePerMinute_m3_s,
-                   std::abs(to_l_min - from_l_min) / rate_l_min_s, duration_s});
-  };
-  add(9.3, 89.0, 568.0, 0.28);
-  add(7.6, 100.3, 1900.0, 0.26);
-  add(77.1, 94.0, 106.0, 0.28);
-  add(65.8, 88.6, 163.0, 0.23);
-  add(85.6, 107.8, 158.5, 0.23);
-  add(99.7, 76.0, 297.0, 0.20);
-  add(107.8, 84.4, 167.0, 0.23);
+  for (const paper::FlowChange& row : paper::table_v())
+    all.push_back({row.from_l_min * kLitrePerMinute_m3_s, row.to_l_min * kLitrePerMinute_m3_s,
+                   std::abs(row.to_l_min - row.from_l_min) / row.rate_l_min_s, row.duration_s});
   return all;
 }
 
@@ -206,26 +197,6 @@ double coarsest(const TwoStagePhysics& physics, const TwoStageState& start, cons
   throw std::runtime_error("greybox: no tolerance of the ladder is accurate enough");
 }
 
-GreyBoxConfig identified(const TwoStagePhysics& physics, const Change& change) {
-  const double density = physics.config().density_kg_m3;
-  std::vector<identify::StaticPoint> curve;
-  for (int i = 0; i <= 20; ++i) {
-    const double flow = (10.0 + 5.0 * i) * kLitrePerMinute_m3_s;
-    curve.push_back({two_stage_at_rest(physics, flow)[kP1], flow});
-  }
-  const StaticGreyBox line = identify::fit_static(curve, density, identify::FlowForce::kLeftOut);
-  TwoStageValve valve(physics.config(), two_stage_at_rest(physics, change.from_m3_s));
-  identify::Transient record{.step_s = 1e-3};
-  for (double t = 0.0; t < change.duration_s; t += record.step_s) {
-    record.pressure_Pa.push_back(valve.state()[kP1]);
-    record.flow_m3_s.push_back(valve.valve_flow_m3_s());
-    valve.advance(change.flow(t), change.flow(t + record.step_s), record.step_s);
-  }
-  const GreyBoxConfig start{
-      .k1_m2_Pa = line.k1_m2_Pa, .k3_m2 = line.k3_m2, .lag_s = 1.0, .density_kg_m3 = density};
-  return identify::fit_lag(std::vector<identify::Transient>{record}, start, 1e-5, 1.0).valve;
-}
-
 void row(const char* name, double value, const char* target, const char* peer, double peer_us) {
   std::printf(R"({"name": "%s", "value": %.4g, "unit": "x", "better": "higher", "target": %s, )"
               R"("peer": "%s", "peer_value": %.4g})"
@@ -238,7 +209,8 @@ void row(const char* name, double value, const char* target, const char* peer, d
 int main() {
   const TwoStagePhysics physics(appendix_a_settling());
   const std::vector<Change> all = changes();
-  const GreyBoxConfig valve = identified(physics, all.front());
+  const GreyBoxConfig valve =
+      paper::identified_in_two_stages(physics, paper::static_points(physics, 10.0, 110.0, 21));
   const StaticGreyBox line{valve.k1_m2_Pa, 0.0, valve.k3_m2, valve.density_kg_m3};
   double classical_s = 0.0;
   double grey_s = 0.0;

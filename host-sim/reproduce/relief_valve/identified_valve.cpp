@@ -87,11 +87,8 @@ Part identified_valve() {
   const double density = physics.config().density_kg_m3;
   // First stage: the static curve, tests' range. Second: the lag alone, on run 1, as the paper.
   const std::vector<StaticPoint> points = static_points(physics, 10.0, 110.0, 21);
-  const StaticGreyBox line = fit_static(points, density, FlowForce::kLeftOut);
-  const GreyBoxConfig start{
-      .k1_m2_Pa = line.k1_m2_Pa, .k3_m2 = line.k3_m2, .lag_s = 1.0, .density_kg_m3 = density};
-  const std::vector<Transient> run_1{recorded(physics, table_v().front())};
-  const GreyBoxConfig valve = fit_lag(run_1, start, 1e-5, 1.0).valve;
+  const GreyBoxConfig valve = identified_in_two_stages(physics, points);
+  const StaticGreyBox line{valve.k1_m2_Pa, 0.0, valve.k3_m2, density};
   const StaticGreyBox two_points = static_through(cracking_pressure_Pa(line), points.back(), density);
 
   std::vector<Test> tests;
@@ -141,6 +138,7 @@ Part identified_valve() {
                     : "the grey-box model does not settle where the valve does"});
   }
   // All three constants from the transient, either damping law: Table IV.
+  const std::vector<Transient> run_1{recorded(physics, table_v().front())};
   const auto free_run_error = [&](Damping damping) {
     const GreyBoxConfig found = fit_free_run(run_1, fit_algebraic(run_1, density, damping)).valve;
     return 100.0 * prediction_error(predict_pressure(found, run_1[0]), run_1[0]).worst;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host-sim/identify/relief_valve/dynamic_fit.hpp"
 #include "host-sim/plant/relief_valve/inch_units.hpp"
 #include "host-sim/plant/relief_valve/two_stage_run.hpp"
 #include "host-sim/plant/relief_valve/two_stage_static.hpp"
@@ -54,6 +55,18 @@ std::vector<identify::relief_valve::StaticPoint> static_points(const TwoStagePhy
     curve.push_back({two_stage_at_rest(physics, flow)[plant::relief_valve::kP1], flow});
   }
   return curve;
+}
+
+plant::relief_valve::GreyBoxConfig identified_in_two_stages(
+    const TwoStagePhysics& physics, const std::vector<identify::relief_valve::StaticPoint>& curve) {
+  using namespace identify::relief_valve;
+  const double density = physics.config().density_kg_m3;
+  const plant::relief_valve::StaticGreyBox line = fit_static(curve, density, FlowForce::kLeftOut);
+  const std::vector<Transient> run_1{recorded(physics, table_v().front())};
+  return fit_lag(run_1,
+                 {.k1_m2_Pa = line.k1_m2_Pa, .k3_m2 = line.k3_m2, .lag_s = 1.0, .density_kg_m3 = density},
+                 1e-5, 1.0)
+      .valve;
 }
 
 double crossing_frequency_Hz(const std::vector<double>& samples, double step_s, double level) {

@@ -6,6 +6,7 @@
 
 #include "host-sim/identify/relief_valve/static_fit.hpp"
 #include "host-sim/identify/relief_valve/transient.hpp"
+#include "host-sim/plant/relief_valve/grey_box.hpp"
 #include "host-sim/plant/relief_valve/two_stage.hpp"
 
 namespace plenum::host::reproduce::relief_valve {
@@ -29,6 +30,11 @@ identify::relief_valve::Transient recorded(const plant::relief_valve::TwoStagePh
 /// The valve at rest from `from_l_min` to `to_l_min` in equal steps of flow.
 std::vector<identify::relief_valve::StaticPoint> static_points(
     const plant::relief_valve::TwoStagePhysics& valve, double from_l_min, double to_l_min, int points);
+
+/// The source's two stages: k1 and k3 by least squares on a static curve, then the lag alone on run 1 of Table V.
+plant::relief_valve::GreyBoxConfig identified_in_two_stages(
+    const plant::relief_valve::TwoStagePhysics& valve,
+    const std::vector<identify::relief_valve::StaticPoint>& curve);
 
 /// Frequency [Hz] at which samples at equal steps cross `level` upward, and back; 0 for fewer than two
 /// crossings.
