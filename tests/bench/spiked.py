@@ -2,8 +2,8 @@
 
 usage: spiked.py PLENUM DATA [--answers]
 
-DATA holds the ventilator's oxygen runs (ctl_OXY_N.csv). Each run is cut in half; one half is the baseline, the other is changed, and the
-two change places. The machine is far outside what the nominal model holds (README.md of host-sim/identify), so only the baseline can say
+DATA holds the ventilator's oxygen runs (ctl_OXY_N.csv). Each run is cut in half; the first half is the baseline, the second is changed.
+The machine is far outside what the nominal model holds (README.md of host-sim/identify), so only the baseline can say
 what is new. A spike counts as shown where its half errs by 12 % more, as configured, than the model errs on the baseline. --answers
 tells each answer on standard error.
 """
@@ -58,22 +58,50 @@ def write(path, header, rows, pressure, span):
             writer.writerow(cells)
 
 
-def answer(plenum, folder, run, before, after, spike):
-    """The program's answer to one spiked half, with the other as it was measured for its baseline."""
+def answer(plenum, folder, run, spike):
+    """The program's answer to the second half of a run, spiked, with the first as it was measured for its baseline."""
     with open(run, newline="", encoding="utf-8") as file:
         header, *rows = csv.reader(file)
     at = header.index("pressure")
     measured = [float(row[at]) for row in rows]
-    halves = [(0, len(rows) // 2), (len(rows) // 2, len(rows))]
-    here = folder / f"{run.stem}-{after}-{SPIKES.index(spike)}"
+    middle = len(rows) // 2
+    here = folder / f"{run.stem}-{SPIKES.index(spike)}"
     (here / "before").mkdir(parents=True)
-    write(here / "before" / run.name, header, rows, measured, halves[before])
-    write(here / run.name, header, rows, spike[2](measured), halves[after])
+    write(here / "before" / run.name, header, rows, measured, (0, middle))
+    write(here / run.name, header, rows, spike[2](measured), (middle, len(rows)))
     done = subprocess.run([plenum, "diagnose", "--format", "respiraworks", "--baseline", here / "before" / run.name,
                            here / run.name, "--json", "-"], capture_output=True, text=True)
     if done.returncode != 0:
         sys.exit(f"spiked: {run.name}: {done.stderr.strip()}")
     return json.loads(done.stdout)
+
+
+def named(said):
+    """The effects named, and with them those that they are not told from."""
+    ids = [effect["id"] for effect in said["effects"]]
+    return ids, set(ids).union(*(effect["aliases"] for effect in said["effects"]))
+
+
+def count(counts, said, truth):
+    ids, alike = named(said)
+    gap = said["gap_kPa"]
+    if truth is None:
+        counts["plain"] += 1
+        counts["plain_blamed"] += bool(ids)
+    elif gap["as_configured"] > SHOWN * gap["noise_floor"]:
+        counts["shown"] += 1
+        counts["within"] += truth in alike
+        if len(alike) == 1:
+            counts["alone"] += 1
+            counts["alone_right"] += alike == {truth}
+    else:
+        counts["hidden_blamed"] += bool(ids)
+
+
+def tell(said, run, spike):
+    gap = said["gap_kPa"]
+    print(f"{run.stem} {spike[0] or '-':<12} {spike[1]:<9} {said['verdict']:<17} {', '.join(named(said)[0]) or '-'}"
+          f"   {gap['as_configured']:.3f} > {gap['noise_floor']:.3f} kPa", file=sys.stderr, flush=True)
 
 
 def row(name, value, unit, better):
@@ -89,30 +117,13 @@ def main():
     runs = sorted(options.data.glob("ctl_OXY_*.csv"))
     if not runs:
         sys.exit(f"spiked: {options.data}: no ctl_OXY_N.csv there")
-    cases = [(run, before, 1 - before, spike) for run in runs for before in (0, 1) for spike in SPIKES]
-    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(SIDE_BY_SIDE) as pool:
-        answers = list(pool.map(lambda case: answer(options.plenum, Path(folder), *case), cases))
-
+    cases = [(run, spike) for run in runs for spike in SPIKES]
     counts = {"shown": 0, "within": 0, "alone": 0, "alone_right": 0, "hidden_blamed": 0, "plain": 0, "plain_blamed": 0}
-    for (run, _, after, (truth, size, _)), said in zip(cases, answers):
-        named = [effect["id"] for effect in said["effects"]]
-        alike = set(named).union(*(effect["aliases"] for effect in said["effects"]))
-        gap = said["gap_kPa"]
-        shown = gap["as_configured"] > SHOWN * gap["noise_floor"]
-        if truth is None:
-            counts["plain"] += 1
-            counts["plain_blamed"] += bool(named)
-        elif shown:
-            counts["shown"] += 1
-            counts["within"] += truth in alike
-            if len(alike) == 1:
-                counts["alone"] += 1
-                counts["alone_right"] += alike == {truth}
-        else:
-            counts["hidden_blamed"] += bool(named)
-        if options.answers:
-            print(f"{run.stem} half {after + 1} {truth or '-':<12} {size:<9} {said['verdict']:<17} {', '.join(named) or '-'}"
-                  f"   {gap['as_configured']:.3f} > {gap['noise_floor']:.3f} kPa", file=sys.stderr)
+    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(SIDE_BY_SIDE) as pool:
+        for case, said in zip(cases, pool.map(lambda case: answer(options.plenum, Path(folder), *case), cases)):
+            count(counts, said, case[1][0])
+            if options.answers:
+                tell(said, *case)
     print(f"spiked: {counts}", file=sys.stderr)
     row("spiked.named_percent", 100.0 * counts["within"] / max(counts["shown"], 1), "%", "higher")
     row("spiked.alone_right_percent", 100.0 * counts["alone_right"] / max(counts["alone"], 1), "%", "higher")
