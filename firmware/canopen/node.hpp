@@ -22,8 +22,8 @@ class Node {
   Node(const Node&) = delete;
   Node& operator=(const Node&) = delete;
 
-  /// Takes one frame, at any time between ticks. Bounded work: at most one pass over the dictionary for an
-  /// SDO request. A frame that is foreign, malformed, remote, extended or carries a refused value changes
+  /// Takes one frame, at any time between ticks. Bounded work: an SDO request finds its
+  /// object by halving the table. A frame that is foreign, malformed, remote, extended or carries a refused value changes
   /// nothing but a counter.
   void receive(const ports::CanFrame& frame) noexcept;
 

@@ -1,4 +1,4 @@
-// The object dictionary: one constexpr table (object_dictionary.cpp), and the ways to read it.
+// The object dictionary: one constexpr table, sorted, of the areas in dictionary/, and the ways to read it.
 //
 // A row names an object once; `instances` and `stride` repeat it for chambers and PDOs, `last_sub` for
 // arrays. SDO access, PDO mapping and the electronic data sheet all read this table, so that none can
@@ -18,6 +18,9 @@ enum class Access : std::uint8_t { constant, read_only, read_write, write_only }
 /// Which PDOs may carry an object.
 enum class Mappable : std::uint8_t { no, transmit, receive_and_transmit };
 
+/// What 1010h stores and 1011h restores: communication 1000h..1FFFh, application 2000h..9FFFh (CiA 301, 7.5.2.13).
+enum class Kept : std::uint8_t { no, communication, application };
+
 /// Which one of a row's objects is meant.
 struct Place {
   std::uint8_t instance = 0;  ///< chamber or PDO, from 0
@@ -36,6 +39,11 @@ using ReadValue = Abort (*)(const Device&, Place, std::uint32_t& bits) noexcept;
 using WriteValue = Abort (*)(Device&, Place, std::uint32_t bits) noexcept;
 using ReadBytes = std::span<const std::uint8_t> (*)(const Device&, Place) noexcept;
 using WriteBytes = Abort (*)(Device&, Place, std::span<const std::uint8_t>) noexcept;
+/// Bytes of a long value from `offset` on, as many as fit `bytes`; returns their count, 0 at the end. Read forward,
+/// but for a block that is repeated: that one begins again at its first byte.
+using ReadStream = std::size_t (*)(Device&, Place, std::uint32_t offset, std::span<std::uint8_t> bytes) noexcept;
+/// Its size in bytes; 0 when it is not known before it has been read.
+using StreamSize = std::uint32_t (*)(const Device&, Place) noexcept;
 
 struct Entry {
   std::uint16_t index = 0;
@@ -52,6 +60,9 @@ struct Entry {
   WriteValue write_value = nullptr;
   ReadBytes read_bytes = nullptr;
   WriteBytes write_bytes = nullptr;
+  ReadStream read_stream = nullptr;  ///< for values that no buffer holds, in place of read_bytes
+  StreamSize stream_size = nullptr;
+  Kept kept = Kept::no;
 };
 
 /// All rows.
@@ -60,10 +71,10 @@ std::span<const Entry> object_dictionary() noexcept;
 struct Found {
   Abort abort = Abort::none;  ///< no_object or no_subindex when `entry` is null
   const Entry* entry = nullptr;
-  Place place;
+  Place place{};
 };
 
-/// Scans the table once: bounded by its length.
+/// Halves the table: bounded by the logarithm of its length and the rows of one object.
 Found find(std::uint16_t index, std::uint8_t sub) noexcept;
 
 /// Value in range for its type, and finite if REAL32.

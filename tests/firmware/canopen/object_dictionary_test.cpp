@@ -46,6 +46,21 @@ TEST(ObjectDictionary, FindsEveryObjectItNames) {
   });
 }
 
+TEST(ObjectDictionary, FindsNothingElse) {
+  std::map<unsigned, std::set<unsigned>> named;
+  for_each_object([&](const Entry&, unsigned index, unsigned sub) { named[index].insert(sub); });
+  for (unsigned index = 0; index <= 0xFFFF; ++index) {
+    const auto object = named.find(index);
+    for (const unsigned sub : {0U, 1U, 2U, 9U, 255U}) {
+      const Abort expected = object == named.end()          ? Abort::no_object
+                             : object->second.contains(sub) ? Abort::none
+                                                            : Abort::no_subindex;
+      ASSERT_EQ(find(static_cast<std::uint16_t>(index), static_cast<std::uint8_t>(sub)).abort, expected)
+          << label(index, sub);
+    }
+  }
+}
+
 TEST(ObjectDictionary, TellsTheHighestSubIndexOfEachRecord) {
   std::map<unsigned, unsigned> highest;
   for_each_object(

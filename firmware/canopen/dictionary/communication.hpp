@@ -1,0 +1,118 @@
+// Objects 1000h..1200h: the device, its errors, its identifiers (CiA 301, 7.5.2).
+#pragma once
+
+#include "firmware/canopen/dictionary/rows.hpp"
+
+namespace plenum::canopen::dictionary {
+
+template <std::uint32_t Identity::*member>
+Abort read_identity(const Device& device, Place, std::uint32_t& bits) noexcept {
+  bits = device.config.identity.*member;
+  return Abort::none;
+}
+
+template <const char* Identity::*member>
+std::span<const std::uint8_t> read_string(const Device& device, Place) noexcept {
+  const char* text = device.config.identity.*member;
+  std::size_t length = 0;
+  while (length < kMaxDomainBytes && text[length] != '\0') ++length;
+  return {reinterpret_cast<const std::uint8_t*>(text), length};  // bytes of a VISIBLE_STRING
+}
+
+// ---- errors ----
+
+inline Abort read_error_register(const Device& device, Place, std::uint32_t& bits) noexcept {
+  bits = error_state(device.image).error_register;
+  return Abort::none;
+}
+
+inline Abort read_history_count(const Device& device, Place, std::uint32_t& bits) noexcept {
+  bits = device.history.count;
+  return Abort::none;
+}
+
+inline Abort clear_history(Device& device, Place, std::uint32_t bits) noexcept {
+  if (bits != 0) return Abort::value_range;
+  device.history = {};
+  return Abort::none;
+}
+
+inline Abort read_history(const Device& device, Place at, std::uint32_t& bits) noexcept {
+  if (at.sub > device.history.count) return Abort::no_data;
+  bits = device.history.newest_first[at.sub - 1U];
+  return Abort::none;
+}
+
+// ---- identifiers ----
+
+inline Abort write_sync_cob_id(Device& device, Place, std::uint32_t bits) noexcept {
+  if ((bits & ~cob::kIdMask) != 0) return Abort::value_range;  // no SYNC producer, no 29-bit identifiers
+  device.communication.sync_cob_id = bits;
+  return Abort::none;
+}
+
+/// Identifiers that CiA 301 keeps for NMT, SDO and heartbeat.
+constexpr bool is_restricted(std::uint32_t id) noexcept {
+  return id <= 0x07F || (id >= 0x101 && id <= 0x180) || (id >= 0x581 && id <= 0x5FF) ||
+         (id >= 0x601 && id <= 0x67F) || (id >= 0x6E0 && id <= 0x6FF) || id >= 0x701;
+}
+
+inline Abort check_cob_id(std::uint32_t old_bits, std::uint32_t bits, std::uint32_t allowed_flags) {
+  if ((bits & ~(cob::kIdMask | allowed_flags)) != 0) return Abort::value_range;
+  const std::uint32_t id = bits & cob::kIdMask;
+  if ((bits & cob::kInvalid) == 0 && is_restricted(id)) return Abort::value_range;
+  // the identifier may change only while, or as, the object is switched off
+  const bool was_valid = (old_bits & cob::kInvalid) == 0;
+  const bool stays_valid = (bits & cob::kInvalid) == 0;
+  if (was_valid && stays_valid && id != (old_bits & cob::kIdMask)) return Abort::value_range;
+  return Abort::none;
+}
+
+inline Abort write_emergency_cob_id(Device& device, Place, std::uint32_t bits) noexcept {
+  const Abort abort = check_cob_id(device.communication.emergency_cob_id, bits, cob::kInvalid);
+  if (abort == Abort::none) device.communication.emergency_cob_id = bits;
+  return abort;
+}
+
+template <std::uint32_t base>
+Abort node_cob_id(const Device& device, Place, std::uint32_t& bits) noexcept {
+  bits = base + device.config.node_id;
+  return Abort::none;
+}
+
+inline constexpr Entry kCommunicationRows[] = {
+    value(0x1000, 0, kOnce, "Device type", unsigned32, constant, no, kAny, fixed<kDeviceType>),
+    value(0x1001, 0, kOnce, "Error register", unsigned8, read_only, transmit, kAny, read_error_register),
+    value(0x1003, 0, kOnce, "Number of errors", unsigned8, read_write, no, kAny, read_history_count,
+          clear_history),
+    value(0x1003, {1, kErrorHistory}, kOnce, "Error", unsigned32, read_only, no, kAny, read_history),
+    value(0x1005, 0, kOnce, "COB-ID SYNC", unsigned32, read_write, no, kAny,
+          read_communication<&Communication::sync_cob_id>, write_sync_cob_id),
+    bytes(0x1008, kOnce, "Manufacturer device name", visible_string, constant,
+          read_string<&Identity::device_name>),
+    bytes(0x1009, kOnce, "Manufacturer hardware version", visible_string, constant,
+          read_string<&Identity::hardware_version>),
+    bytes(0x100A, kOnce, "Manufacturer software version", visible_string, constant,
+          read_string<&Identity::software_version>),
+    value(0x1014, 0, kOnce, "COB-ID EMCY", unsigned32, read_write, no, kAny,
+          read_communication<&Communication::emergency_cob_id>, write_emergency_cob_id),
+    value(0x1017, 0, kOnce, "Producer heartbeat time [ms]", unsigned16, read_write, no, kAny,
+          read_communication<&Communication::heartbeat_ms>,
+          write_communication<&Communication::heartbeat_ms>),
+    highest<4>(0x1018, kOnce),
+    value(0x1018, 1, kOnce, "Vendor-ID", unsigned32, read_only, no, kAny,
+          read_identity<&Identity::vendor_id>),
+    value(0x1018, 2, kOnce, "Product code", unsigned32, read_only, no, kAny,
+          read_identity<&Identity::product_code>),
+    value(0x1018, 3, kOnce, "Revision number", unsigned32, read_only, no, kAny,
+          read_identity<&Identity::revision>),
+    value(0x1018, 4, kOnce, "Serial number", unsigned32, read_only, no, kAny,
+          read_identity<&Identity::serial>),
+    highest<2>(0x1200, kOnce),
+    value(0x1200, 1, kOnce, "COB-ID client to server", unsigned32, read_only, no, kAny,
+          node_cob_id<cob::kSdoRequest>),
+    value(0x1200, 2, kOnce, "COB-ID server to client", unsigned32, read_only, no, kAny,
+          node_cob_id<cob::kSdoResponse>),
+};
+
+}  // namespace plenum::canopen::dictionary

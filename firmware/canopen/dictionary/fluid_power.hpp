@@ -1,0 +1,96 @@
+// Objects 6040h..9FFFh: device control and pressure control (CiA 408). Pressures are absolute, in mbar.
+#pragma once
+
+#include "firmware/canopen/dictionary/process.hpp"
+
+namespace plenum::canopen::dictionary {
+
+template <float ChamberImage::*member>
+Abort read_chamber_mbar(const Device& device, Place at, std::uint32_t& bits) noexcept {
+  bits = mbar_bits(device.image.chamber[at.instance].*member);
+  return Abort::none;
+}
+
+template <float ChamberImage::*member>
+Abort write_chamber_mbar(Device& device, Place at, std::uint32_t bits) noexcept {
+  device.image.chamber[at.instance].*member =
+      kPa_per_mbar * static_cast<float>(static_cast<std::int16_t>(bits));
+  return Abort::none;
+}
+
+inline Abort read_deviation_mbar(const Device& device, Place at, std::uint32_t& bits) noexcept {
+  const ChamberImage& chamber = device.image.chamber[at.instance];
+  bits = mbar_bits(chamber.reference_Pa - chamber.actual_Pa);
+  return Abort::none;
+}
+
+inline Abort read_error_code(const Device& device, Place, std::uint32_t& bits) noexcept {
+  bits = error_state(device.image).code;
+  return Abort::none;
+}
+
+inline Abort write_control_mode(Device& device, Place, std::uint32_t bits) noexcept {
+  const auto mode = static_cast<ControlMode>(static_cast<std::int8_t>(bits));
+  switch (mode) {
+    case ControlMode::excitation:
+    case ControlMode::pressure_open_loop:
+    case ControlMode::pressure_closed_loop:
+      device.image.control_mode = mode;
+      return Abort::none;
+  }
+  return Abort::value_range;
+}
+
+inline Abort accept_device_mode(Device&, Place, std::uint32_t) noexcept {
+  return Abort::none;
+}  // its range allows only 1
+
+constexpr std::uint32_t kUnitBar = 0x4E;
+constexpr std::uint32_t kPrefixMilli = 0xFD;
+
+inline constexpr Entry kFluidPowerRows[] = {
+    value(0x6040, 0, kOnce, "Control word", unsigned16, read_write, receive_and_transmit, kAny,
+          read_image<&ProcessImage::control_word>, write_image<&ProcessImage::control_word>),
+    value(0x6041, 0, kOnce, "Status word", unsigned16, read_only, transmit, kAny,
+          read_image<&ProcessImage::status_word>),
+    value(0x6042, 0, kOnce, "Device mode", integer8, read_write, no, {1.0F, 1.0F, true}, fixed<1>,
+          accept_device_mode),
+    value(0x6043, 0, kOnce, "Control mode", integer8, read_write, no, kAny,
+          read_image<&ProcessImage::control_mode>, write_control_mode),
+    value(0x604E, 0, kOnce, "Error code", unsigned16, read_only, transmit, kAny, read_error_code),
+
+    // CiA 408: pressure control, per chamber; pressures are absolute, in mbar
+    highest<3>(0x6380, kChambersApart),
+    value(0x6380, 1, kChambersApart, "Set point", integer16, read_write, receive_and_transmit,
+          kSetpointRange_mbar, read_chamber_mbar<&C::setpoint_Pa>, write_chamber_mbar<&C::setpoint_Pa>),
+    value(0x6380, 2, kChambersApart, "Set point unit", unsigned8, constant, no, kAny, fixed<kUnitBar>),
+    value(0x6380, 3, kChambersApart, "Set point prefix", integer8, constant, no, kAny, fixed<kPrefixMilli>),
+    highest<3>(0x6381, kChambersApart),
+    value(0x6381, 1, kChambersApart, "Actual value", integer16, read_only, transmit, kAny,
+          read_chamber_mbar<&C::actual_Pa>),
+    value(0x6381, 2, kChambersApart, "Actual value unit", unsigned8, constant, no, kAny, fixed<kUnitBar>),
+    value(0x6381, 3, kChambersApart, "Actual value prefix", integer8, constant, no, kAny,
+          fixed<kPrefixMilli>),
+    highest<3>(0x6391, kChambersApart),
+    value(0x6391, 1, kChambersApart, "Reference value", integer16, read_only, transmit, kAny,
+          read_chamber_mbar<&C::reference_Pa>),
+    value(0x6391, 2, kChambersApart, "Reference value unit", unsigned8, constant, no, kAny, fixed<kUnitBar>),
+    value(0x6391, 3, kChambersApart, "Reference value prefix", integer8, constant, no, kAny,
+          fixed<kPrefixMilli>),
+    highest<3>(0x6394, kChambersApart),
+    value(0x6394, 1, kChambersApart, "Hold set point", integer16, read_write, receive_and_transmit,
+          kSetpointRange_mbar, read_chamber_mbar<&C::hold_setpoint_Pa>,
+          write_chamber_mbar<&C::hold_setpoint_Pa>),
+    value(0x6394, 2, kChambersApart, "Hold set point unit", unsigned8, constant, no, kAny, fixed<kUnitBar>),
+    value(0x6394, 3, kChambersApart, "Hold set point prefix", integer8, constant, no, kAny,
+          fixed<kPrefixMilli>),
+    highest<3>(0x63D0, kChambersApart),
+    value(0x63D0, 1, kChambersApart, "Control deviation", integer16, read_only, transmit, kAny,
+          read_deviation_mbar),
+    value(0x63D0, 2, kChambersApart, "Control deviation unit", unsigned8, constant, no, kAny,
+          fixed<kUnitBar>),
+    value(0x63D0, 3, kChambersApart, "Control deviation prefix", integer8, constant, no, kAny,
+          fixed<kPrefixMilli>),
+};
+
+}  // namespace plenum::canopen::dictionary

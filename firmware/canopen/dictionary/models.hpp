@@ -1,0 +1,119 @@
+// Objects 2100h..212Fh (own): model images, their commit, the state of the sets.
+#pragma once
+
+#include "firmware/canopen/dictionary/rows.hpp"
+#include "firmware/config/model_image.hpp"
+#include "firmware/numeric/scalar.hpp"
+
+namespace plenum::canopen::dictionary {
+
+inline Abort read_schema_hash(const Device&, Place, std::uint32_t& bits) noexcept {
+  bits = config::schema_hash(config::ModelKind::tassa9);
+  return Abort::none;
+}
+
+inline Abort read_schema_count(const Device&, Place, std::uint32_t& bits) noexcept {
+  bits = static_cast<std::uint32_t>(config::parameter_schema(config::ModelKind::tassa9).size());
+  return Abort::none;
+}
+
+/// 1: IEEE 754 binary32, 2: fixed point.
+inline constexpr std::uint32_t kScalarFormat = std::is_same_v<numeric::Scalar, float> ? 1 : 2;
+
+inline Abort write_staged_model(Device& device, Place at, std::span<const std::uint8_t> image) noexcept {
+  const config::ImageVerdict verdict = device.desk.stage(at.instance, image);
+  switch (verdict.error) {
+    case config::ImageError::none:
+      return Abort::none;
+    case config::ImageError::not_finite:
+    case config::ImageError::out_of_range:
+    case config::ImageError::not_admissible:
+      return Abort::value_range;
+    case config::ImageError::commit_pending:
+      return Abort::device_state;
+    default:
+      return Abort::cannot_store;
+  }
+}
+
+inline std::span<const std::uint8_t> read_active_model(const Device& device, Place at) noexcept {
+  return device.desk.active_image(at.instance);
+}
+
+inline Abort write_commit_key(Device& device, Place, std::uint32_t key) noexcept {
+  Communication& communication = device.communication;
+  const config::CommitResult result =
+      device.desk.commit(communication.commit_mask, communication.commit_crc, key);
+  // one commit for one mask and CRC: a replayed key finds an empty mask
+  communication.commit_mask = 0;
+  communication.commit_crc = 0;
+  switch (result) {
+    case config::CommitResult::accepted:
+      return Abort::none;
+    case config::CommitResult::wrong_key:
+      return Abort::value_range;
+    case config::CommitResult::wrong_crc:
+      return Abort::cannot_store;
+    case config::CommitResult::nothing_staged:
+    case config::CommitResult::not_now:
+      return Abort::device_state;
+  }
+  return Abort::general;
+}
+
+inline Abort read_set_state(const Device& device, Place at, std::uint32_t& bits) noexcept {
+  const config::SetState state = device.desk.state(at.instance);
+  switch (at.sub) {
+    case 1:
+      bits = static_cast<std::uint32_t>(state.phase);
+      break;
+    case 2:
+      bits = static_cast<std::uint32_t>(state.refusal.error);
+      break;
+    case 3:
+      bits = state.active_crc;
+      break;
+    case 4:
+      bits = state.generation;
+      break;
+    case 5:
+      bits = state.refusal.parameter;
+      break;
+    case 6:
+      bits = bits_of(state.refusal.value);
+      break;
+    case 7:
+      bits = bits_of(state.refusal.low);
+      break;
+    default:
+      bits = bits_of(state.refusal.high);
+      break;
+  }
+  return Abort::none;
+}
+
+inline constexpr Entry kModelRows[] = {
+    highest<3>(0x2100, kOnce),
+    value(0x2100, 1, kOnce, "Schema hash", unsigned32, constant, no, kAny, read_schema_hash),
+    value(0x2100, 2, kOnce, "Parameter count", unsigned16, constant, no, kAny, read_schema_count),
+    value(0x2100, 3, kOnce, "Scalar format", unsigned8, constant, no, kAny, fixed<kScalarFormat>),
+    bytes(0x2110, kChambersNext, "Staged model image", domain, write_only, nullptr, write_staged_model),
+    bytes(0x2118, kChambersNext, "Active model image", domain, read_only, read_active_model),
+    highest<3>(0x2120, kOnce),
+    value(0x2120, 1, kOnce, "Commit: chamber mask", unsigned8, read_write, no, kAny,
+          read_communication<&Communication::commit_mask>, write_communication<&Communication::commit_mask>),
+    value(0x2120, 2, kOnce, "Commit: CRC-32 of the images' CRCs", unsigned32, read_write, no, kAny,
+          read_communication<&Communication::commit_crc>, write_communication<&Communication::commit_crc>),
+    value(0x2120, 3, kOnce, "Commit: key", unsigned32, write_only, no, kAny, nullptr, write_commit_key),
+    highest<8>(0x2128, kChambersNext),
+    value(0x2128, 1, kChambersNext, "State of the set", unsigned8, read_only, no, kAny, read_set_state),
+    value(0x2128, 2, kChambersNext, "Reason of refusal", unsigned8, read_only, no, kAny, read_set_state),
+    value(0x2128, 3, kChambersNext, "CRC of the active image", unsigned32, read_only, no, kAny,
+          read_set_state),
+    value(0x2128, 4, kChambersNext, "Generation", unsigned32, read_only, no, kAny, read_set_state),
+    value(0x2128, 5, kChambersNext, "Refused parameter", unsigned8, read_only, no, kAny, read_set_state),
+    value(0x2128, {6, 8}, kChambersNext, "Refused value, its low and high limit", real32, read_only, no, kAny,
+          read_set_state),
+};
+
+}  // namespace plenum::canopen::dictionary

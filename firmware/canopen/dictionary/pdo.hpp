@@ -1,0 +1,158 @@
+// Objects 1400h..1A0Bh: PDO communication and mapping (CiA 301, 7.5.2.35..38).
+#pragma once
+
+#include "firmware/canopen/dictionary/communication.hpp"
+
+namespace plenum::canopen::dictionary {
+
+// ---- PDO parameters ----
+
+template <bool receive>
+PdoParameters& pdo(Device& device, Place at) {
+  if constexpr (receive) {
+    return device.communication.rpdo[at.instance].parameters;
+  } else {
+    return device.communication.tpdo[at.instance].parameters;
+  }
+}
+
+template <bool receive>
+const PdoParameters& pdo(const Device& device, Place at) {
+  if constexpr (receive) {
+    return device.communication.rpdo[at.instance].parameters;
+  } else {
+    return device.communication.tpdo[at.instance].parameters;
+  }
+}
+
+inline bool is_valid(const PdoParameters& parameters) {
+  return (parameters.cob_id & cob::kInvalid) == 0;
+}
+
+/// What a PDO was doing is over once its parameters change.
+template <bool receive>
+void restart_pdo(Device& device, Place at) {
+  if constexpr (receive) {
+    Rpdo& rpdo = device.communication.rpdo[at.instance];
+    rpdo.latched = false;
+    rpdo.watched = false;
+  } else {
+    Tpdo& tpdo = device.communication.tpdo[at.instance];
+    tpdo.due = false;
+    tpdo.ever_sent = false;
+    tpdo.sync_count = 0;
+    tpdo.since_sent_us = 0;
+  }
+}
+
+template <bool receive, auto member>
+Abort read_pdo(const Device& device, Place at, std::uint32_t& bits) noexcept {
+  bits = pdo<receive>(device, at).*member;
+  return Abort::none;
+}
+
+template <bool receive, auto member>
+Abort write_pdo(Device& device, Place at, std::uint32_t bits) noexcept {
+  PdoParameters& parameters = pdo<receive>(device, at);
+  using Member = std::remove_reference_t<decltype(parameters.*member)>;
+  parameters.*member = static_cast<Member>(bits);
+  return Abort::none;
+}
+
+template <bool receive>
+Abort write_pdo_cob_id(Device& device, Place at, std::uint32_t bits) noexcept {
+  PdoParameters& parameters = pdo<receive>(device, at);
+  const Abort abort = check_cob_id(parameters.cob_id, bits, cob::kInvalid | (receive ? 0U : cob::kNoRtr));
+  if (abort != Abort::none) return abort;
+  parameters.cob_id = bits;
+  restart_pdo<receive>(device, at);
+  return Abort::none;
+}
+
+template <bool receive>
+Abort write_transmission_type(Device& device, Place at, std::uint32_t bits) noexcept {
+  if (bits > 240 && bits < 254) return Abort::value_range;  // reserved, or on remote request only
+  pdo<receive>(device, at).transmission_type = static_cast<std::uint8_t>(bits);
+  restart_pdo<receive>(device, at);
+  return Abort::none;
+}
+
+inline Abort write_inhibit_time(Device& device, Place at, std::uint32_t bits) noexcept {
+  PdoParameters& parameters = pdo<false>(device, at);
+  if (is_valid(parameters)) return Abort::device_state;
+  parameters.inhibit_100us = static_cast<std::uint16_t>(bits);
+  return Abort::none;
+}
+
+template <bool receive>
+Abort read_mapping_count(const Device& device, Place at, std::uint32_t& bits) noexcept {
+  bits = pdo<receive>(device, at).mapping.count;
+  return Abort::none;
+}
+
+template <bool receive>
+Abort write_mapping_count(Device& device, Place at, std::uint32_t bits) noexcept {
+  PdoParameters& parameters = pdo<receive>(device, at);
+  if (is_valid(parameters)) return Abort::device_state;
+  return activate_mapping(parameters.mapping, static_cast<std::uint8_t>(bits), receive);
+}
+
+template <bool receive>
+Abort read_mapping(const Device& device, Place at, std::uint32_t& bits) noexcept {
+  bits = pdo<receive>(device, at).mapping.packed[at.sub - 1U];
+  return Abort::none;
+}
+
+/// A mapped object, or the reason why `packed` names none.
+inline Abort resolve(std::uint32_t packed, bool receive, MappedObject& object) {
+  const Found found = find(static_cast<std::uint16_t>(packed >> 16), static_cast<std::uint8_t>(packed >> 8));
+  if (found.entry == nullptr) return found.abort;
+  const Mappable mappable = found.entry->mappable;
+  if (mappable == Mappable::no || (receive && mappable != Mappable::receive_and_transmit))
+    return Abort::not_mappable;
+  const std::size_t bytes = size_of(found.entry->type);
+  if ((packed & 0xFFU) != 8 * bytes) return Abort::parameter_incompatible;
+  object = {found.entry, found.place.instance, found.place.sub, static_cast<std::uint8_t>(bytes)};
+  return Abort::none;
+}
+
+template <bool receive>
+Abort write_mapping(Device& device, Place at, std::uint32_t bits) noexcept {
+  PdoParameters& parameters = pdo<receive>(device, at);
+  if (is_valid(parameters) || parameters.mapping.count != 0) return Abort::device_state;
+  MappedObject object;
+  const Abort abort = bits == 0 ? Abort::none : resolve(bits, receive, object);
+  if (abort == Abort::none) parameters.mapping.packed[at.sub - 1U] = bits;
+  return abort;
+}
+
+using P = PdoParameters;
+
+inline constexpr Entry kPdoRows[] = {
+    highest<5>(0x1400, kEachRpdo),
+    value(0x1400, 1, kEachRpdo, "COB-ID used by RPDO", unsigned32, read_write, no, kAny,
+          read_pdo<true, &P::cob_id>, write_pdo_cob_id<true>),
+    value(0x1400, 2, kEachRpdo, "Transmission type", unsigned8, read_write, no, kAny,
+          read_pdo<true, &P::transmission_type>, write_transmission_type<true>),
+    value(0x1400, 5, kEachRpdo, "Event timer (deadline) [ms]", unsigned16, read_write, no, kAny,
+          read_pdo<true, &P::event_timer_ms>, write_pdo<true, &P::event_timer_ms>),
+    value(0x1600, 0, kEachRpdo, "Number of mapped objects", unsigned8, read_write, no, kAny,
+          read_mapping_count<true>, write_mapping_count<true>),
+    value(0x1600, {1, kMappable}, kEachRpdo, "Mapped object", unsigned32, read_write, no, kAny,
+          read_mapping<true>, write_mapping<true>),
+    highest<5>(0x1800, kEachTpdo),
+    value(0x1800, 1, kEachTpdo, "COB-ID used by TPDO", unsigned32, read_write, no, kAny,
+          read_pdo<false, &P::cob_id>, write_pdo_cob_id<false>),
+    value(0x1800, 2, kEachTpdo, "Transmission type", unsigned8, read_write, no, kAny,
+          read_pdo<false, &P::transmission_type>, write_transmission_type<false>),
+    value(0x1800, 3, kEachTpdo, "Inhibit time [100 us]", unsigned16, read_write, no, kAny,
+          read_pdo<false, &P::inhibit_100us>, write_inhibit_time),
+    value(0x1800, 5, kEachTpdo, "Event timer [ms]", unsigned16, read_write, no, kAny,
+          read_pdo<false, &P::event_timer_ms>, write_pdo<false, &P::event_timer_ms>),
+    value(0x1A00, 0, kEachTpdo, "Number of mapped objects", unsigned8, read_write, no, kAny,
+          read_mapping_count<false>, write_mapping_count<false>),
+    value(0x1A00, {1, kMappable}, kEachTpdo, "Mapped object", unsigned32, read_write, no, kAny,
+          read_mapping<false>, write_mapping<false>),
+};
+
+}  // namespace plenum::canopen::dictionary

@@ -1,0 +1,129 @@
+// Objects 2150h..2314h (own): values in SI units, health of the loop, streaming codes, excitation.
+#pragma once
+
+#include "firmware/canopen/dictionary/rows.hpp"
+
+namespace plenum::canopen::dictionary {
+
+template <float ChamberImage::*member>
+Abort read_chamber(const Device& device, Place at, std::uint32_t& bits) noexcept {
+  bits = bits_of(device.image.chamber[at.instance].*member);
+  return Abort::none;
+}
+
+template <float ChamberImage::*member>
+Abort write_chamber(Device& device, Place at, std::uint32_t bits) noexcept {
+  device.image.chamber[at.instance].*member = std::bit_cast<float>(bits);
+  return Abort::none;
+}
+
+template <float ExcitationImage::*member>
+Abort read_excitation(const Device& device, Place, std::uint32_t& bits) noexcept {
+  bits = bits_of(device.image.excitation.*member);
+  return Abort::none;
+}
+
+template <float ExcitationImage::*member>
+Abort write_excitation(Device& device, Place, std::uint32_t bits) noexcept {
+  device.image.excitation.*member = std::bit_cast<float>(bits);
+  return Abort::none;
+}
+
+template <std::uint32_t Counters::*member>
+Abort read_counter(const Device& device, Place, std::uint32_t& bits) noexcept {
+  bits = device.counters.*member;
+  return Abort::none;
+}
+
+inline Abort read_command_code(const Device& device, Place at, std::uint32_t& bits) noexcept {
+  bits = code_bits(device.image.chamber[at.instance].command_V, kCommandLsb_V);
+  return Abort::none;
+}
+
+inline Abort read_volume_code(const Device& device, Place at, std::uint32_t& bits) noexcept {
+  bits = code_bits(device.image.chamber[at.instance].volume_m3, device.communication.volume_lsb_m3);
+  return Abort::none;
+}
+
+inline Abort read_volume_lsb(const Device& device, Place, std::uint32_t& bits) noexcept {
+  bits = bits_of(device.communication.volume_lsb_m3);
+  return Abort::none;
+}
+
+inline Abort write_volume_lsb(Device& device, Place, std::uint32_t bits) noexcept {
+  device.communication.volume_lsb_m3 = std::bit_cast<float>(bits);
+  return Abort::none;
+}
+
+inline Abort read_seed(const Device& device, Place, std::uint32_t& bits) noexcept {
+  bits = device.image.excitation.seed;
+  return Abort::none;
+}
+
+inline Abort write_seed(Device& device, Place, std::uint32_t bits) noexcept {
+  device.image.excitation.seed = bits;
+  return Abort::none;
+}
+
+using C = ChamberImage;
+using X = ExcitationImage;
+
+inline constexpr Entry kProcessRows[] = {
+    highest<3>(0x2150, kChambersNext),
+    value(0x2150, 1, kChambersNext, "Set point [Pa]", real32, read_write, receive_and_transmit,
+          kSetpointRange, read_chamber<&C::setpoint_Pa>, write_chamber<&C::setpoint_Pa>),
+    value(0x2150, 2, kChambersNext, "Actual pressure [Pa]", real32, read_only, transmit, kAny,
+          read_chamber<&C::actual_Pa>),
+    value(0x2150, 3, kChambersNext, "Volume [m3]", real32, read_only, transmit, kAny,
+          read_chamber<&C::volume_m3>),
+    value(0x2160, 0, kOnce, "Preview of the set point [ticks]", unsigned8, read_write, no, kAny,
+          read_image<&ProcessImage::preview_ticks>, write_image<&ProcessImage::preview_ticks>),
+    highest<8>(0x2200, kOnce),
+    value(0x2200, 1, kOnce, "Ticks", unsigned32, read_only, transmit, kAny,
+          read_image<&ProcessImage::tick_count>),
+    value(0x2200, 2, kOnce, "Overruns", unsigned32, read_only, transmit, kAny,
+          read_image<&ProcessImage::overrun_count>),
+    value(0x2200, 3, kOnce, "Frames received", unsigned32, read_only, transmit, kAny,
+          read_counter<&Counters::received>),
+    value(0x2200, 4, kOnce, "Frames rejected", unsigned32, read_only, transmit, kAny,
+          read_counter<&Counters::rejected>),
+    value(0x2200, 5, kOnce, "SYNCs received", unsigned32, read_only, transmit, kAny,
+          read_counter<&Counters::sync>),
+    value(0x2200, 6, kOnce, "Transmit queue overflows", unsigned32, read_only, transmit, kAny,
+          read_counter<&Counters::queue_overflow>),
+    value(0x2200, 7, kOnce, "TPDOs overwritten", unsigned32, read_only, transmit, kAny,
+          read_counter<&Counters::pdo_overwritten>),
+    value(0x2200, 8, kOnce, "SDO aborts", unsigned32, read_only, transmit, kAny,
+          read_counter<&Counters::sdo_aborts>),
+    highest<4>(0x2210, kChambersNext),
+    value(0x2210, 1, kChambersNext, "Feedforward [V]", real32, read_only, transmit, kAny,
+          read_chamber<&C::feedforward_V>),
+    value(0x2210, 2, kChambersNext, "Feedback [V]", real32, read_only, transmit, kAny,
+          read_chamber<&C::feedback_V>),
+    value(0x2210, 3, kChambersNext, "Command [V]", real32, read_only, transmit, kAny,
+          read_chamber<&C::command_V>),
+    value(0x2210, 4, kChambersNext, "Model residual [Pa]", real32, read_only, transmit, kAny,
+          read_chamber<&C::residual_Pa>),
+    highest<2>(0x2220, kChambersNext),
+    value(0x2220, 1, kChambersNext, "Command code [10 V / 65535]", unsigned16, read_only, transmit, kAny,
+          read_command_code),
+    value(0x2220, 2, kChambersNext, "Volume code [2228h:2]", unsigned16, read_only, transmit, kAny,
+          read_volume_code),
+    highest<2>(0x2228, kOnce),
+    value(0x2228, 1, kOnce, "Command code LSB [V]", real32, constant, no, kAny,
+          fixed<std::bit_cast<std::uint32_t>(kCommandLsb_V)>),
+    value(0x2228, 2, kOnce, "Volume code LSB [m3]", real32, read_write, no, {1.0e-10F, 1.0e-4F, true},
+          read_volume_lsb, write_volume_lsb),
+    highest<5>(0x2310, kOnce),
+    value(0x2310, 1, kOnce, "Excitation: seed", unsigned32, read_write, no, kAny, read_seed, write_seed),
+    value(0x2310, 2, kOnce, "Excitation: command low [V]", real32, read_write, no, kCommandRange_V,
+          read_excitation<&X::command_low_V>, write_excitation<&X::command_low_V>),
+    value(0x2310, 3, kOnce, "Excitation: command high [V]", real32, read_write, no, kCommandRange_V,
+          read_excitation<&X::command_high_V>, write_excitation<&X::command_high_V>),
+    value(0x2310, 4, kOnce, "Excitation: pressure low [Pa]", real32, read_write, no, kPressureRange,
+          read_excitation<&X::pressure_low_Pa>, write_excitation<&X::pressure_low_Pa>),
+    value(0x2310, 5, kOnce, "Excitation: pressure high [Pa]", real32, read_write, no, kPressureRange,
+          read_excitation<&X::pressure_high_Pa>, write_excitation<&X::pressure_high_Pa>),
+};
+
+}  // namespace plenum::canopen::dictionary

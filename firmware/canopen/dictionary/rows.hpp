@@ -1,0 +1,143 @@
+// How a row of the object dictionary is written, and the accessors that rows of all areas share.
+//
+// Only object_dictionary.cpp includes this folder. Each area is one file: its rows, and what reads and writes them.
+#pragma once
+
+#include <bit>
+#include <cstdint>
+#include <span>
+#include <type_traits>
+#include "firmware/canopen/object_dictionary.hpp"
+
+namespace plenum::canopen::dictionary {
+
+inline constexpr float kPa_per_mbar = 100.0F;
+inline constexpr std::int32_t kInvalid_mbar =
+    -32768;  ///< what a NaN pressure reads as: no pressure can be that low
+
+inline bool is_finite(std::uint32_t real32_bits) {
+  return (real32_bits & 0x7F80'0000U) != 0x7F80'0000U;
+}
+
+inline std::uint32_t bits_of(float value) {
+  return std::bit_cast<std::uint32_t>(value);
+}
+
+inline std::uint32_t bits_of(std::int32_t value) {
+  return static_cast<std::uint32_t>(value);
+}
+
+/// Nearest integer, saturating; `if_nan` for NaN. The limits must be exact in float.
+inline std::int32_t round_saturating(float value, std::int32_t low, std::int32_t high, std::int32_t if_nan) {
+  if (value != value) return if_nan;
+  if (value <= static_cast<float>(low)) return low;
+  if (value >= static_cast<float>(high)) return high;
+  return static_cast<std::int32_t>(value < 0.0F ? value - 0.5F : value + 0.5F);
+}
+
+inline std::uint32_t mbar_bits(float pressure_Pa) {
+  return bits_of(round_saturating(pressure_Pa / kPa_per_mbar, -32767, 32767, kInvalid_mbar));
+}
+
+inline std::uint32_t code_bits(float value, float lsb) {
+  return bits_of(round_saturating(value / lsb, 0, 65535, 0));
+}
+
+/// The value of a small integer type, sign extended.
+inline std::int32_t integer_value(DataType type, std::uint32_t bits) {
+  switch (type) {
+    case DataType::integer8:
+      return static_cast<std::int8_t>(bits);
+    case DataType::integer16:
+      return static_cast<std::int16_t>(bits);
+    case DataType::unsigned8:
+      return static_cast<std::uint8_t>(bits);
+    case DataType::unsigned16:
+      return static_cast<std::uint16_t>(bits);
+    default:
+      return static_cast<std::int32_t>(bits);
+  }
+}
+
+// ---- accessors: constants and plain members ----
+
+template <std::uint32_t value>
+Abort fixed(const Device&, Place, std::uint32_t& bits) noexcept {
+  bits = value;
+  return Abort::none;
+}
+
+template <auto member>
+Abort read_image(const Device& device, Place, std::uint32_t& bits) noexcept {
+  bits = static_cast<std::uint32_t>(device.image.*member);
+  return Abort::none;
+}
+
+template <auto member>
+Abort write_image(Device& device, Place, std::uint32_t bits) noexcept {
+  using Member = std::remove_reference_t<decltype(device.image.*member)>;
+  device.image.*member = static_cast<Member>(bits);
+  return Abort::none;
+}
+
+template <auto member>
+Abort read_communication(const Device& device, Place, std::uint32_t& bits) noexcept {
+  bits = static_cast<std::uint32_t>(device.communication.*member);
+  return Abort::none;
+}
+
+template <auto member>
+Abort write_communication(Device& device, Place, std::uint32_t bits) noexcept {
+  using Member = std::remove_reference_t<decltype(device.communication.*member)>;
+  device.communication.*member = static_cast<Member>(bits);
+  return Abort::none;
+}
+
+struct Many {
+  std::uint8_t instances;
+  std::uint16_t stride;
+};
+inline constexpr Many kOnce{1, 1};
+inline constexpr Many kChambersNext{config::kChambers, 1};
+inline constexpr Many kChambersApart{config::kChambers, object::kChamberStride};
+inline constexpr Many kEachRpdo{kRpdos, 1};
+inline constexpr Many kEachTpdo{kTpdos, 1};
+
+struct Subs {
+  std::uint8_t first;
+  std::uint8_t last;
+  constexpr Subs(int only) : first(static_cast<std::uint8_t>(only)), last(first) {}
+  constexpr Subs(int first_sub, int last_sub)
+      : first(static_cast<std::uint8_t>(first_sub)), last(static_cast<std::uint8_t>(last_sub)) {}
+};
+
+inline constexpr Range kAny{};
+inline constexpr Range kSetpointRange{kSetpointLow_Pa, kSetpointHigh_Pa, true};
+inline constexpr Range kSetpointRange_mbar{0.0F, 32767.0F, true};
+inline constexpr Range kPressureRange{0.0F, kSetpointHigh_Pa, true};
+inline constexpr Range kCommandRange_V{0.0F, 10.0F, true};
+
+constexpr Entry value(std::uint16_t index, Subs subs, Many many, const char* name, DataType type,
+                      Access access, Mappable mappable, Range range, ReadValue read,
+                      WriteValue write = nullptr) {
+  return {index,  subs.first, subs.last, many.instances, many.stride, name,    type,
+          access, mappable,   range,     read,           write,       nullptr, nullptr};
+}
+
+constexpr Entry bytes(std::uint16_t index, Many many, const char* name, DataType type, Access access,
+                      ReadBytes read, WriteBytes write = nullptr) {
+  return {index,        0,    0,       many.instances, many.stride, name, type, access,
+          Mappable::no, kAny, nullptr, nullptr,        read,        write};
+}
+
+template <std::uint32_t count>
+constexpr Entry highest(std::uint16_t index, Many many) {
+  return value(index, 0, many, "Highest sub-index supported", DataType::unsigned8, Access::constant,
+               Mappable::no, kAny, fixed<count>);
+}
+
+using enum DataType;
+using enum Access;
+using enum Mappable;
+
+}  // namespace plenum::canopen::dictionary
