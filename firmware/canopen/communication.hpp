@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 
+#include "firmware/canopen/cia301.hpp"
 #include "firmware/canopen/objects.hpp"
 #include "firmware/canopen/process_image.hpp"
 #include "firmware/config/model_desk.hpp"
@@ -27,6 +28,8 @@ struct Config {
   std::uint8_t node_id = 1;  ///< 1..127
   Identity identity{};
   std::uint32_t sdo_timeout_us = 1'000'000;  ///< silence after which a segmented transfer is aborted
+  std::uint32_t store_timeout_us =
+      5'000'000;  ///< after which a write that waits for the parameter store is aborted
 };
 
 /// An object as a PDO refers to it, looked up once when the mapping is activated.
@@ -105,6 +108,20 @@ struct Communication {
 /// The defaults of the predefined connection set for this node id (README.md of this room lists them).
 Communication default_communication(const Config& config) noexcept;
 
+/// Work on the parameter store that no tick can wait for. One order stands at a time.
+///
+/// The bus orders (1010h, 1011h): it finds `what` at none, sets it and its details, and returns Abort::pending. The owner
+/// of the store sees the order between two ticks, does it at his leisure, and sets `result`, then `done`. Whoever ordered
+/// answers, and takes the order away. An order is carried out even when the client that gave it has gone.
+struct StoreOrder {
+  enum class What : std::uint8_t { none, store, restore };
+
+  What what = What::none;
+  std::uint8_t sub = 0;  ///< of 1010h or 1011h: 1 all, 2 communication, 3 application parameters
+  bool done = false;
+  Abort result = Abort::none;  ///< valid when done: none, cannot_store (the store failed), device_state
+};
+
 /// All that the objects of the dictionary are bound to.
 struct Device {
   const Config& config;
@@ -113,6 +130,7 @@ struct Device {
   Communication communication;
   Counters counters;
   ErrorHistory history;
+  StoreOrder order;
 };
 
 /// The one error that 1001h, 1003h, 604Eh and the emergency message show.

@@ -125,7 +125,7 @@ ErrorState error_state(const ProcessImage& image) noexcept {
 }
 
 Node::Node(const Config& config, ProcessImage& image, config::ModelDesk& desk) noexcept
-    : config_(config), device_{config_, image, desk, default_communication(config_), {}, {}} {
+    : config_(config), device_{config_, image, desk, default_communication(config_), {}, {}, {}} {
   reset_communication();
 }
 

@@ -33,6 +33,9 @@ class Node {
   /// Takes the next frame to send. Returns false when there is none.
   bool next_frame(ports::CanFrame& frame) noexcept { return queue_.pop(frame); }
 
+  /// What the bus wants of the parameter store: for its owner, between two ticks.
+  StoreOrder& order() noexcept { return device_.order; }
+
   NmtState state() const noexcept { return state_; }
   const Counters& counters() const noexcept { return device_.counters; }
 

@@ -24,9 +24,19 @@ std::uint16_t index_of(const SdoServer::Bytes& request) {
   return static_cast<std::uint16_t>(load_le(std::span(request).subspan<1, 2>()));
 }
 
+void refuse(Device& device, Abort abort, std::uint16_t index, std::uint8_t sub, SdoServer::Bytes& response) {
+  multiplex(response, 0x80, index, sub);
+  store_le(static_cast<std::uint32_t>(abort), std::span(response).subspan<4, 4>());
+  ++device.counters.sdo_aborts;
+}
+
 }  // namespace
 
 bool SdoServer::request(Device& device, const Bytes& request, Bytes& response) noexcept {
+  if (state_ == State::waiting && request[0] >> 5 != kAbortTransfer) {
+    refuse(device, Abort::device_state, index_of(request), request[3], response);
+    return true;
+  }
   if (state_ == State::idle)
     reset();  // a segment that belongs to no transfer is aborted in the name of no object
   silence_us_ = 0;
@@ -53,15 +63,42 @@ bool SdoServer::request(Device& device, const Bytes& request, Bytes& response) n
       sub_ = request[3];
       break;
   }
+  if (abort == Abort::pending) {
+    withheld_ = response;
+    state_ = State::waiting;
+    return false;
+  }
   if (abort != Abort::none) abort_transfer(device, abort, response);
   return true;
 }
 
 bool SdoServer::elapse(Device& device, std::uint32_t elapsed_us, Bytes& response) noexcept {
+  if (device.order.done || state_ == State::waiting) return end_wait(device, elapsed_us, response);
   if (state_ == State::idle) return false;
   silence_us_ += std::min(elapsed_us, device.config.sdo_timeout_us);
   if (silence_us_ < device.config.sdo_timeout_us) return false;
   abort_transfer(device, Abort::timed_out, response);
+  return true;
+}
+
+/// An order is taken away when it is done, also one whose client has not waited for it.
+bool SdoServer::end_wait(Device& device, std::uint32_t elapsed_us, Bytes& response) noexcept {
+  const bool was_waiting = state_ == State::waiting;
+  Abort abort = Abort::timed_out;
+  if (device.order.done) {
+    abort = device.order.result;
+    device.order = {};
+  } else {
+    silence_us_ += std::min(elapsed_us, device.config.store_timeout_us);
+    if (silence_us_ < device.config.store_timeout_us) return false;
+  }
+  if (!was_waiting) return false;
+  if (abort == Abort::none) {
+    response = withheld_;
+    reset();
+  } else {
+    abort_transfer(device, abort, response);
+  }
   return true;
 }
 
@@ -80,8 +117,8 @@ Abort SdoServer::initiate_download(Device& device, const Bytes& request, Bytes& 
   if (expedited) {
     std::size_t size = 4U - ((request[0] >> 2) & 0x03U);
     if (!sized) size = fixed_size != 0 ? fixed_size : 4;
-    const Abort abort = write_object(device, found_, std::span(request).subspan(4, size));
-    if (abort != Abort::none) return abort;
+    multiplex(response, 0x60, index_, sub_);
+    return write_object(device, found_, std::span(request).subspan(4, size));
   } else {
     size_announced_ = sized;
     size_ = sized ? load_le(std::span(request).subspan<4, 4>()) : 0;
@@ -106,15 +143,13 @@ Abort SdoServer::download_segment(Device& device, const Bytes& request, Bytes& r
   if (done_ + count > buffer_.size()) return Abort::length_too_high;
   std::copy_n(request.begin() + 1, count, buffer_.begin() + static_cast<std::ptrdiff_t>(done_));
   done_ += static_cast<std::uint32_t>(count);
-  if (last) {
-    if (size_announced_ && done_ != size_) return Abort::length_mismatch;
-    const Abort abort = write_object(device, found_, std::span<const std::uint8_t>(buffer_.data(), done_));
-    if (abort != Abort::none) return abort;
-    reset();
-  }
   response[0] = static_cast<std::uint8_t>(0x20U | toggle_);
   toggle_ ^= kToggleBit;
-  return Abort::none;
+  if (!last) return Abort::none;
+  if (size_announced_ && done_ != size_) return Abort::length_mismatch;
+  const Abort abort = write_object(device, found_, std::span<const std::uint8_t>(buffer_.data(), done_));
+  if (abort == Abort::none) reset();
+  return abort;
 }
 
 Abort SdoServer::initiate_upload(Device& device, const Bytes& request, Bytes& response) noexcept {
@@ -167,10 +202,8 @@ Abort SdoServer::upload_segment(const Bytes& request, Bytes& response) noexcept 
 }
 
 void SdoServer::abort_transfer(Device& device, Abort abort, Bytes& response) noexcept {
-  multiplex(response, 0x80, index_, sub_);
-  store_le(static_cast<std::uint32_t>(abort), std::span(response).subspan<4, 4>());
+  refuse(device, abort, index_, sub_, response);
   reset();
-  ++device.counters.sdo_aborts;
 }
 
 }  // namespace plenum::canopen

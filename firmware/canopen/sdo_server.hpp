@@ -15,9 +15,13 @@ class SdoServer {
 
   /// Handles one request of eight bytes. Returns true when `response` is to be sent. A new initiate request
   /// ends a transfer under way; a download takes effect with its last segment, or not at all.
+  ///
+  /// A write that has to wait (Abort::pending) is answered by elapse(). Until then every request but an abort is refused
+  /// with 0800 0022h, and the wait goes on.
   bool request(Device& device, const Bytes& request, Bytes& response) noexcept;
 
-  /// Time passes. Returns true when a transfer under way has timed out and `response` carries its abort.
+  /// Time passes. Returns true when `response` is to be sent: the answer to a write whose order is done, or the abort of
+  /// a transfer that has timed out.
   bool elapse(Device& device, std::uint32_t elapsed_us, Bytes& response) noexcept;
 
   void reset() noexcept {
@@ -27,12 +31,13 @@ class SdoServer {
   }
 
  private:
-  enum class State : std::uint8_t { idle, download, upload };
+  enum class State : std::uint8_t { idle, download, upload, waiting };
 
   Abort initiate_download(Device& device, const Bytes& request, Bytes& response) noexcept;
   Abort download_segment(Device& device, const Bytes& request, Bytes& response) noexcept;
   Abort initiate_upload(Device& device, const Bytes& request, Bytes& response) noexcept;
   Abort upload_segment(const Bytes& request, Bytes& response) noexcept;
+  bool end_wait(Device& device, std::uint32_t elapsed_us, Bytes& response) noexcept;
   void abort_transfer(Device& device, Abort abort, Bytes& response) noexcept;
 
   State state_ = State::idle;
@@ -44,6 +49,7 @@ class SdoServer {
   std::uint32_t size_ = 0;  ///< announced, or held in the buffer
   std::uint32_t done_ = 0;  ///< bytes moved so far
   std::uint32_t silence_us_ = 0;
+  Bytes withheld_{};  ///< the answer to a write that waits
   std::array<std::uint8_t, kMaxDomainBytes> buffer_{};
 };
 
