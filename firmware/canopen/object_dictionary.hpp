@@ -41,7 +41,8 @@ using ReadBytes = std::span<const std::uint8_t> (*)(const Device&, Place) noexce
 using WriteBytes = Abort (*)(Device&, Place, std::span<const std::uint8_t>) noexcept;
 /// Bytes of a long value from `offset` on, as many as fit `bytes`; returns their count, 0 at the end. Read forward,
 /// but for a block that is repeated: that one begins again at its first byte.
-using ReadStream = std::size_t (*)(Device&, Place, std::uint32_t offset, std::span<std::uint8_t> bytes) noexcept;
+using ReadStream = std::size_t (*)(Device&, Place, std::uint32_t offset,
+                                   std::span<std::uint8_t> bytes) noexcept;
 /// Its size in bytes; 0 when it is not known before it has been read.
 using StreamSize = std::uint32_t (*)(const Device&, Place) noexcept;
 
@@ -63,6 +64,7 @@ struct Entry {
   ReadStream read_stream = nullptr;  ///< for values that no buffer holds, in place of read_bytes
   StreamSize stream_size = nullptr;
   Kept kept = Kept::no;
+  const char* object_name = nullptr;  ///< of sub-index 0: the name of the whole record or array
 };
 
 /// All rows.

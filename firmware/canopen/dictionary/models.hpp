@@ -93,19 +93,19 @@ inline Abort read_set_state(const Device& device, Place at, std::uint32_t& bits)
 }
 
 inline constexpr Entry kModelRows[] = {
-    highest<3>(0x2100, kOnce),
+    highest<3>(0x2100, kOnce, "Model schema"),
     value(0x2100, 1, kOnce, "Schema hash", unsigned32, constant, no, kAny, read_schema_hash),
     value(0x2100, 2, kOnce, "Parameter count", unsigned16, constant, no, kAny, read_schema_count),
     value(0x2100, 3, kOnce, "Scalar format", unsigned8, constant, no, kAny, fixed<kScalarFormat>),
     bytes(0x2110, kChambersNext, "Staged model image", domain, write_only, nullptr, write_staged_model),
     bytes(0x2118, kChambersNext, "Active model image", domain, read_only, read_active_model),
-    highest<3>(0x2120, kOnce),
+    highest<3>(0x2120, kOnce, "Commit of staged models"),
     value(0x2120, 1, kOnce, "Commit: chamber mask", unsigned8, read_write, no, kAny,
           read_communication<&Communication::commit_mask>, write_communication<&Communication::commit_mask>),
     value(0x2120, 2, kOnce, "Commit: CRC-32 of the images' CRCs", unsigned32, read_write, no, kAny,
           read_communication<&Communication::commit_crc>, write_communication<&Communication::commit_crc>),
     value(0x2120, 3, kOnce, "Commit: key", unsigned32, write_only, no, kAny, nullptr, write_commit_key),
-    highest<8>(0x2128, kChambersNext),
+    highest<8>(0x2128, kChambersNext, "State of the parameter set"),
     value(0x2128, 1, kChambersNext, "State of the set", unsigned8, read_only, no, kAny, read_set_state),
     value(0x2128, 2, kChambersNext, "Reason of refusal", unsigned8, read_only, no, kAny, read_set_state),
     value(0x2128, 3, kChambersNext, "CRC of the active image", unsigned32, read_only, no, kAny,

@@ -130,10 +130,22 @@ constexpr Entry bytes(std::uint16_t index, Many many, const char* name, DataType
           Mappable::no, kAny, nullptr, nullptr,        read,        write};
 }
 
+/// The name of the record or array whose sub-index 0 the row is.
+constexpr Entry named(const char* name, Entry sub_index_0) {
+  sub_index_0.object_name = name;
+  return sub_index_0;
+}
+
 template <std::uint32_t count>
-constexpr Entry highest(std::uint16_t index, Many many) {
-  return value(index, 0, many, "Highest sub-index supported", DataType::unsigned8, Access::constant,
-               Mappable::no, kAny, fixed<count>);
+constexpr Entry highest(std::uint16_t index, Many many, const char* name) {
+  return named(name, value(index, 0, many, "Highest sub-index supported", DataType::unsigned8,
+                           Access::constant, Mappable::no, kAny, fixed<count>));
+}
+
+/// 1010h stores this row and 1011h restores it.
+constexpr Entry kept(Entry row) {
+  row.kept = row.index < 0x2000 ? Kept::communication : Kept::application;
+  return row;
 }
 
 using enum DataType;

@@ -95,6 +95,23 @@ TEST(ObjectDictionary, GivesEachAccessWhatItNeeds) {
   });
 }
 
+TEST(ObjectDictionary, NamesEachRecordAtItsSubIndex0) {
+  const std::span<const Entry> rows = object_dictionary();
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const bool opens_record = rows[i].sub == 0 && i + 1 < rows.size() && rows[i + 1].index == rows[i].index;
+    EXPECT_EQ(opens_record, rows[i].object_name != nullptr) << label(rows[i].index, rows[i].sub);
+  }
+}
+
+TEST(ObjectDictionary, KeepsOnlyWhatCanBeReadAndWrittenAgain) {
+  for_each_object([](const Entry& entry, unsigned index, unsigned sub) {
+    if (entry.kept == Kept::no) return;
+    EXPECT_EQ(entry.kept, index < 0x2000 ? Kept::communication : Kept::application) << label(index, sub);
+    EXPECT_EQ(entry.access, Access::read_write) << label(index, sub);
+    EXPECT_TRUE(entry.read_value != nullptr && entry.write_value != nullptr) << label(index, sub);
+  });
+}
+
 TEST(ObjectDictionary, ActivatesEveryDefaultMapping) {
   const Communication communication = default_communication(Config{});
   for (const Rpdo& rpdo : communication.rpdo) {
