@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "host-sim/diagnose/noise.hpp"
+#include "host-sim/diagnose/valve_figures.hpp"
 #include "host-sim/effects/chamber_effects.hpp"
 #include "host-sim/identify/box_solver.hpp"
 
@@ -222,13 +223,9 @@ Scene make_scene(const trace::RigDescription& rig) {
   const effects::ChamberEffects known = effects::chamber_effects(rig.effects);
   scene.known = known.on;
   scene.nominal = known.figures;
-  scene.nominal[effects::kOpenAbove] = rig.valve.open_above_V;
-  scene.nominal[effects::kExhaustBelow] = rig.valve.exhaust_below_V;
-  scene.nominal[effects::kInletGain] = rig.valve.inlet_area_per_V_m2;
-  scene.nominal[effects::kExhaustGain] = rig.valve.exhaust_area_per_V_m2;
-  scene.nominal[effects::kInletLeak] = rig.valve.inlet_leak_m2;
-  scene.nominal[effects::kExhaustLeak] = rig.valve.exhaust_leak_m2;
-  scene.nominal[effects::kTransition] = rig.valve.transition_m2;
+  for (std::size_t i = 0; i < kValveFigures.size(); ++i) {
+    scene.nominal[i] = rig.valve.*kValveFigures[i].member;
+  }
   scene.noise_Pa = rig.sensor.pressure_noise_Pa;
   return scene;
 }

@@ -3,24 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdlib>
-#include <utility>
+
+#include "host-sim/diagnose/valve_figures.hpp"
 
 namespace plenum::host::diagnose {
 namespace {
-
-using Valve = trace::RigDescription::Valve;
-
-constexpr std::array<std::pair<const char*, double Valve::*>, 7> kFitted{
-    {{"open_above_V", &Valve::open_above_V},
-     {"exhaust_below_V", &Valve::exhaust_below_V},
-     {"inlet_area_per_V_m2", &Valve::inlet_area_per_V_m2},
-     {"exhaust_area_per_V_m2", &Valve::exhaust_area_per_V_m2},
-     {"inlet_leak_m2", &Valve::inlet_leak_m2},
-     {"exhaust_leak_m2", &Valve::exhaust_leak_m2},
-     {"transition_m2", &Valve::transition_m2}}};
 
 double to_six_digits(double value) {
   return std::strtod(fmt::format("{:.6g}", value).c_str(), nullptr);
@@ -40,11 +29,11 @@ std::vector<NamedEffect> effects_in_model(const GapReport& report) {
 }
 
 trace::RigDescription found_rig(trace::RigDescription rig, const GapReport& report) {
-  for (const auto& [name, figure] : kFitted) {
+  for (const ValveFigure& figure : kValveFigures) {
     const auto of = std::find_if(report.calibration.begin(), report.calibration.end(),
-                                 [&name = name](const auto& one) { return one.name == name; });
+                                 [&](const auto& one) { return one.name == figure.name; });
     if (of == report.calibration.end()) continue;
-    rig.valve.*figure = to_six_digits(report.effects.empty() ? of->fitted.value : of->with_effects);
+    rig.valve.*figure.member = to_six_digits(report.effects.empty() ? of->fitted.value : of->with_effects);
   }
   for (const NamedEffect& one : effects_in_model(report)) {
     auto& figures = rig.effects[one.id];
