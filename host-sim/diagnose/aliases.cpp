@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 
 namespace plenum::host::diagnose {
 namespace {
@@ -70,8 +71,9 @@ std::vector<std::vector<std::string>> alias_classes(const Scene& scene, const ef
     // each record has a start of its own
     const Eigen::VectorXd start = table.col(kValve).normalized();
     table -= start * (start.transpose() * table);
-    all += table.rightCols(kHypotheses).transpose() * table.rightCols(kHypotheses);
     valve += table.leftCols(kValve).transpose() * table.leftCols(kValve);
+    if (scene.records[r].before) continue;  // no effect acts there, but it holds the valve's figures
+    all += table.rightCols(kHypotheses).transpose() * table.rightCols(kHypotheses);
     across += table.leftCols(kValve).transpose() * table.rightCols(kHypotheses);
   }
   const Eigen::VectorXd unit = valve.diagonal().cwiseMax(1e-12).cwiseSqrt().cwiseInverse();

@@ -15,6 +15,7 @@
 #include "host-sim/diagnose/next_experiment.hpp"
 #include "host-sim/diagnose/noise.hpp"
 #include "host-sim/diagnose/search.hpp"
+#include "host-sim/diagnose/valve_figures.hpp"
 #include "host-sim/diagnose/where.hpp"
 #include "host-sim/identify/box_solver.hpp"
 
@@ -48,10 +49,6 @@ constexpr double kExplainsAll = 0.9;
 /// A cause is named alone from this probability on; another one is its alias from that probability on.
 constexpr double kNamedAlone = 0.8;
 constexpr double kAlias = 0.02;
-
-constexpr std::array<const char*, effects::kValveFigures> kValveNames{
-    "open_above_V",  "exhaust_below_V", "inlet_area_per_V_m2", "exhaust_area_per_V_m2",
-    "inlet_leak_m2", "exhaust_leak_m2", "transition_m2"};
 
 EffectSet struck_of(const std::vector<std::string>& ids) {
   EffectSet struck = 0;
@@ -101,7 +98,7 @@ Estimate estimate_of(const Fit& fit, std::size_t variable, const Eigen::VectorXd
   const double high = std::min(at + half, v.high);
   const double room = 1e-6 * (v.high - v.low);
   const bool at_bound = at - v.low < room || v.high - at < room;
-  if (v.figure < effects::kValveFigures) return {kValveNames[v.figure], at, low, high, at_bound};
+  if (v.figure < effects::kValveFigures) return {kValveFigures[v.figure].name, at, low, high, at_bound};
   const effects::Parameter& p = *place_of(v.figure).parameter;
   const double a = p.value_of(low);
   const double b = p.value_of(high);
@@ -173,16 +170,19 @@ class Diagnosis {
       // what the model leaves of the machine as it was, no model of what has changed can be expected to close
       report_.noise_floor_Pa = std::max(report_.noise_floor_Pa, before->with_effects_Pa);
       for (const NamedLog& of : options.baseline) {
-        scene_.records.push_back(make_record(of.name, of.log, 1.0));
-        scene_.records.back().before = true;
+        baseline_.push_back(make_record(of.name, of.log, 1.0));
+        baseline_.back().before = true;
       }
     }
-    search_ = search(scene_, heldout_,
+    fitted_ = scene_;
+    fitted_.records.insert(fitted_.records.end(), baseline_.begin(), baseline_.end());
+    search_ = search(fitted_, heldout_,
                      {.struck = struck,
                       .threads = options.threads,
                       .noise_Pa = report_.noise_floor_Pa,
                       .progress = options.progress});
-    if (before != nullptr) valve_changed();
+    recalibrated_evidence_ = search_.recalibrated.evidence(search_.correlated_rows);
+    if (!baseline_.empty()) valve_changed();
   }
 
   GapReport report() {
@@ -193,7 +193,7 @@ class Diagnosis {
     where();
     calibration();
     report_.alias_classes =
-        alias_classes(scene_, search_.recalibrated.fit.figures, search_.recalibrated.fit.start_Pa);
+        alias_classes(fitted_, search_.recalibrated.fit.figures, search_.recalibrated.fit.start_Pa);
     traces();
     return std::move(report_);
   }
@@ -202,22 +202,22 @@ class Diagnosis {
   /// The other hypothesis of what has changed since the baseline: the valve's figures, all of them, and no effect. Both
   /// answer for the baseline, too. Where an effect comes to the floor, seven figures that follow the log below it prove nothing.
   void valve_changed() {
-    Scene now = scene_, then = scene_;
-    std::erase_if(now.records, [](const Record& r) { return r.before; });
-    std::erase_if(then.records, [](const Record& r) { return !r.before; });
-    Trial changed =
-        search(now, heldout_, {.struck = ~EffectSet{0}, .threads = 1, .progress = {}}).recalibrated;
+    Trial changed = recalibrated(scene_, heldout_);
+    Scene then = scene_;
+    then.records = baseline_;
     const Fit was = fit(then, 0, scene_.nominal, {});
-    Trial both = changed;
+    Trial both = changed;  // over the same rows as the trials of the search
     both.joint_squares += was.squares;
     both.fit.rows += was.rows;
     both.fit.variables.insert(both.fit.variables.end(), was.variables.begin(), was.variables.end());
+    const double evidence = both.evidence(search_.correlated_rows);
     const bool closed = search_.best.on != 0 && search_.best.heldout_Pa() < kAtFloor * report_.noise_floor_Pa;
-    if (!closed && both.evidence(search_.correlated_rows) > search_.best.evidence(search_.correlated_rows)) {
-      search_.recalibrated = changed;
-      search_.best = std::move(changed);
-      search_.rivals.clear();
-    }
+    if (closed || evidence <= search_.best.evidence(search_.correlated_rows)) return;
+    recalibrated_evidence_ = evidence;
+    fitted_ = scene_;
+    search_.recalibrated = changed;
+    search_.best = std::move(changed);
+    search_.rivals.clear();
   }
 
   void gaps() {
@@ -255,7 +255,7 @@ class Diagnosis {
       evidence.push_back(search_.alone[i].evidence(search_.correlated_rows));
     }
     which.push_back(kEffects);
-    evidence.push_back(search_.recalibrated.evidence(search_.correlated_rows));
+    evidence.push_back(recalibrated_evidence_);
     const std::vector<double> p = probabilities(evidence);
     std::map<std::string, double> by_equation;
     double named = 0.0;
@@ -351,9 +351,7 @@ class Diagnosis {
   void blame() {
     std::vector<const Record*> records;
     records.reserve(scene_.records.size());
-    for (const Record& record : scene_.records) {
-      if (!record.before) records.push_back(&record);
-    }
+    for (const Record& record : scene_.records) records.push_back(&record);
     const std::vector<LatentEquation> found =
         latent(scene_, records, search_.recalibrated.fit.figures, threads_);
     for (const LatentEquation& e : found) {
@@ -430,7 +428,7 @@ class Diagnosis {
     const Eigen::VectorXd errors = standard_errors(fit, search_.correlated_rows);
     for (std::size_t i = 0; i < effects::kValveFigures; ++i) {
       report_.calibration.push_back(
-          {kValveNames[i], scene_.nominal[i], estimate_of(fit, i, errors), used_->fit.figures[i]});
+          {kValveFigures[i].name, scene_.nominal[i], estimate_of(fit, i, errors), used_->fit.figures[i]});
     }
     // a size of 1.64 + 1.64 standard errors is missed, and seen where there is none, once in twenty
     constexpr double kErrors = 3.29;
@@ -467,7 +465,6 @@ class Diagnosis {
     };
     for (std::size_t i = 0; i < scene_.records.size(); ++i) {
       const Record& record = scene_.records[i];
-      if (record.before) continue;
       trace_of(record, record.fitted_rows, of(record, nominal_, i), of(record, search_.recalibrated.fit, i),
                of(record, used_->fit, i));
     }
@@ -485,10 +482,13 @@ class Diagnosis {
     double probability;
   };
 
-  Scene scene_;
+  Scene scene_;  ///< the logs to be explained
   unsigned threads_;
   std::vector<HeldOut> heldout_;
+  std::vector<Record> baseline_;  ///< of the machine as it was: the search's fits answer for them, too
+  Scene fitted_;  ///< the records that search_.recalibrated has starts of: scene_'s, then the baseline's
   Search search_;
+  double recalibrated_evidence_ = 0.0;
   const Trial* used_ = &search_.best;
   Fit nominal_;
   Blame blame_;

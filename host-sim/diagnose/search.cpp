@@ -93,33 +93,48 @@ Scene coarse(const Scene& scene) {
   return coarse;
 }
 
+/// Held-out records as a fit sees them.
+std::vector<Record> as_fitted(const std::vector<HeldOut>& heldout) {
+  std::vector<Record> records;
+  for (const HeldOut& held : heldout) {
+    records.push_back(held.record);
+    records.back().settled_rows = std::max(held.first, held.record.settled_rows);
+    records.back().fitted_rows = held.record.rows();
+  }
+  return records;
+}
+
+Trial tried(const Scene& scene, const std::vector<HeldOut>& heldout, const std::vector<Record>& held_records,
+            Fit fit) {
+  Trial trial;
+  trial.on = fit.on;
+  std::vector<double> start_Pa;
+  for (const HeldOut& held : heldout) {
+    start_Pa.push_back(heldout_start(scene, held, fit));
+    const Score s =
+        score(run(scene, held.record, fit.on, fit.figures, start_Pa.back()), held.record, held.first);
+    trial.heldout_squares += s.squares;
+    trial.heldout_rows += s.rows;
+  }
+  trial.joint_squares = joint_squares(scene, fit, held_records, start_Pa, heldout.front().continues >= 0);
+  trial.fit = std::move(fit);
+  return trial;
+}
+
+Fit recalibrated_fit(const Scene& scene) {
+  return fit(scene, 0, scene.nominal, {}, {.most_iterations = 100});
+}
+
 class Searcher {
  public:
   Searcher(const Scene& scene, const std::vector<HeldOut>& heldout, const SearchOptions& options)
-      : scene_(scene), coarse_(coarse(scene)), heldout_(heldout), options_(options) {
-    for (const HeldOut& held : heldout) {
-      held_records_.push_back(held.record);
-      held_records_.back().settled_rows = std::max(held.first, held.record.settled_rows);
-      held_records_.back().fitted_rows = held.record.rows();
-    }
-  }
+      : scene_(scene),
+        coarse_(coarse(scene)),
+        heldout_(heldout),
+        held_records_(as_fitted(heldout)),
+        options_(options) {}
 
-  Trial tried(Fit fit) const {
-    Trial trial;
-    trial.on = fit.on;
-    std::vector<double> start_Pa;
-    for (std::size_t i = 0; i < heldout_.size(); ++i) {
-      start_Pa.push_back(heldout_start(scene_, heldout_[i], fit));
-      const Score s = score(run(scene_, heldout_[i].record, fit.on, fit.figures, start_Pa.back()),
-                            heldout_[i].record, heldout_[i].first);
-      trial.heldout_squares += s.squares;
-      trial.heldout_rows += s.rows;
-    }
-    trial.joint_squares =
-        joint_squares(scene_, fit, held_records_, start_Pa, heldout_.front().continues >= 0);
-    trial.fit = std::move(fit);
-    return trial;
-  }
+  Trial tried(Fit fit) const { return diagnose::tried(scene_, heldout_, held_records_, std::move(fit)); }
 
   /// The set of `base` with `effect` besides: the best of short fits from several sizes of it.
   Fit look(const Trial& base, std::size_t effect) const {
@@ -292,13 +307,17 @@ std::vector<double> heldout_reading(const Scene& scene, const HeldOut& held, con
   return run(scene, held.record, fit.on, fit.figures, heldout_start(scene, held, fit));
 }
 
+Trial recalibrated(const Scene& scene, const std::vector<HeldOut>& heldout) {
+  return tried(scene, heldout, as_fitted(heldout), recalibrated_fit(scene));
+}
+
 Search search(const Scene& scene, const std::vector<HeldOut>& heldout, const SearchOptions& options) {
   Searcher searcher(scene, heldout, options);
   const auto tell = [&](double share) {
     if (options.progress) options.progress(share);
   };
   Search result;
-  result.recalibrated = searcher.tried(fit(scene, 0, scene.nominal, {}, {.most_iterations = 100}));
+  result.recalibrated = searcher.tried(recalibrated_fit(scene));
   tell(0.1);
 
   std::vector<std::size_t> all;

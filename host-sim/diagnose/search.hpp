@@ -57,6 +57,9 @@ struct SearchOptions {
   std::function<void(double share)> progress;
 };
 
+/// The valve's figures fitted, no effect added.
+Trial recalibrated(const Scene& scene, const std::vector<HeldOut>& heldout);
+
 Search search(const Scene& scene, const std::vector<HeldOut>& heldout, const SearchOptions& options);
 
 /// The effects of a set, in the catalogue's order.

@@ -105,6 +105,22 @@ TEST(Diagnose, NamesTheSensorErrorThatWasPutIntoAMeasuredRun) {
   EXPECT_NEAR(report.effects.front().parameters.front().value, 1e-3 * kOffset_Pa, 0.1e-3 * kOffset_Pa);
 }
 
+TEST(Diagnose, SaysThatTheValveItselfHasChangedSinceTheBaseline) {
+  constexpr double kShift_V = 0.2;
+  const blind::Case made = clear_case({}, 1, 21);
+  trace::Log changed = made.heldout;
+  for (double& u : changed.command_V) u += kShift_V;  // as if the null had moved by so much
+  DiagnoseOptions options;
+  options.baseline = {{"before", made.log}};
+  const GapReport report = diagnose({{"after", changed}}, {}, made.rig, options);
+  EXPECT_EQ(report.verdict, Verdict::calibration);
+  EXPECT_TRUE(report.effects.empty());
+  for (const std::size_t threshold : {effects::kOpenAbove, effects::kExhaustBelow}) {
+    const CalibratedFigure& figure = report.calibration[threshold];
+    EXPECT_NEAR(figure.fitted.value - figure.configured, kShift_V, 0.01) << figure.name;
+  }
+}
+
 TEST(Diagnose, RefusesMoreLogsThanItsFitsHaveRoomFor) {
   const blind::Case made =
       blind::make_case({.effects = {}, .kind = "none", .tier = 1, .seconds = 10.0, .seed = 1});
