@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "host-sim/blind/blind_case.hpp"
+#include "host-sim/effects/catalogue.hpp"
 #include "host-sim/trace/respiraworks.hpp"
 
 namespace plenum::host::diagnose {
