@@ -23,6 +23,14 @@ std::uint16_t crc15(std::span<const std::uint8_t> bytes);
 /// Bits from the start of frame to the end of frame, stuff bits included, intermission not.
 unsigned frame_bits(const plenum::ports::CanFrame& frame);
 
+/// The most that a frame of this form and length can have: its first stuff bit after five equal bits, each further one
+/// after four, over all that is stuffed.
+constexpr unsigned most_frame_bits(const plenum::ports::CanFrame& frame) {
+  const unsigned data_bytes = frame.remote ? 0U : frame.length < 8 ? frame.length : 8U;
+  const unsigned stuffed = (frame.extended ? 39U : 19U) + 8 * data_bytes + 15;
+  return stuffed + (stuffed - 1) / 4 + kTrailerBits;
+}
+
 /// The order in which frames win arbitration: the lower key wins. Equal keys collide.
 constexpr std::uint32_t arbitration_key(const plenum::ports::CanFrame& frame) {
   const std::uint32_t remote = frame.remote ? 1 : 0;

@@ -83,7 +83,7 @@ bool SimulatedBus::start_next(std::uint64_t time_ns) {
   delivery_.frame = queued.frame;
   delivery_.sender = winner->number_;
   delivery_.queued_ns = queued.since_ns;
-  delivery_.bits = frame_bits(queued.frame);
+  delivery_.bits = config_.worst_case_stuffing ? most_frame_bits(queued.frame) : frame_bits(queued.frame);
   delivery_.end_ns = start_ns + delivery_.bits * bit_ns_;
   delivery_.dropped = drop_ && drop_(queued.frame, winner->number_);
   winner->transmit_.pop();

@@ -109,6 +109,8 @@ class SimulatedBus {
     std::uint32_t bit_rate = 1'000'000;  ///< [bit/s]; the bit time must be a whole number of ns
     std::size_t transmit_depth = 64;     ///< frames a node can queue
     std::size_t receive_depth = 1024;
+    bool worst_case_stuffing =
+        false;  ///< every frame as long as its like can be: a load that holds for any data
   };
 
   struct Counters {

@@ -114,7 +114,15 @@ RC_GTEST_PROP(CanFrameBits, AgreeWithTheBookAndStayWithinItsBounds, ()) {
   RC_ASSERT(bits == bits_by_the_book(frame));
   const unsigned stuffable = (frame.extended ? 54U : 34U) + (frame.remote ? 0U : 8U * frame.length);
   RC_ASSERT(bits >= stuffable + kTrailerBits);
-  RC_ASSERT(bits <= stuffable + (stuffable - 1) / 4 + kTrailerBits);  // Tindell's bound
+  RC_ASSERT(bits <= most_frame_bits(frame));
+}
+
+TEST(CanFrameBits, AtMostAreThoseOfTheResponseTimeAnalysis) {
+  // Davis, Burns, Bril and Lukkien (2007), Eq. 2 and 3, intermission included: 55 + 10 s and 80 + 10 s bits
+  for (std::uint8_t s = 0; s <= 8; ++s) {
+    EXPECT_EQ(most_frame_bits({.length = s}) + kIntermissionBits, 55U + 10U * s);
+    EXPECT_EQ(most_frame_bits({.length = s, .extended = true}) + kIntermissionBits, 80U + 10U * s);
+  }
 }
 
 TEST(ArbitrationKey, PutsLowIdentifiersDataFramesAndShortIdentifiersFirst) {

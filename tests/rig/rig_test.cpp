@@ -231,9 +231,9 @@ TEST_P(BoardsOnOneBus, MissNoSetPointAtAHundredHertz) {
 
   const ports::SimulatedBus::Counters after = watched.rig.bus().counters();
   const double cycle_bits = static_cast<double>(after.bits - before.bits) / kCycles;
-  // a frame of 8 bytes has 111 bits, at most 24 more by stuffing, and 3 of intermission; 10,000 bits a cycle
-  const double least_bits = 4.0 * boards * (111 + 3);
-  const double most_bits = 4.0 * boards * (135 + 3) + 2 * 70 + boards * 10;
+  // a frame of 8 bytes has 108 bits, at most 24 more by stuffing, and 3 of intermission; 10,000 bits a cycle
+  const double least_bits = 4.0 * boards * (108 + 3);
+  const double most_bits = 4.0 * boards * (132 + 3) + 2 * 70 + boards * 10;
   EXPECT_GT(cycle_bits, least_bits);
   EXPECT_LT(cycle_bits, most_bits);
   EXPECT_EQ(after.collisions, 0U);
