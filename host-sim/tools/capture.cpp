@@ -2,17 +2,15 @@
 
 #include <memory>
 
+#include "host-sim/tools/board_access.hpp"
 #include "host-sim/tools/command.hpp"
-#include "host-sim/tools/inproc.hpp"
 #include "host-sim/tools/output.hpp"
 
 namespace plenum::host::tools {
 namespace {
 
 struct Options {
-  std::string bus = "inproc";
-  std::string store;
-  RigChoice rig;
+  BoardChoice board;
   double seconds = 60.0;
   bool closed_loop = false;
   std::string out = "capture";
@@ -20,25 +18,24 @@ struct Options {
 };
 
 int run(const Options& options) {
-  require_inproc(options.bus);
-  const trace::RigDescription description = options.rig.description();
-  if (!options.store.empty()) require_store(options.store);
-  InprocBoard board(options.rig.config(options.store.empty() ? std::nullopt : std::optional(options.store)));
-  const unsigned chambers = options.rig.chambers;
-  if (options.closed_loop) require_models(board.session, chambers, options.store);
+  const trace::RigDescription description = options.board.rig.description();
+  if (!options.board.store.empty()) options.board.require_stored();
+  BoardAccess board(options.board);
+  const unsigned chambers = options.board.rig.chambers;
+  if (options.closed_loop) require_models(board.session(), options.board);
   require_folder(options.out);
-  const auto seed = static_cast<std::uint32_t>(options.rig.seed);
+  const auto seed = static_cast<std::uint32_t>(options.board.rig.seed);
   std::vector<client::CapturedRow> rows;
   if (options.closed_loop) {
     const SetpointRange range = setpoint_range(description);
     Progress progress("recording in closed loop");
     rows = client::follow(
-        board.session,
+        board.session(),
         client::random_references(chambers, options.seconds, range.low_Pa, range.high_Pa, seed),
         {.chambers = chambers}, std::ref(progress));
   } else {
     Progress progress("recording");
-    rows = client::capture(board.session, {.seconds = options.seconds, .seed = seed, .chambers = chambers},
+    rows = client::capture(board.session(), {.seconds = options.seconds, .seed = seed, .chambers = chambers},
                            std::ref(progress));
   }
   write_recording(options.out, rows, chambers, options.closed_loop, description);
@@ -49,8 +46,8 @@ int run(const Options& options) {
     files.push_back((std::filesystem::path(options.out) / fmt::format("chamber-{}.csv", c + 1)).string());
   options.output.finish({{"rows", rows.size()},
                          {"closed_loop", options.closed_loop},
-                         {"seed", options.rig.seed},
-                         {"bus_load", board.rig.bus().busy_share()},
+                         {"seed", options.board.rig.seed},
+                         {"bus_load", number(board.bus_load())},
                          {"files", files}});
   return kDone;
 }
@@ -60,8 +57,7 @@ int run(const Options& options) {
 Command add_capture(CLI::App& program) {
   const auto options = std::make_shared<Options>();
   CLI::App* app = program.add_subcommand("capture", "Record a board's chambers over CAN, for identification");
-  add_board(*app, options->bus, options->store);
-  options->rig.add_to(*app);
+  options->board.add_to(*app);
   app->add_option("--seconds", options->seconds, "Length of the recording [s]")
       ->check(CLI::Range(1.0, 36000.0))
       ->capture_default_str();

@@ -11,7 +11,7 @@
 #include "host-sim/tools/command.hpp"
 #include "host-sim/tools/demo_report.hpp"
 #include "host-sim/tools/fleet.hpp"
-#include "host-sim/tools/inproc.hpp"
+#include "host-sim/tools/board_access.hpp"
 #include "host-sim/tools/output.hpp"
 
 namespace plenum::host::tools {
@@ -49,7 +49,7 @@ class Stage {
 };
 
 /// Fits all chambers to a recording, and hands the models to the board, which answers with them.
-std::vector<identify::Tassa9Fit> identify_and_upload(InprocBoard& board, const Rows& rows, unsigned chambers,
+std::vector<identify::Tassa9Fit> identify_and_upload(BoardAccess& board, const Rows& rows, unsigned chambers,
                                                      const trace::RigDescription& rig) {
   std::vector<identify::Tassa9Fit> fits(chambers);
   identify::FitOptions how;
@@ -64,16 +64,16 @@ std::vector<identify::Tassa9Fit> identify_and_upload(InprocBoard& board, const R
   std::vector<client::ModelUpload> uploads;
   for (unsigned c = 0; c < chambers; ++c)
     uploads.push_back(upload_of(identify::to_model_file(fits[c], c + 1), c + 1));
-  board.session.upload_models(uploads);
+  board.session().upload_models(uploads);
   return fits;
 }
 
-Rows record_in_closed_loop(InprocBoard& board, const Options& options, const trace::RigDescription& rig,
+Rows record_in_closed_loop(BoardAccess& board, const Options& options, const trace::RigDescription& rig,
                            double seconds, std::uint32_t seed) {
   const SetpointRange range = setpoint_range(rig);
   Progress progress("recording in closed loop");
   return client::follow(
-      board.session,
+      board.session(),
       client::random_references(options.rig.chambers, seconds, range.low_Pa, range.high_Pa, seed),
       {.chambers = options.rig.chambers}, std::ref(progress));
 }
@@ -146,13 +146,14 @@ int run(const Options& options) {
             .chamber = std::vector<DemoChamber>(chambers),
             .tracked = {}};
   demo.span_Pa = demo.rig.supply.pressure_Pa - demo.rig.ambient.pressure_Pa;
-  InprocBoard board(options.rig.config());
+  BoardAccess board(options.rig.config());
 
   Rows excited;
   {
     Progress progress("recording");
-    excited = client::capture(board.session, {.seconds = options.seconds, .seed = seed, .chambers = chambers},
-                              std::ref(progress));
+    excited =
+        client::capture(board.session(), {.seconds = options.seconds, .seed = seed, .chambers = chambers},
+                        std::ref(progress));
   }
   stage.done("recorded {} chambers for {:g} s over CAN, valves excited at random", chambers, options.seconds);
   auto fits = identify_and_upload(board, excited, chambers, demo.rig);
@@ -177,15 +178,15 @@ int run(const Options& options) {
   demo.tracked = references(demo.rig, options.rig.seed);
   for (DemoTracked& tracked : demo.tracked) {
     Progress progress("regulating, " + tracked.name);
-    tracked.rows = client::follow(board.session, client::references(tracked.shape, chambers, kTracked_s),
+    tracked.rows = client::follow(board.session(), client::references(tracked.shape, chambers, kTracked_s),
                                   {.chambers = chambers}, std::ref(progress));
     for (unsigned c = 0; c < chambers; ++c)
       tracked.chamber.push_back(client::tracking(tracked.rows, c, demo.span_Pa));
   }
   stage.done("regulated {} references at 100 Hz, {:g} s each", demo.tracked.size(), kTracked_s);
-  demo.bus_load = board.rig.bus().busy_share();
-  demo.bus_frames = board.rig.bus().counters().frames;
-  demo.simulated_s = board.rig.now_s();
+  demo.bus_load = board.rig()->bus().busy_share();
+  demo.bus_frames = board.rig()->bus().counters().frames;
+  demo.simulated_s = board.rig()->now_s();
   demo_page(demo).write(options.report);
 
   options.output.print("\n{:<16}", "RMS error [kPa]");

@@ -1,8 +1,8 @@
 #include <memory>
 
+#include "host-sim/tools/board_access.hpp"
 #include "host-sim/tools/command.hpp"
 #include "host-sim/tools/fleet.hpp"
-#include "host-sim/tools/inproc.hpp"
 #include "host-sim/tools/output.hpp"
 #include "host-sim/trace/input_error.hpp"
 #include "host-sim/trace/model_json.hpp"
@@ -11,24 +11,22 @@ namespace plenum::host::tools {
 namespace {
 
 struct Options {
-  std::string bus = "inproc";
-  std::string store;
-  RigChoice rig;
+  BoardChoice board;
   std::string out = "models";
   Output output;
 };
 
 int run(const Options& options) {
-  require_inproc(options.bus);
-  require_store(options.store);
-  InprocBoard board(options.rig.config(options.store));
+  options.board.require_stored();
+  BoardAccess board(options.board);
   std::vector<trace::ModelFile> models;
-  for (unsigned c = 0; c < options.rig.chambers; ++c) {
-    const auto image = board.session.download_model(static_cast<std::uint8_t>(c));
+  for (unsigned c = 0; c < options.board.rig.chambers; ++c) {
+    const auto image = board.session().download_model(static_cast<std::uint8_t>(c));
     if (!image.empty()) models.push_back(file_of(image, c + 1));
   }
   if (models.empty()) {
-    throw trace::InputError(fmt::format("{}: the board has no model, expected at least one", options.store));
+    throw trace::InputError(
+        fmt::format("{}: the board has no model, expected at least one", options.board.name()));
   }
   require_folder(options.out);
   Json list = Json::array();
@@ -47,8 +45,7 @@ int run(const Options& options) {
 Command add_download(CLI::App& program) {
   const auto options = std::make_shared<Options>();
   CLI::App* app = program.add_subcommand("download", "Read the models of a board over CAN into model files");
-  add_board(*app, options->bus, options->store)->required();
-  options->rig.add_to(*app);
+  options->board.add_to(*app);
   app->add_option("-o,--out", options->out, "Folder for model-N.json")
       ->type_name("DIR")
       ->capture_default_str();

@@ -132,29 +132,6 @@ rig::RigConfig RigChoice::config(const std::optional<std::filesystem::path>& sto
   return config;
 }
 
-CLI::Option* add_board(CLI::App& app, std::string& bus, std::string& store) {
-  app.add_option("--bus", bus, "Where the board is: inproc, a rig simulated inside this program")
-      ->capture_default_str();
-  return app.add_option("--store", store, "Folder that keeps the models of the simulated board")
-      ->type_name("DIR");
-}
-
-void require_inproc(const std::string& bus) {
-  if (bus != "inproc") {
-    throw std::invalid_argument(
-        fmt::format("--bus {}: this bus cannot be reached yet, expected inproc", bus));
-  }
-}
-
-void require_store(const std::string& store) {
-  if (!std::filesystem::is_directory(store)) {
-    throw trace::InputError(
-        fmt::format("{}: there is no such folder, expected the models of a simulated board", store));
-  }
-}
-
-InprocBoard::InprocBoard(const rig::RigConfig& config) : rig(config), link(rig), session(link, 1) {}
-
 trace::Log log_of(const std::vector<client::CapturedRow>& rows, std::size_t chamber, bool with_reference) {
   trace::Log log;
   for (const client::CapturedRow& row : rows) {
@@ -172,15 +149,6 @@ void write_recording(const std::filesystem::path& folder, const std::vector<clie
   trace::write_rig(folder / "rig.toml", description);
   for (unsigned c = 0; c < chambers; ++c) {
     trace::write_log(folder / fmt::format("chamber-{}.csv", c + 1), log_of(rows, c, with_reference));
-  }
-}
-
-void require_models(client::Session& session, unsigned chambers, const std::string& store) {
-  for (unsigned c = 0; c < chambers; ++c) {
-    if (!session.download_model(static_cast<std::uint8_t>(c)).empty()) continue;
-    throw trace::InputError(fmt::format(
-        "{}: the board has no model for chamber {}, expected one for each of its {} chambers: plenum upload",
-        store.empty() ? "--store is not given" : store, c + 1, chambers));
   }
 }
 

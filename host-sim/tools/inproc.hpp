@@ -1,4 +1,4 @@
-// The rig that a command simulates inside itself, as its arguments describe it, and a session with its board.
+// The rig that a command simulates inside itself, as its arguments describe it, and what is recorded of it.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -10,7 +10,6 @@
 #include "host-sim/client/capture.hpp"
 #include "host-sim/client/session.hpp"
 #include "host-sim/rig/rig.hpp"
-#include "host-sim/tools/rig_link.hpp"
 #include "host-sim/trace/log.hpp"
 #include "host-sim/trace/rig_toml.hpp"
 
@@ -37,31 +36,12 @@ struct RigChoice {
   rig::RigConfig config(const std::optional<std::filesystem::path>& store = std::nullopt) const;
 };
 
-/// --bus. Throws std::invalid_argument for a bus that this program does not reach.
-/// --bus and --store: where the board is and what it keeps. Returns the option --store.
-CLI::Option* add_board(CLI::App& app, std::string& bus, std::string& store);
-void require_inproc(const std::string& bus);
-
-/// Throws InputError when there is no such folder: a board without models is no use to who names one.
-void require_store(const std::string& store);
-
-/// A simulated rig and the conversation with its first board.
-struct InprocBoard {
-  explicit InprocBoard(const rig::RigConfig& config);
-  rig::Rig rig;
-  RigLink link;
-  client::Session session;
-};
-
 /// One chamber of a recording as a log; with its reference where the recording followed one.
 trace::Log log_of(const std::vector<client::CapturedRow>& rows, std::size_t chamber, bool with_reference);
 
 /// Writes chamber-1.csv .. and rig.toml. Throws InputError.
 void write_recording(const std::filesystem::path& folder, const std::vector<client::CapturedRow>& rows,
                      unsigned chambers, bool with_reference, const trace::RigDescription& description);
-
-/// Throws InputError naming the first chamber of the board that has no model.
-void require_models(client::Session& session, unsigned chambers, const std::string& store);
 
 /// Set points that leave a twentieth of the span free at both ends: what random references stay within.
 struct SetpointRange {

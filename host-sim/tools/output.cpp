@@ -72,6 +72,10 @@ Json number(double value) {
   return std::isfinite(value) ? Json(value) : Json(nullptr);
 }
 
+Json number(std::optional<double> value) {
+  return value ? number(*value) : Json(nullptr);
+}
+
 std::string example(const std::string& lines) {
   return "Example:\n" + lines;
 }

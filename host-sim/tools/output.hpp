@@ -7,6 +7,7 @@
 #include <chrono>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 namespace plenum::host::tools {
@@ -53,6 +54,7 @@ void require_writable(const std::filesystem::path& file);
 
 /// A number, or null where it is not finite.
 Json number(double value);
+Json number(std::optional<double> value);
 
 /// The footer of a command's help.
 std::string example(const std::string& lines);

@@ -4,17 +4,15 @@
 #include <string>
 
 #include "host-sim/client/references.hpp"
+#include "host-sim/tools/board_access.hpp"
 #include "host-sim/tools/command.hpp"
-#include "host-sim/tools/inproc.hpp"
 #include "host-sim/tools/output.hpp"
 
 namespace plenum::host::tools {
 namespace {
 
 struct Options {
-  std::string bus = "inproc";
-  std::string store;
-  RigChoice rig;
+  BoardChoice board;
   std::string kind = "sine";
   double mean_kPa = 350.0;
   double amplitude_kPa = 100.0;
@@ -34,24 +32,23 @@ std::string shown(double value, double scale) {
 }
 
 int run(const Options& options) {
-  require_inproc(options.bus);
-  const trace::RigDescription description = options.rig.description();
+  const trace::RigDescription description = options.board.rig.description();
   const double span_Pa = description.supply.pressure_Pa - description.ambient.pressure_Pa;
-  const unsigned chambers = options.rig.chambers;
+  const unsigned chambers = options.board.rig.chambers;
   const auto references = client::references({.kind = kKinds.at(options.kind),
                                               .mean_Pa = options.mean_kPa * 1e3,
                                               .amplitude_Pa = options.amplitude_kPa * 1e3,
                                               .frequency_Hz = options.frequency_Hz,
-                                              .seed = static_cast<std::uint32_t>(options.rig.seed)},
+                                              .seed = static_cast<std::uint32_t>(options.board.rig.seed)},
                                              chambers, options.seconds);
-  require_store(options.store);
-  InprocBoard board(options.rig.config(options.store));
-  require_models(board.session, chambers, options.store);
+  options.board.require_stored();
+  BoardAccess board(options.board);
+  require_models(board.session(), options.board);
   require_folder(options.out);
   std::vector<client::CapturedRow> rows;
   {
     Progress progress("regulating");
-    rows = client::follow(board.session, references, {.chambers = chambers}, std::ref(progress));
+    rows = client::follow(board.session(), references, {.chambers = chambers}, std::ref(progress));
   }
   write_recording(options.out, rows, chambers, true, description);
 
@@ -70,8 +67,7 @@ int run(const Options& options) {
                     {"settling_s", number(tracking.settling_s)}});
   }
   options.output.print("the first half second is left out; recorded in {}\n", options.out);
-  options.output.finish(
-      {{"rows", rows.size()}, {"bus_load", board.rig.bus().busy_share()}, {"chambers", list}});
+  options.output.finish({{"rows", rows.size()}, {"bus_load", number(board.bus_load())}, {"chambers", list}});
   return kDone;
 }
 
@@ -81,8 +77,7 @@ Command add_regulate(CLI::App& program) {
   const auto options = std::make_shared<Options>();
   CLI::App* app = program.add_subcommand(
       "regulate", "Let a board regulate its chambers to a reference at 100 Hz, and record how well it does");
-  add_board(*app, options->bus, options->store)->required();
-  options->rig.add_to(*app);
+  options->board.add_to(*app);
   app->add_option("--reference", options->kind, "What to follow")
       ->check(CLI::IsMember({"sine", "steps", "trapezoid", "random"}))
       ->capture_default_str();

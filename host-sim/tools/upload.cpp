@@ -1,9 +1,9 @@
 #include <memory>
 
 #include "host-sim/rig/model_store.hpp"
+#include "host-sim/tools/board_access.hpp"
 #include "host-sim/tools/command.hpp"
 #include "host-sim/tools/fleet.hpp"
-#include "host-sim/tools/inproc.hpp"
 #include "host-sim/tools/output.hpp"
 #include "host-sim/trace/input_error.hpp"
 #include "host-sim/trace/model_json.hpp"
@@ -12,9 +12,7 @@ namespace plenum::host::tools {
 namespace {
 
 struct Options {
-  std::string bus = "inproc";
-  std::string store;
-  RigChoice rig;
+  BoardChoice board;
   unsigned chamber = 0;
   std::vector<std::string> files;
   Output output;
@@ -30,15 +28,27 @@ unsigned chamber_of(const trace::ModelFile& model, const std::string& file, cons
         fmt::format("{}: field 'chamber' is missing, expected it there or as --chamber", file));
   }
   const unsigned chamber = options.chamber != 0 ? options.chamber : *model.chamber;
-  if (chamber < 1 || chamber > options.rig.chambers) {
+  if (chamber < 1 || chamber > options.board.rig.chambers) {
     throw trace::InputError(fmt::format("{}: chamber {}, expected 1 to {}, those of the board", file, chamber,
-                                        options.rig.chambers));
+                                        options.board.rig.chambers));
   }
   return chamber;
 }
 
+/// Throws InputError when the folder of the board does not hold these very models.
+void require_kept(const std::string& store, const std::vector<client::ModelUpload>& uploads) {
+  rig::ModelStore kept(store);
+  for (const client::ModelUpload& upload : uploads) {
+    std::vector<std::uint8_t> bytes(upload.image.size());
+    if (kept.load(upload.chamber, bytes) != bytes.size() || bytes != upload.image) {
+      throw trace::InputError(fmt::format("{}: the board could not keep the model of chamber {} there", store,
+                                          upload.chamber + 1));
+    }
+  }
+}
+
 int run(const Options& options) {
-  require_inproc(options.bus);
+  options.board.require_store();
   std::vector<client::ModelUpload> uploads;
   Json list = Json::array();
   std::array<std::string, client::kChambers> taken;
@@ -54,18 +64,12 @@ int run(const Options& options) {
     uploads.push_back(upload_of(model, chamber));
     list.push_back({{"file", file}, {"chamber", chamber}, {"bytes", uploads.back().image.size()}});
   }
-  require_folder(options.store);
-  InprocBoard board(options.rig.config(options.store));
-  board.session.upload_models(uploads);
-  // The session has read back and compared; what is left is that the board keeps them.
-  rig::ModelStore kept(options.store);
-  for (const client::ModelUpload& upload : uploads) {
-    std::vector<std::uint8_t> bytes(upload.image.size());
-    if (kept.load(upload.chamber, bytes) != bytes.size() || bytes != upload.image) {
-      throw trace::InputError(fmt::format("{}: the board could not keep the model of chamber {} there",
-                                          options.store, upload.chamber + 1));
-    }
-  }
+  const std::string& store = options.board.store;
+  if (options.board.simulated()) require_folder(store);
+  BoardAccess board(options.board);
+  board.session().upload_models(uploads);
+  // The session has read back and compared; what is left is that a simulated board keeps them.
+  if (options.board.simulated()) require_kept(store, uploads);
   for (const Json& one : list) {
     options.output.print("chamber {}: {}, {} bytes, read back alike\n", one["chamber"].get<unsigned>(),
                          one["file"].get<std::string>(), one["bytes"].get<std::size_t>());
@@ -80,8 +84,7 @@ Command add_upload(CLI::App& program) {
   const auto options = std::make_shared<Options>();
   CLI::App* app = program.add_subcommand(
       "upload", "Hand models to a board over CAN: all or none; read back and compared");
-  add_board(*app, options->bus, options->store)->required();
-  options->rig.add_to(*app);
+  options->board.add_to(*app);
   app->add_option("--chamber", options->chamber,
                   "Chamber of the board, from 1 (default: the one in the file)")
       ->check(CLI::Range(1, 8));

@@ -15,7 +15,8 @@ MAY_INCLUDE = {
     "board": ["firmware", "board"],
     "host-sim/plant": [],
     "host-sim/effects": ["host-sim/plant"],
-    "host-sim/ports": ["firmware/ports", "host-sim/plant", "host-sim/effects"],
+    "host-sim/wire": ["firmware/ports"],
+    "host-sim/ports": ["firmware/ports", "host-sim/wire", "host-sim/plant", "host-sim/effects"],
     "host-sim/rig": ["firmware", "host-sim/ports", "host-sim/plant", "host-sim/effects", "host-sim/trace"],
     "host-sim/trace": [],
     # The judge of diagnose shares no physics with what it judges.
@@ -23,7 +24,7 @@ MAY_INCLUDE = {
     "host-sim/identify": ["host-sim/plant", "host-sim/effects", "host-sim/trace"],
     "host-sim/diagnose": ["host-sim/identify", "host-sim/effects", "host-sim/plant", "host-sim/trace"],
     # The socketcand and SocketCAN doors: the driver of the board is the one exception.
-    "host-sim/client": ["firmware/canopen", "firmware/telemetry", "firmware/ports", "board/drivers"],
+    "host-sim/client": ["firmware/canopen", "firmware/telemetry", "firmware/ports", "host-sim/wire", "board/drivers"],
     "host-sim/report": ["host-sim/trace"],
     "host-sim/reproduce": ["host-sim/plant", "host-sim/effects", "host-sim/trace", "host-sim/identify", "host-sim/report"],
     "host-sim/tools": ["host-sim"],

@@ -84,9 +84,19 @@ class Usage(Plenum):
         self.refused(2, "identify", says=["LOG"])
         self.refused(2, "identify", "a.csv", "--c-gamma", "wide", says=["--c-gamma wide", "auto"])
 
-    def test_a_bus_that_is_not_built_in_is_refused_by_its_name(self):
-        for bus in ["can:can0", "socketcand:localhost:29536/can0"]:
-            self.refused(2, "capture", "--bus", bus, says=[bus, "expected inproc"])
+    def test_a_bus_that_is_none_is_refused_by_its_name(self):
+        self.refused(2, "capture", "--bus", "canbus", says=["--bus canbus", "expected inproc or socketcand:HOST:PORT/CHANNEL"])
+        self.refused(2, "capture", "--bus", "socketcand:localhost", says=["no channel", "socketcand:127.0.0.1:29536/can0"])
+        self.refused(2, "capture", "--node", "128", says=["--node", "128", "127"])
+
+    def test_what_only_a_simulated_rig_has_is_refused_on_another_bus(self):
+        bus = ["--bus", "socketcand:127.0.0.1:1/can0"]
+        self.write("m.json", model(1))
+        for option in [["--store", "board"], ["--effect", "spool_lag=10"], ["--plant", "mpye"], ["--no-spool"]]:
+            self.refused(2, "upload", *bus, *option, "m.json", says=["only a simulated rig", "--bus inproc"])
+
+    def test_a_bus_that_nobody_serves_is_exit_3(self):
+        self.refused(3, "download", "--bus", "socketcand:127.0.0.1:1/can0", says=["127.0.0.1:1", "Connection refused", "expected a server"])
 
 
 LOG = "time_s,command_V,pressure_Pa,volume_m3\n"

@@ -1,0 +1,90 @@
+#include "host-sim/tools/board_access.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <filesystem>
+#include <stdexcept>
+
+#include "host-sim/tools/rig_link.hpp"
+#include "host-sim/trace/input_error.hpp"
+
+namespace plenum::host::tools {
+namespace {
+
+constexpr unsigned kLastNode = 127;
+/// What only a simulated rig has.
+constexpr std::array kSimulatedOnly{"--store", "--plant", "--effect", "--volume-swing", "--spool"};
+
+}  // namespace
+
+void BoardChoice::add_to(CLI::App& app) {
+  app_ = &app;
+  app.add_option("--bus", bus,
+                 fmt::format("Where the board is: inproc, a rig simulated inside this program, or {}",
+                             client::kOutsideForms))
+      ->type_name("BUS")
+      ->capture_default_str();
+  app.add_option("--node", node, "Node id of the board; a simulated one has this")
+      ->check(CLI::Range(1U, kLastNode))
+      ->capture_default_str();
+  app.add_option("--store", store, "Folder that keeps the models of the simulated board")->type_name("DIR");
+  rig.add_to(app);
+}
+
+std::string BoardChoice::name() const {
+  return simulated() ? store.empty() ? "--store is not given" : store : fmt::format("{} node {}", bus, node);
+}
+
+void BoardChoice::require_store() const {
+  if (!simulated() || !store.empty()) return;
+  throw std::invalid_argument(
+      "--store is missing, expected the folder that keeps the models of the simulated board");
+}
+
+void BoardChoice::require_stored() const {
+  require_store();
+  if (!simulated() || std::filesystem::is_directory(store)) return;
+  throw trace::InputError(
+      fmt::format("{}: there is no such folder, expected the models of a simulated board", store));
+}
+
+BoardAccess::BoardAccess(const BoardChoice& choice) {
+  const client::BusAddress address = client::parse_bus(choice.bus);
+  if (choice.simulated()) {
+    rig::RigConfig config =
+        choice.rig.config(choice.store.empty() ? std::nullopt : std::optional(choice.store));
+    config.board.front().settings.node.node_id = static_cast<std::uint8_t>(choice.node);
+    rig_ = std::make_unique<rig::Rig>(config);
+    link_ = std::make_unique<RigLink>(*rig_);
+  } else {
+    for (const char* option : kSimulatedOnly) {
+      if (choice.app_->count(option) == 0) continue;
+      throw std::invalid_argument(fmt::format(
+          "{} with --bus {}: only a simulated rig has it, expected --bus inproc", option, choice.bus));
+    }
+    link_ = client::open_link(address);
+  }
+  session_.emplace(*link_, static_cast<std::uint8_t>(choice.node));
+}
+
+BoardAccess::BoardAccess(const rig::RigConfig& config)
+    : rig_(std::make_unique<rig::Rig>(config)), link_(std::make_unique<RigLink>(*rig_)) {
+  session_.emplace(*link_, config.board.front().settings.node.node_id);
+}
+
+std::optional<double> BoardAccess::bus_load() {
+  if (!rig_) return std::nullopt;
+  return rig_->bus().busy_share();
+}
+
+void require_models(client::Session& session, const BoardChoice& choice) {
+  for (unsigned c = 0; c < choice.rig.chambers; ++c) {
+    if (!session.download_model(static_cast<std::uint8_t>(c)).empty()) continue;
+    throw trace::InputError(fmt::format(
+        "{}: the board has no model for chamber {}, expected one for each of its {} chambers: plenum upload",
+        choice.name(), c + 1, choice.rig.chambers));
+  }
+}
+
+}  // namespace plenum::host::tools

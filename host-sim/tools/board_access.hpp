@@ -1,0 +1,63 @@
+// The board that a command works with, as its arguments name it: on a bus, or simulated inside the program.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "host-sim/client/bus_address.hpp"
+#include "host-sim/client/session.hpp"
+#include "host-sim/rig/rig.hpp"
+#include "host-sim/tools/inproc.hpp"
+
+namespace plenum::host::tools {
+
+/// --bus, --node, --store, and the options of the simulated rig, which are refused on any other bus.
+struct BoardChoice {
+  std::string bus = "inproc";
+  unsigned node = 1;
+  std::string store;
+  RigChoice rig;  ///< of a board on a bus: how many chambers it has, and what is known of its rig
+
+  void add_to(CLI::App& app);
+  bool simulated() const { return bus == "inproc"; }
+  /// The board, for a message: the folder of its models, or the bus and its node id.
+  std::string name() const;
+  /// Throws std::invalid_argument when a simulated board has no --store: it would keep nothing.
+  void require_store() const;
+  /// Throws as require_store(), and InputError when there is no such folder: a simulated board without models is no use
+  /// to who names one.
+  void require_stored() const;
+
+ private:
+  friend class BoardAccess;
+  const CLI::App* app_ = nullptr;
+};
+
+/// The way to the board, open, and a session with it.
+class BoardAccess {
+ public:
+  /// Throws std::invalid_argument for arguments that do not go together, std::runtime_error for a bus that is not
+  /// reached.
+  explicit BoardAccess(const BoardChoice& choice);
+  /// A rig of this program's own, and a session with its first board.
+  explicit BoardAccess(const rig::RigConfig& config);
+
+  client::Session& session() { return *session_; }
+  client::Link& link() { return *link_; }
+  /// The rig, when it is simulated in this program; otherwise none.
+  rig::Rig* rig() { return rig_.get(); }
+  /// Share of the time that the bus was busy; known of a simulated one.
+  std::optional<double> bus_load();
+
+ private:
+  std::unique_ptr<rig::Rig> rig_;
+  std::unique_ptr<client::Link> link_;
+  std::optional<client::Session> session_;
+};
+
+/// Throws InputError naming the first chamber of the board that has no model.
+void require_models(client::Session& session, const BoardChoice& choice);
+
+}  // namespace plenum::host::tools
