@@ -29,6 +29,8 @@ class ChamberLoop {
 
   bool has_model() const noexcept { return model_ != nullptr; }
   bool in_use() const noexcept { return settings_.in_use; }
+  /// A usable pressure has come this tick.
+  bool pressure_fresh() const noexcept { return pressure_fresh_; }
 
   struct Measured {
     ports::AnalogReading pressure;

@@ -12,7 +12,7 @@ std::uint32_t chamber_seed(std::uint32_t board_seed, std::size_t chamber) noexce
 }  // namespace
 
 Controller::Controller(const Settings& settings) noexcept
-    : settings_(settings), node_(settings.node, image_, slots_) {
+    : settings_(settings), node_(settings.node, image_, slots_, recorder_) {
   for (std::size_t c = 0; c < config::kChambers; ++c) {
     const config::ChamberSettings& chamber = settings_.chamber[c];
     chamber_[c].configure(chamber, settings_.regulator, settings_.volume);
@@ -67,6 +67,7 @@ Outputs Controller::step(const Inputs& inputs) noexcept {
   image_.fault_chamber = report.chamber;
   image_.supply_Pa = config::supply_kPa(settings_.board, inputs.supply.mean_V) * 1000.0F;
   ++image_.tick_count;
+  record(order.drive);
   image_.overrun_count += inputs.tick_late ? 1U : 0U;
   node_.tick(config::kTick_us);
   return outputs;
@@ -109,6 +110,19 @@ Outputs Controller::drive(safety::Drive drive) noexcept {
     outputs.command_V[c] = chamber_[c].command(order, image_.chamber[c]);
   }
   return outputs;
+}
+
+void Controller::record(safety::Drive drive) noexcept {
+  if (drive != safety::Drive::active && drive != safety::Drive::hold) return;
+  telemetry::Recorder::Samples samples;
+  for (std::size_t c = 0; c < config::kChambers; ++c) {
+    const canopen::ChamberImage& chamber = image_.chamber[c];
+    samples[c] = {.pressure_Pa = chamber.actual_Pa,
+                  .volume_m3 = chamber.volume_m3,
+                  .command_V = chamber.command_V,
+                  .measured = chamber_[c].pressure_fresh()};
+  }
+  recorder_.write(image_.tick_count, !model_needed(), samples);
 }
 
 }  // namespace plenum

@@ -26,6 +26,7 @@
 #include "firmware/safety/faults.hpp"
 #include "firmware/safety/monitors.hpp"
 #include "firmware/safety/supervisor.hpp"
+#include "firmware/telemetry/recorder.hpp"
 
 namespace plenum {
 
@@ -90,11 +91,13 @@ class Controller {
   void take_over(std::uint8_t changed) noexcept;
   safety::FaultReport judge(const Inputs& inputs) noexcept;
   Outputs drive(safety::Drive drive) noexcept;
+  void record(safety::Drive drive) noexcept;
   bool model_needed() const noexcept { return image_.control_mode != canopen::ControlMode::excitation; }
 
   Settings settings_;
   canopen::ProcessImage image_;
   config::ParameterSlots slots_;
+  telemetry::Recorder recorder_;
   canopen::Node node_;
   std::array<ChamberLoop, config::kChambers> chamber_;
   safety::BoardMonitor monitor_;

@@ -8,6 +8,7 @@
 #include "firmware/canopen/objects.hpp"
 #include "firmware/canopen/process_image.hpp"
 #include "firmware/config/model_desk.hpp"
+#include "firmware/telemetry/recorder.hpp"
 
 namespace plenum::canopen {
 
@@ -127,6 +128,7 @@ struct Device {
   const Config& config;
   ProcessImage& image;
   config::ModelDesk& desk;
+  telemetry::Recorder& recorder;
   Communication communication;
   Counters counters;
   ErrorHistory history;

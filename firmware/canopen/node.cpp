@@ -124,8 +124,9 @@ ErrorState error_state(const ProcessImage& image) noexcept {
   return {0, image.error_register, 0};
 }
 
-Node::Node(const Config& config, ProcessImage& image, config::ModelDesk& desk) noexcept
-    : config_(config), device_{config_, image, desk, default_communication(config_), {}, {}, {}} {
+Node::Node(const Config& config, ProcessImage& image, config::ModelDesk& desk,
+           telemetry::Recorder& recorder) noexcept
+    : config_(config), device_{config_, image, desk, recorder, default_communication(config_), {}, {}, {}} {
   reset_communication();
 }
 

@@ -16,8 +16,8 @@ namespace plenum::canopen {
 
 class Node {
  public:
-  /// Queues the boot-up message; the node is then pre-operational. `image` and `desk` must outlive it.
-  Node(const Config& config, ProcessImage& image, config::ModelDesk& desk) noexcept;
+  /// Queues the boot-up message; the node is then pre-operational. `image`, `desk` and `recorder` must outlive it.
+  Node(const Config& config, ProcessImage& image, config::ModelDesk& desk, telemetry::Recorder& recorder) noexcept;
 
   Node(const Node&) = delete;
   Node& operator=(const Node&) = delete;

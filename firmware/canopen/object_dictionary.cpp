@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "firmware/canopen/dictionary/capture.hpp"
 #include "firmware/canopen/dictionary/communication.hpp"
 #include "firmware/canopen/dictionary/fluid_power.hpp"
 #include "firmware/canopen/dictionary/models.hpp"
@@ -24,7 +25,7 @@ constexpr auto joined(const Entry (&... areas)[sizes]) {
 }
 
 constexpr auto kTable = joined(dictionary::kCommunicationRows, dictionary::kPdoRows, dictionary::kModelRows,
-                               dictionary::kProcessRows, dictionary::kFluidPowerRows);
+                               dictionary::kProcessRows, dictionary::kCaptureRows, dictionary::kFluidPowerRows);
 
 constexpr bool before(const Entry& a, const Entry& b) {
   return a.index < b.index || (a.index == b.index && a.sub < b.sub);

@@ -61,7 +61,9 @@ struct Entry {
   WriteValue write_value = nullptr;
   ReadBytes read_bytes = nullptr;
   WriteBytes write_bytes = nullptr;
-  ReadStream read_stream = nullptr;  ///< for values that no buffer holds, in place of read_bytes
+  /// For values that no buffer holds, in place of read_bytes. `read_value`, where there is one, is asked before the
+  /// first byte whether the value can be read now.
+  ReadStream read_stream = nullptr;
   StreamSize stream_size = nullptr;
   Kept kept = Kept::no;
   const char* object_name = nullptr;  ///< of sub-index 0: the name of the whole record or array

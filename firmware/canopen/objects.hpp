@@ -6,6 +6,7 @@
 
 #include "firmware/config/limits.hpp"
 #include "firmware/config/model_desk.hpp"
+#include "firmware/telemetry/recorder.hpp"
 
 namespace plenum::canopen {
 
@@ -50,6 +51,8 @@ inline constexpr std::uint16_t kRegulator =
     0x2210;  ///< + chamber {feedforward V, feedback V, command V, residual Pa}
 inline constexpr std::uint16_t kCodes = 0x2220;      ///< + chamber {command code, volume code}
 inline constexpr std::uint16_t kCodeScale = 0x2228;  ///< {command LSB V, volume LSB m3}
+inline constexpr std::uint16_t kCapture = 0x2300;        ///< {order, chamber, length, state, rows}
+inline constexpr std::uint16_t kCaptureBuffer = 0x2301;  ///< DOMAIN, read only: telemetry/recorder.hpp
 inline constexpr std::uint16_t kExcitation =
     0x2310;  ///< {seed, command low V, high V, pressure low Pa, high Pa}
 
@@ -78,7 +81,7 @@ inline constexpr std::uint16_t kReady = 0x8;       ///< R of 6041h: no fault
 }  // namespace word
 
 /// One LSB of a command code: FFFFh stands for 10 V.
-inline constexpr float kCommandLsb_V = 10.0F / 65535.0F;
+inline constexpr float kCommandLsb_V = telemetry::kCommandLsb_V;
 /// Default LSB of a volume code: FFFFh stands for 6.5535 L. Object 2228h:2 changes it.
 inline constexpr float kVolumeLsb_m3 = 1.0e-7F;
 

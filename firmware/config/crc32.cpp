@@ -24,8 +24,8 @@ constexpr std::array<std::uint32_t, 16> kNibble = nibble_table();
 
 }  // namespace
 
-std::uint32_t crc32(std::span<const std::uint8_t> bytes) noexcept {
-  std::uint32_t remainder = 0xFFFFFFFFU;
+std::uint32_t crc32(std::span<const std::uint8_t> bytes, std::uint32_t before) noexcept {
+  std::uint32_t remainder = ~before;
   for (const std::uint8_t byte : bytes) {
     remainder ^= byte;
     remainder = (remainder >> 4) ^ kNibble[remainder & 0xFU];

@@ -7,6 +7,7 @@
 
 namespace plenum::config {
 
-std::uint32_t crc32(std::span<const std::uint8_t> bytes) noexcept;
+/// `before`: the CRC of the bytes that come before these, where a message is handed over in parts.
+std::uint32_t crc32(std::span<const std::uint8_t> bytes, std::uint32_t before = 0) noexcept;
 
 }  // namespace plenum::config

@@ -11,6 +11,7 @@ from pathlib import Path
 MAY_INCLUDE = {
     "firmware/control": ["firmware/numeric", "firmware/config"],
     "firmware/safety": ["firmware/numeric", "firmware/config"],
+    "firmware/telemetry": ["firmware/numeric", "firmware/config"],
     "firmware": ["firmware"],
     "board": ["firmware", "board"],
     "host-sim/plant": [],

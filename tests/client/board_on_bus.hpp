@@ -23,7 +23,7 @@ class BoardOnBus : public Link {
       : pc(bus.attach("pc")),
         board(bus.attach("board")),
         node(canopen::Config{.node_id = node_id, .identity = {.vendor_id = 1, .product_code = 2}}, image,
-             slots) {}
+             slots, recorder) {}
 
   // Link
   void send(const CanFrame& frame) override {
@@ -65,6 +65,7 @@ class BoardOnBus : public Link {
   ports::SimulatedCanPort& board;
   canopen::ProcessImage image;
   config::ParameterSlots slots;
+  telemetry::Recorder recorder;
   canopen::Node node;
   std::uint64_t next_tick_ns = kTick_ns;
   bool deaf = false;                ///< the board says nothing

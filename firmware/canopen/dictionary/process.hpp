@@ -1,4 +1,4 @@
-// Objects 2150h..2314h (own): values in SI units, health of the loop, streaming codes, excitation.
+// Objects 2150h..2228h (own): values in SI units, health of the loop, streaming codes.
 #pragma once
 
 #include "firmware/canopen/dictionary/rows.hpp"
@@ -14,18 +14,6 @@ Abort read_chamber(const Device& device, Place at, std::uint32_t& bits) noexcept
 template <float ChamberImage::*member>
 Abort write_chamber(Device& device, Place at, std::uint32_t bits) noexcept {
   device.image.chamber[at.instance].*member = std::bit_cast<float>(bits);
-  return Abort::none;
-}
-
-template <float ExcitationImage::*member>
-Abort read_excitation(const Device& device, Place, std::uint32_t& bits) noexcept {
-  bits = bits_of(device.image.excitation.*member);
-  return Abort::none;
-}
-
-template <float ExcitationImage::*member>
-Abort write_excitation(Device& device, Place, std::uint32_t bits) noexcept {
-  device.image.excitation.*member = std::bit_cast<float>(bits);
   return Abort::none;
 }
 
@@ -55,18 +43,7 @@ inline Abort write_volume_lsb(Device& device, Place, std::uint32_t bits) noexcep
   return Abort::none;
 }
 
-inline Abort read_seed(const Device& device, Place, std::uint32_t& bits) noexcept {
-  bits = device.image.excitation.seed;
-  return Abort::none;
-}
-
-inline Abort write_seed(Device& device, Place, std::uint32_t bits) noexcept {
-  device.image.excitation.seed = bits;
-  return Abort::none;
-}
-
 using C = ChamberImage;
-using X = ExcitationImage;
 
 inline constexpr Entry kProcessRows[] = {
     highest<3>(0x2150, kChambersNext, "Values in SI units"),
@@ -114,16 +91,6 @@ inline constexpr Entry kProcessRows[] = {
           fixed<std::bit_cast<std::uint32_t>(kCommandLsb_V)>),
     kept(value(0x2228, 2, kOnce, "Volume code LSB [m3]", real32, read_write, no, {1.0e-10F, 1.0e-4F, true},
                read_volume_lsb, write_volume_lsb)),
-    highest<5>(0x2310, kOnce, "Excitation"),
-    value(0x2310, 1, kOnce, "Excitation: seed", unsigned32, read_write, no, kAny, read_seed, write_seed),
-    value(0x2310, 2, kOnce, "Excitation: command low [V]", real32, read_write, no, kCommandRange_V,
-          read_excitation<&X::command_low_V>, write_excitation<&X::command_low_V>),
-    value(0x2310, 3, kOnce, "Excitation: command high [V]", real32, read_write, no, kCommandRange_V,
-          read_excitation<&X::command_high_V>, write_excitation<&X::command_high_V>),
-    value(0x2310, 4, kOnce, "Excitation: pressure low [Pa]", real32, read_write, no, kPressureRange,
-          read_excitation<&X::pressure_low_Pa>, write_excitation<&X::pressure_low_Pa>),
-    value(0x2310, 5, kOnce, "Excitation: pressure high [Pa]", real32, read_write, no, kPressureRange,
-          read_excitation<&X::pressure_high_Pa>, write_excitation<&X::pressure_high_Pa>),
 };
 
 }  // namespace plenum::canopen::dictionary

@@ -136,6 +136,16 @@ constexpr Entry named(const char* name, Entry sub_index_0) {
   return sub_index_0;
 }
 
+/// A long value, read only. `readable` may be null: it can always be read.
+constexpr Entry stream(std::uint16_t index, const char* name, DataType type, ReadStream read, StreamSize size,
+                       ReadValue readable = nullptr) {
+  Entry entry = bytes(index, kOnce, name, type, Access::read_only, nullptr);
+  entry.read_value = readable;
+  entry.read_stream = read;
+  entry.stream_size = size;
+  return entry;
+}
+
 template <std::uint32_t count>
 constexpr Entry highest(std::uint16_t index, Many many, const char* name) {
   return named(name, value(index, 0, many, "Highest sub-index supported", DataType::unsigned8,

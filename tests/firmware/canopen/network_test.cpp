@@ -9,7 +9,8 @@ namespace {
 TEST(Network, BootsUpIntoPreOperational) {
   ProcessImage image;
   FakeDesk desk;
-  Node node(Config{.node_id = 5}, image, desk);
+  telemetry::Recorder recorder;
+  Node node(Config{.node_id = 5}, image, desk, recorder);
   ports::CanFrame frame;
   ASSERT_TRUE(node.next_frame(frame));
   EXPECT_EQ(text_of(frame), "705 00");

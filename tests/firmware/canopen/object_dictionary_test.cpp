@@ -82,10 +82,14 @@ TEST(ObjectDictionary, GivesEachAccessWhatItNeeds) {
   for_each_object([](const Entry& entry, unsigned index, unsigned sub) {
     const bool readable = entry.access != Access::write_only;
     const bool writable = entry.access == Access::read_write || entry.access == Access::write_only;
-    EXPECT_EQ(readable, entry.read_value != nullptr || entry.read_bytes != nullptr) << label(index, sub);
-    EXPECT_EQ(writable, entry.write_value != nullptr || entry.write_bytes != nullptr) << label(index, sub);
-    EXPECT_EQ(size_of(entry.type) == 0, entry.read_bytes != nullptr || entry.write_bytes != nullptr)
+    EXPECT_EQ(readable,
+              entry.read_value != nullptr || entry.read_bytes != nullptr || entry.read_stream != nullptr)
         << label(index, sub);
+    EXPECT_EQ(writable, entry.write_value != nullptr || entry.write_bytes != nullptr) << label(index, sub);
+    const bool without_size =
+        entry.read_bytes != nullptr || entry.write_bytes != nullptr || entry.read_stream != nullptr;
+    EXPECT_EQ(size_of(entry.type) == 0, without_size) << label(index, sub);
+    EXPECT_EQ(entry.read_stream != nullptr, entry.stream_size != nullptr) << label(index, sub);
     if (entry.mappable != Mappable::no) {
       EXPECT_NE(entry.read_value, nullptr) << label(index, sub);
     }

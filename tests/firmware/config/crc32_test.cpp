@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -26,6 +27,14 @@ TEST(Crc32, AgreesWithZlib) {
   EXPECT_EQ(crc32_of("a"), 0xE8B7BE43U);
   EXPECT_EQ(crc32_of("The quick brown fox jumps over the lazy dog"), 0x414FA339U);
   EXPECT_EQ(crc32(std::array<std::uint8_t, 4>{0xFF, 0xFF, 0xFF, 0xFF}), 0xFFFFFFFFU);
+}
+
+TEST(Crc32, OfPartsIsThatOfTheWhole) {
+  const std::vector<std::uint8_t> whole = {'1', '2', '3', '4', '5', '6', '7', '8', '9'};
+  for (std::size_t cut = 0; cut <= whole.size(); ++cut) {
+    const auto parts = std::span(whole);
+    EXPECT_EQ(crc32(parts.subspan(cut), crc32(parts.first(cut))), 0xCBF43926U) << "cut at " << cut;
+  }
 }
 
 }  // namespace

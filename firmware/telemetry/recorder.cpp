@@ -1,0 +1,159 @@
+#include "firmware/telemetry/recorder.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cstddef>
+
+#include "firmware/config/crc32.hpp"
+
+namespace plenum::telemetry {
+namespace {
+
+constexpr std::uint32_t kMagic = 0x314C4C50U;  // "PLL1"
+
+constexpr std::array<Column, 4> kColumns = {{
+    {"pressure_Pa", "Pa", 0, 4, true, 1.0F},
+    {"volume_m3", "m3", 4, 4, true, 1.0F},
+    {"command_V", "V", 8, 2, false, kCommandLsb_V},
+    {"flags", "", 10, 2, false, 1.0F},
+}};
+
+std::uint16_t command_code(float command_V) noexcept {
+  const float code = command_V * (1.0F / kCommandLsb_V) + 0.5F;
+  if (!(code > 0.0F)) return 0;
+  return code >= 65535.0F ? std::uint16_t{65535} : static_cast<std::uint16_t>(code);
+}
+
+class Writer {
+ public:
+  explicit Writer(std::span<std::uint8_t> bytes) noexcept : bytes_(bytes) {}
+  Writer& integer(std::uint32_t x, std::size_t size) noexcept {
+    for (std::size_t i = 0; i < size; ++i) bytes_[at_++] = static_cast<std::uint8_t>(x >> (8 * i));
+    return *this;
+  }
+  Writer& real(float x) noexcept { return integer(std::bit_cast<std::uint32_t>(x), 4); }
+
+ private:
+  std::span<std::uint8_t> bytes_;
+  std::size_t at_ = 0;
+};
+
+}  // namespace
+
+std::span<const Column> columns() noexcept {
+  return kColumns;
+}
+
+void Recorder::write(std::uint32_t tick, bool excited, const Samples& samples) noexcept {
+  if (state_ == State::frozen) return;
+  const bool follows = held_ > 0 && tick == last_tick_ + 1;
+  const auto common =
+      static_cast<std::uint16_t>((follows ? row_flag::kFollows : 0U) | (excited ? row_flag::kExcited : 0U));
+  std::array<Row, config::kChambers>& rows = ring_[end_ % kLogTicks];
+  for (std::size_t c = 0; c < config::kChambers; ++c) {
+    const Sample& sample = samples[c];
+    rows[c] = {.pressure_Pa = sample.pressure_Pa,
+               .volume_m3 = sample.volume_m3,
+               .command = command_code(sample.command_V),
+               .flags = static_cast<std::uint16_t>(common | (sample.measured ? row_flag::kMeasured : 0U))};
+  }
+  last_tick_ = tick;
+  ++end_;
+  held_ = std::min(held_ + 1, static_cast<std::uint32_t>(kLogTicks));
+  if (state_ == State::recording && held_ == length_) state_ = State::frozen;
+}
+
+bool Recorder::order(std::uint8_t what) noexcept {
+  if (what > static_cast<std::uint8_t>(Order::record)) return false;
+  order_ = static_cast<Order>(what);
+  switch (order_) {
+    case Order::roll:
+      state_ = State::rolling;
+      break;
+    case Order::freeze:
+      state_ = State::frozen;
+      break;
+    case Order::record:
+      held_ = 0;
+      state_ = State::recording;
+      break;
+  }
+  restart_crc();
+  return true;
+}
+
+bool Recorder::select(std::uint8_t chamber) noexcept {
+  if (chamber >= config::kChambers) return false;
+  chamber_ = chamber;
+  restart_crc();
+  return true;
+}
+
+bool Recorder::set_length(std::uint16_t rows) noexcept {
+  if (rows == 0 || rows > kLogTicks || state_ == State::recording) return false;
+  length_ = rows;
+  return true;
+}
+
+std::uint32_t Recorder::size() const noexcept {
+  return static_cast<std::uint32_t>(kHeaderBytes + kRowBytes * held_ + kCrcBytes);
+}
+
+Recorder::Piece Recorder::piece_at(std::uint32_t offset) const noexcept {
+  const auto rows_end = static_cast<std::uint32_t>(kHeaderBytes + kRowBytes * held_);
+  Piece piece;
+  Writer out(piece.bytes);
+  if (offset < kHeaderBytes) {
+    piece.size = kHeaderBytes;
+    out.integer(kMagic, 4)
+        .integer(last_tick_, 4)
+        .integer(held_, 2)
+        .integer(chamber_, 1)
+        .integer(kRowBytes, 1);
+    out.real(config::kTick_s).real(kCommandLsb_V);
+  } else if (offset < rows_end) {
+    const auto number = static_cast<std::uint32_t>((offset - kHeaderBytes) / kRowBytes);
+    const Row& row = this->row(begin() + number, chamber_);
+    piece.first = static_cast<std::uint32_t>(kHeaderBytes + kRowBytes * number);
+    piece.size = kRowBytes;
+    out.real(row.pressure_Pa).real(row.volume_m3).integer(row.command, 2).integer(row.flags, 2);
+  } else {
+    piece.first = rows_end;
+    piece.size = kCrcBytes;
+    out.integer(crc_, 4);
+  }
+  return piece;
+}
+
+void Recorder::restart_crc() noexcept {
+  crc_ = 0;
+  crc_bytes_ = 0;
+}
+
+/// Takes whole pieces only: `to` is the end of one.
+void Recorder::advance_crc(std::uint32_t to) noexcept {
+  while (crc_bytes_ < to) {
+    const Piece piece = piece_at(crc_bytes_);
+    crc_ = config::crc32(std::span(piece.bytes).first(piece.size), crc_);
+    crc_bytes_ += piece.size;
+  }
+}
+
+std::size_t Recorder::read(std::uint32_t offset, std::span<std::uint8_t> bytes) noexcept {
+  if (state_ != State::frozen) return 0;
+  const auto rows_end = static_cast<std::uint32_t>(kHeaderBytes + kRowBytes * held_);
+  std::size_t done = 0;
+  while (done < bytes.size() && offset + done < size()) {
+    const auto at = static_cast<std::uint32_t>(offset + done);
+    if (at >= rows_end) advance_crc(rows_end);
+    const Piece piece = piece_at(at);
+    const std::uint32_t skipped = at - piece.first;
+    const std::size_t count = std::min<std::size_t>(piece.size - skipped, bytes.size() - done);
+    std::copy_n(piece.bytes.begin() + skipped, count, bytes.begin() + static_cast<std::ptrdiff_t>(done));
+    done += count;
+    if (at < rows_end) advance_crc(piece.first + piece.size);
+  }
+  return done;
+}
+
+}  // namespace plenum::telemetry
