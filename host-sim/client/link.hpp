@@ -13,7 +13,8 @@ class Link {
  public:
   virtual ~Link() = default;
 
-  /// Queues a frame. Throws std::runtime_error when it cannot be queued.
+  /// Queues a frame, waiting for room as long as the bus takes others. Throws std::runtime_error when it cannot be
+  /// queued.
   virtual void send(const CanFrame& frame) = 0;
   /// The next frame that anybody else sent. Waits for it up to `timeout_s`; a simulated link runs its world
   /// meanwhile. Empty when none came; with a time-out of 0 only what is already there is taken.

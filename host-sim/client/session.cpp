@@ -18,13 +18,7 @@ namespace cob = canopen::cob;
 namespace object = canopen::object;
 namespace word = canopen::word;
 
-constexpr std::size_t kSegmentBytes = 7;
-constexpr std::uint8_t kToggleBit = 0x10;
 constexpr double kPoll_s = 0.01;  ///< between two looks at a state that changes at a tick's edge
-
-std::array<std::uint8_t, 8> request_of(std::uint8_t command, std::uint16_t index, std::uint8_t sub) {
-  return {command, static_cast<std::uint8_t>(index), static_cast<std::uint8_t>(index >> 8), sub, 0, 0, 0, 0};
-}
 
 std::uint16_t chamber_index(std::uint16_t base, std::size_t chamber) {
   return static_cast<std::uint16_t>(base + chamber);
@@ -56,7 +50,10 @@ std::optional<Emergency> decode_emergency(const CanFrame& frame) {
 }
 
 Session::Session(Link& link, std::uint8_t node_id, const SessionConfig& config)
-    : link_(link), node_id_(node_id), config_(config) {
+    : link_(link),
+      node_id_(node_id),
+      config_(config),
+      sdo_(link, node_id, config.sdo, [this](const CanFrame& frame) { dispatch(frame); }) {
   if (node_id < 1 || node_id > 127) {
     throw std::invalid_argument(fmt::format("session: node id {}, expected 1..127", node_id));
   }
@@ -108,120 +105,6 @@ void Session::send_sync() {
 }
 
 // ---- objects ----
-
-/// Sends a request and returns its answer. Answers to older, given-up requests name another object and are
-/// passed over.
-CanFrame Session::exchange(const std::array<std::uint8_t, 8>& request, std::uint16_t index, std::uint8_t sub,
-                           bool initiate, const char* doing) {
-  transmit(cob::kSdoRequest + node_id_, request);
-  const double end_s = link_.now_s() + config_.sdo_timeout_s;
-  for (double left_s = config_.sdo_timeout_s; left_s > 0.0; left_s = end_s - link_.now_s()) {
-    const std::optional<CanFrame> frame = link_.receive(left_s);
-    if (!frame) break;
-    if (frame->extended || frame->remote || frame->id != cob::kSdoResponse + node_id_ || frame->length != 8) {
-      dispatch(*frame);
-      continue;
-    }
-    const std::array<std::uint8_t, 8> named = request_of(0, index, sub);
-    const bool names_object = std::equal(named.begin() + 1, named.begin() + 4, frame->data.begin() + 1);
-    if (initiate && !names_object) continue;
-    if (frame->data[0] == 0x80) {
-      const std::uint32_t code = canopen::load_le(std::span(frame->data).subspan<4, 4>());
-      throw SdoAbort(fmt::format("node {}: {} {:04X}h:{} was aborted with {:08X}h, {}", node_id_, doing,
-                                 index, sub, code, abort_text(code)),
-                     index, sub, code);
-    }
-    return *frame;
-  }
-  auto abort = request_of(0x80, index, sub);
-  canopen::store_le(static_cast<std::uint32_t>(Abort::timed_out), std::span(abort).subspan<4, 4>());
-  transmit(cob::kSdoRequest + node_id_, abort);
-  throw Timeout(fmt::format("node {}: {} {:04X}h:{} had no answer within {} s, expected one on {:03X}h",
-                            node_id_, doing, index, sub, config_.sdo_timeout_s,
-                            cob::kSdoResponse + node_id_));
-}
-
-void Session::fail_transfer(std::uint16_t index, std::uint8_t sub, Abort abort, const char* doing,
-                            const std::string& found) {
-  auto request = request_of(0x80, index, sub);
-  canopen::store_le(static_cast<std::uint32_t>(abort), std::span(request).subspan<4, 4>());
-  transmit(cob::kSdoRequest + node_id_, request);
-  throw ProtocolError(
-      fmt::format("node {}: {} {:04X}h:{} was answered with {}", node_id_, doing, index, sub, found));
-}
-
-std::vector<std::uint8_t> Session::sdo_read(std::uint16_t index, std::uint8_t sub) {
-  constexpr const char* kDoing = "reading";
-  const CanFrame first = exchange(request_of(0x40, index, sub), index, sub, true, kDoing);
-  const std::uint8_t command = first.data[0];
-  if ((command & 0xE0U) != 0x40U) {
-    fail_transfer(index, sub, Abort::unknown_command, kDoing,
-                  fmt::format("command {:02X}h, expected an initiate upload response", command));
-  }
-  const bool expedited = (command & 0x02U) != 0;
-  const bool sized = (command & 0x01U) != 0;
-  if (expedited) {
-    const std::size_t size = sized ? 4U - ((command >> 2) & 3U) : 4U;
-    return {first.data.begin() + 4, first.data.begin() + 4 + static_cast<std::ptrdiff_t>(size)};
-  }
-  const std::uint32_t announced = canopen::load_le(std::span(first.data).subspan<4, 4>());
-  std::vector<std::uint8_t> bytes;
-  for (std::uint8_t toggle = 0;; toggle ^= kToggleBit) {
-    const CanFrame segment = exchange(request_of(low_byte(0x60U | toggle), 0, 0), index, sub, false, kDoing);
-    const std::uint8_t header = segment.data[0];
-    if ((header & 0xE0U) != 0) {
-      fail_transfer(index, sub, Abort::unknown_command, kDoing,
-                    fmt::format("command {:02X}h, expected an upload segment", header));
-    }
-    if ((header & kToggleBit) != toggle) {
-      fail_transfer(index, sub, Abort::toggle_not_alternated, kDoing, "a toggle bit that did not alternate");
-    }
-    const std::size_t count = kSegmentBytes - ((header >> 1) & 7U);
-    bytes.insert(bytes.end(), segment.data.begin() + 1,
-                 segment.data.begin() + 1 + static_cast<std::ptrdiff_t>(count));
-    const bool last = (header & 1U) != 0;
-    if (sized && (bytes.size() > announced || (last && bytes.size() != announced))) {
-      fail_transfer(index, sub, Abort::length_mismatch, kDoing,
-                    fmt::format("{} bytes, expected the {} announced", bytes.size(), announced));
-    }
-    if (last) return bytes;
-  }
-}
-
-void Session::sdo_write(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> bytes) {
-  constexpr const char* kDoing = "writing";
-  const bool expedited = !bytes.empty() && bytes.size() <= 4;
-  auto request = request_of(0x21, index, sub);
-  if (expedited) {
-    request[0] = low_byte(0x23U | static_cast<unsigned>(4 - bytes.size()) << 2);
-    std::copy(bytes.begin(), bytes.end(), request.begin() + 4);
-  } else {
-    canopen::store_le(static_cast<std::uint32_t>(bytes.size()), std::span(request).subspan<4, 4>());
-  }
-  const CanFrame first = exchange(request, index, sub, true, kDoing);
-  if (first.data[0] != 0x60) {
-    fail_transfer(index, sub, Abort::unknown_command, kDoing,
-                  fmt::format("command {:02X}h, expected an initiate download response", first.data[0]));
-  }
-  if (expedited) return;
-  std::uint8_t toggle = 0;
-  for (std::size_t done = 0; done < bytes.size(); toggle ^= kToggleBit) {
-    const std::size_t count = std::min(kSegmentBytes, bytes.size() - done);
-    const bool last = done + count == bytes.size();
-    std::array<std::uint8_t, 8> segment{};
-    segment[0] = low_byte(toggle | static_cast<unsigned>(kSegmentBytes - count) << 1 | (last ? 1U : 0U));
-    std::copy_n(bytes.begin() + static_cast<std::ptrdiff_t>(done), count, segment.begin() + 1);
-    done += count;
-    const CanFrame answer = exchange(segment, index, sub, false, kDoing);
-    if ((answer.data[0] & 0xE0U) != 0x20U) {
-      fail_transfer(index, sub, Abort::unknown_command, kDoing,
-                    fmt::format("command {:02X}h, expected a download segment response", answer.data[0]));
-    }
-    if ((answer.data[0] & kToggleBit) != toggle) {
-      fail_transfer(index, sub, Abort::toggle_not_alternated, kDoing, "a toggle bit that did not alternate");
-    }
-  }
-}
 
 std::uint32_t Session::read_bits(std::uint16_t index, std::uint8_t sub, std::size_t size) {
   const std::vector<std::uint8_t> bytes = sdo_read(index, sub);
@@ -366,7 +249,7 @@ void Session::upload_model(std::uint8_t chamber, std::span<const std::uint8_t> i
 
 std::vector<std::uint8_t> Session::download_model(std::uint8_t chamber) {
   try {
-    return sdo_read(chamber_index(object::kActiveModel, chamber), 0);
+    return sdo_read_domain(chamber_index(object::kActiveModel, chamber), 0);
   } catch (const SdoAbort& abort) {
     if (abort.code == static_cast<std::uint32_t>(Abort::no_data)) return {};
     throw;

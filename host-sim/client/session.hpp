@@ -9,42 +9,18 @@
 #include <cstdint>
 #include <functional>
 #include <span>
-#include <stdexcept>
 #include <string>
 #include <type_traits>
 #include <vector>
 
 #include "firmware/canopen/cia301.hpp"
 #include "firmware/canopen/objects.hpp"
+#include "host-sim/client/errors.hpp"
 #include "host-sim/client/link.hpp"
+#include "host-sim/client/sdo_client.hpp"
 #include "host-sim/client/stream.hpp"
 
 namespace plenum::host::client {
-
-/// The board answered with an abort.
-class SdoAbort : public std::runtime_error {
- public:
-  SdoAbort(const std::string& what, std::uint16_t index_, std::uint8_t sub_, std::uint32_t code_)
-      : std::runtime_error(what), index(index_), sub(sub_), code(code_) {}
-  std::uint16_t index;
-  std::uint8_t sub;
-  std::uint32_t code;
-};
-
-/// The board did not answer, or did not come to a state, in time.
-class Timeout : public std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
-
-/// What came back is no CANopen, or not what was asked for.
-class ProtocolError : public std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
-
-/// The board understood and said no: a model that fails its checks, a fault that stands.
-class Refused : public std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
 
 /// A frame that was not an answer to this session's own request.
 struct Arrival {
@@ -73,7 +49,7 @@ enum class SetpointFormat {
 };
 
 struct SessionConfig {
-  double sdo_timeout_s = 0.5;    ///< for each answer
+  SdoConfig sdo = {};
   double state_timeout_s = 2.0;  ///< for a state asked of the board
 };
 
@@ -81,6 +57,8 @@ class Session {
  public:
   /// `node_id` 1..127, otherwise std::invalid_argument. The link must outlive the session.
   Session(Link& link, std::uint8_t node_id, const SessionConfig& config = {});
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
 
   std::uint8_t node_id() const { return node_id_; }
   Link& link() { return link_; }
@@ -100,9 +78,17 @@ class Session {
 
   // ---- objects: SdoAbort, Timeout, ProtocolError ----
 
-  std::vector<std::uint8_t> sdo_read(std::uint16_t index, std::uint8_t sub);
-  /// Expedited up to four bytes, segmented above.
-  void sdo_write(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> bytes);
+  std::vector<std::uint8_t> sdo_read(std::uint16_t index, std::uint8_t sub) { return sdo_.read(index, sub); }
+  /// For DOMAINs and other long values: by blocks where the board knows them.
+  std::vector<std::uint8_t> sdo_read_domain(std::uint16_t index, std::uint8_t sub,
+                                            const TransferProgress& progress = {}) {
+    return sdo_.read_domain(index, sub, progress);
+  }
+  /// Expedited up to four bytes; above in segments or blocks, as the board knows them.
+  void sdo_write(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> bytes,
+                 const TransferProgress& progress = {}) {
+    sdo_.write(index, sub, bytes, progress);
+  }
 
   /// T is the object's type: std::uint8_t .. std::int32_t, float.
   template <class T>
@@ -162,11 +148,7 @@ class Session {
   void stop_stream();
 
  private:
-  CanFrame exchange(const std::array<std::uint8_t, 8>& request, std::uint16_t index, std::uint8_t sub,
-                    bool initiate, const char* doing);
   void transmit(std::uint32_t id, std::span<const std::uint8_t> data);
-  [[noreturn]] void fail_transfer(std::uint16_t index, std::uint8_t sub, canopen::Abort abort,
-                                  const char* doing, const std::string& found);
   std::uint32_t read_bits(std::uint16_t index, std::uint8_t sub, std::size_t size);
   void write_bits(std::uint16_t index, std::uint8_t sub, std::uint32_t bits, std::size_t size);
   void map_pdo(std::uint16_t communication, std::uint16_t mapping, std::uint32_t cob_id,
@@ -178,6 +160,7 @@ class Session {
   Link& link_;
   std::uint8_t node_id_;
   SessionConfig config_;
+  SdoClient sdo_;
   std::function<void(const Arrival&)> subscriber_;
   SetpointFormat setpoint_format_ = SetpointFormat::millibar;
 };

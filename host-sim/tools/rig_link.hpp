@@ -21,8 +21,13 @@ class RigLink : public client::Link {
       : rig_(rig), port_(rig.attach(name)), on_tick_(std::move(on_tick)) {}
 
   void send(const client::CanFrame& frame) override {
-    if (!port_.send(frame))
-      throw std::runtime_error("the simulated bus took no frame: its transmit queue is full");
+    const std::uint64_t until_ns = rig_.now_ns() + kPatience_ns;
+    while (!port_.send(frame)) {
+      if (rig_.now_ns() >= until_ns) {
+        throw std::runtime_error("the simulated bus took no frame within 0.1 s: its transmit queue is full");
+      }
+      advance(until_ns);
+    }
   }
 
   std::optional<client::CanFrame> receive(double timeout_s) override {
@@ -31,15 +36,21 @@ class RigLink : public client::Link {
     while (true) {
       if (port_.receive(frame)) return frame;
       if (rig_.now_ns() >= until_ns) return std::nullopt;
-      const std::uint64_t ticks = rig_.ticks();
-      rig_.advance(until_ns);
-      if (on_tick_ && rig_.ticks() != ticks) on_tick_();
+      advance(until_ns);
     }
   }
 
   double now_s() const override { return rig_.now_s(); }
 
  private:
+  static constexpr std::uint64_t kPatience_ns = 100'000'000;
+
+  void advance(std::uint64_t until_ns) {
+    const std::uint64_t ticks = rig_.ticks();
+    rig_.advance(until_ns);
+    if (on_tick_ && rig_.ticks() != ticks) on_tick_();
+  }
+
   rig::Rig& rig_;
   ports::SimulatedCanPort& port_;
   std::function<void()> on_tick_;

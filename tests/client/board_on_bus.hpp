@@ -27,7 +27,11 @@ class BoardOnBus : public Link {
 
   // Link
   void send(const CanFrame& frame) override {
-    if (!pc.send(frame)) throw std::runtime_error("pc: transmit queue full, expected room for a frame");
+    const std::uint64_t until_ns = bus.now_ns() + kTick_ns;
+    while (!pc.send(frame)) {
+      if (bus.now_ns() >= until_ns) throw std::runtime_error("pc: transmit queue full for a tick");
+      advance(until_ns);
+    }
   }
   std::optional<CanFrame> receive(double timeout_s) override {
     const auto until_ns = bus.now_ns() + static_cast<std::uint64_t>(std::llround(timeout_s * 1.0e9));

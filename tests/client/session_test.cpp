@@ -5,11 +5,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <deque>
 #include <limits>
 #include <map>
 
 #include "tests/client/board_on_bus.hpp"
+#include "tests/client/scripted_link.hpp"
 #include "tests/firmware/canopen/bench.hpp"
 #include "tests/firmware/config/tassa9_sample.hpp"
 
@@ -253,36 +253,6 @@ TEST(Session, RefusesToSendASetPointThatTheBoardWouldDrop) {
 }
 
 // ---- a board by script ----
-
-/// Answers each request with the next line of a script; an empty line is silence.
-class ScriptedLink final : public Link {
- public:
-  explicit ScriptedLink(std::deque<std::string> script) : script_(std::move(script)) {}
-  void send(const CanFrame& frame) override {
-    sent.push_back(canopen::text_of(frame));
-    if (script_.empty()) return;
-    if (!script_.front().empty()) arriving_.push_back(canopen::frame_from(script_.front()));
-    script_.pop_front();
-  }
-  std::optional<CanFrame> receive(double timeout_s) override {
-    if (arriving_.empty()) {
-      now_s_ += timeout_s;
-      return std::nullopt;
-    }
-    now_s_ += 1.0e-4;
-    const CanFrame frame = arriving_.front();
-    arriving_.pop_front();
-    return frame;
-  }
-  double now_s() const override { return now_s_; }
-
-  std::vector<std::string> sent;
-
- private:
-  std::deque<std::string> script_;
-  std::deque<CanFrame> arriving_;
-  double now_s_ = 0.0;
-};
 
 TEST(SessionProtocol, ReadsExpeditedAsCia301Says) {
   ScriptedLink link({"585 43 00 10 00 92 01 02 00"});

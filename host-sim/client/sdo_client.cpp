@@ -1,0 +1,190 @@
+#include "host-sim/client/sdo_client.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "host-sim/client/abort_text.hpp"
+#include "host-sim/client/sdo_frames.hpp"
+
+namespace plenum::host::client {
+
+using canopen::Abort;
+namespace cob = canopen::cob;
+
+SdoClient::SdoClient(Link& link, std::uint8_t node_id, const SdoConfig& config,
+                     std::function<void(const CanFrame&)> heard)
+    : link_(link), node_id_(node_id), config_(config), heard_(std::move(heard)) {}
+
+void SdoClient::send(const Bytes& data) {
+  link_.send({.id = cob::kSdoRequest + node_id_, .length = 8, .data = data});
+}
+
+/// Late answers to requests given up name another object than the initiate request that follows, and are passed over.
+std::optional<SdoClient::Bytes> SdoClient::next(const Object& object, bool initiate, double timeout_s) {
+  const Bytes named = sdo::request(0, object.index, object.sub);
+  const double end_s = link_.now_s() + timeout_s;
+  double left_s = timeout_s;
+  do {
+    const std::optional<CanFrame> frame = link_.receive(left_s);
+    if (!frame) return std::nullopt;
+    left_s = std::max(0.0, end_s - link_.now_s());
+    if (frame->extended || frame->remote || frame->id != cob::kSdoResponse + node_id_ || frame->length != 8) {
+      if (heard_) heard_(*frame);
+      continue;
+    }
+    const Bytes& data = frame->data;
+    const bool names_object = std::equal(named.begin() + 1, named.begin() + 4, data.begin() + 1);
+    if (initiate && !names_object) continue;
+    if (data[0] == sdo::kAbort) {
+      const std::uint32_t code = canopen::load_le(std::span(data).subspan<4, 4>());
+      throw SdoAbort(fmt::format("node {}: {} {:04X}h:{} was aborted with {:08X}h, {}", node_id_,
+                                 object.doing, object.index, object.sub, code, abort_text(code)),
+                     object.index, object.sub, code);
+    }
+    return data;
+  } while (left_s > 0.0 || timeout_s == 0.0);
+  return std::nullopt;
+}
+
+SdoClient::Bytes SdoClient::exchange(const Object& object, const Bytes& request, bool initiate) {
+  send(request);
+  if (const auto answer = next(object, initiate, config_.timeout_s)) return *answer;
+  time_out(object, config_.timeout_s);
+}
+
+void SdoClient::abort(const Object& object, Abort abort) {
+  Bytes request = sdo::request(sdo::kAbort, object.index, object.sub);
+  canopen::store_le(static_cast<std::uint32_t>(abort), std::span(request).subspan<4, 4>());
+  send(request);
+}
+
+void SdoClient::time_out(const Object& object, double timeout_s) {
+  abort(object, Abort::timed_out);
+  throw Timeout(fmt::format("node {}: {} {:04X}h:{} had no answer within {} s, expected one on {:03X}h",
+                            node_id_, object.doing, object.index, object.sub, timeout_s,
+                            cob::kSdoResponse + node_id_));
+}
+
+void SdoClient::fail(const Object& object, Abort code, const std::string& found) {
+  abort(object, code);
+  throw ProtocolError(fmt::format("node {}: {} {:04X}h:{} was answered with {}", node_id_, object.doing,
+                                  object.index, object.sub, found));
+}
+
+// ---- reading ----
+
+std::vector<std::uint8_t> SdoClient::read(std::uint16_t index, std::uint8_t sub) {
+  const Object object{index, sub, "reading"};
+  return read_answered(object, exchange(object, sdo::request(0x40, index, sub), true));
+}
+
+std::vector<std::uint8_t> SdoClient::read_domain(std::uint16_t index, std::uint8_t sub,
+                                                 const TransferProgress& progress) {
+  const Object object{index, sub, "reading"};
+  if (server_knows_blocks_) {
+    Bytes request = sdo::request(0xA4, index, sub);
+    request[4] = config_.block_size;
+    request[5] =
+        static_cast<std::uint8_t>(config_.block_from_bytes - 1);  // up to these the server may use segments
+    try {
+      const Bytes first = exchange(object, request, true);
+      return (first[0] & 0xE0U) == 0x40U ? read_answered(object, first)
+                                         : read_blocks(object, first, progress);
+    } catch (const SdoAbort& abort) {
+      if (abort.code != static_cast<std::uint32_t>(Abort::unknown_command)) throw;
+      server_knows_blocks_ = false;
+    }
+  }
+  return read(index, sub);
+}
+
+/// After the answer to an initiate upload.
+std::vector<std::uint8_t> SdoClient::read_answered(const Object& object, const Bytes& first) {
+  const std::uint8_t command = first[0];
+  if ((command & 0xE0U) != 0x40U) {
+    fail(object, Abort::unknown_command,
+         fmt::format("command {:02X}h, expected an initiate upload response", command));
+  }
+  const bool expedited = (command & 0x02U) != 0;
+  const bool sized = (command & 0x01U) != 0;
+  if (expedited) {
+    const std::size_t size = sized ? 4U - ((command >> 2) & 3U) : 4U;
+    return {first.begin() + 4, first.begin() + 4 + static_cast<std::ptrdiff_t>(size)};
+  }
+  const std::size_t announced =
+      sized ? canopen::load_le(std::span(first).subspan<4, 4>()) : config_.largest_bytes;
+  std::vector<std::uint8_t> bytes;
+  for (std::uint8_t toggle = 0;; toggle ^= sdo::kToggleBit) {
+    const Bytes segment = exchange(object, sdo::request(sdo::byte(0x60U | toggle), 0, 0), false);
+    const std::uint8_t header = segment[0];
+    if ((header & 0xE0U) != 0) {
+      fail(object, Abort::unknown_command,
+           fmt::format("command {:02X}h, expected an upload segment", header));
+    }
+    if ((header & sdo::kToggleBit) != toggle) {
+      fail(object, Abort::toggle_not_alternated, "a toggle bit that did not alternate");
+    }
+    const std::size_t count = sdo::kSegmentBytes - ((header >> 1) & 7U);
+    bytes.insert(bytes.end(), segment.begin() + 1, segment.begin() + 1 + static_cast<std::ptrdiff_t>(count));
+    const bool last = (header & 1U) != 0;
+    if (bytes.size() > announced || (sized && last && bytes.size() != announced)) {
+      fail(object, Abort::length_mismatch,
+           fmt::format("{} bytes, expected the {} {}", bytes.size(), announced,
+                       sized ? "announced" : "that are accepted"));
+    }
+    if (last) return bytes;
+  }
+}
+
+// ---- writing ----
+
+void SdoClient::write(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> bytes,
+                      const TransferProgress& progress) {
+  const Object object{index, sub, "writing"};
+  const bool expedited = !bytes.empty() && bytes.size() <= 4;
+  if (bytes.size() >= config_.block_from_bytes && server_knows_blocks_ &&
+      write_blocks(object, bytes, progress))
+    return;
+  Bytes request = sdo::request(0x21, index, sub);
+  if (expedited) {
+    request[0] = sdo::byte(0x23U | static_cast<unsigned>(4 - bytes.size()) << 2);
+    std::copy(bytes.begin(), bytes.end(), request.begin() + 4);
+  } else {
+    canopen::store_le(static_cast<std::uint32_t>(bytes.size()), std::span(request).subspan<4, 4>());
+  }
+  const Bytes first = exchange(object, request, true);
+  if (first[0] != 0x60) {
+    fail(object, Abort::unknown_command,
+         fmt::format("command {:02X}h, expected an initiate download response", first[0]));
+  }
+  if (!expedited) write_segments(object, bytes, progress);
+}
+
+void SdoClient::write_segments(const Object& object, std::span<const std::uint8_t> bytes,
+                               const TransferProgress& progress) {
+  std::uint8_t toggle = 0;
+  std::size_t done = 0;
+  do {
+    const std::size_t count = std::min(sdo::kSegmentBytes, bytes.size() - done);
+    const bool last = done + count == bytes.size();
+    Bytes segment{};
+    segment[0] =
+        sdo::byte(toggle | static_cast<unsigned>(sdo::kSegmentBytes - count) << 1 | (last ? 1U : 0U));
+    std::copy_n(bytes.begin() + static_cast<std::ptrdiff_t>(done), count, segment.begin() + 1);
+    done += count;
+    const Bytes answer = exchange(object, segment, false);
+    if ((answer[0] & 0xE0U) != 0x20U) {
+      fail(object, Abort::unknown_command,
+           fmt::format("command {:02X}h, expected a download segment response", answer[0]));
+    }
+    if ((answer[0] & sdo::kToggleBit) != toggle) {
+      fail(object, Abort::toggle_not_alternated, "a toggle bit that did not alternate");
+    }
+    toggle ^= sdo::kToggleBit;
+    if (progress) progress(done, bytes.size());
+  } while (done < bytes.size());
+}
+
+}  // namespace plenum::host::client

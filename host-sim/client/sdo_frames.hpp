@@ -1,0 +1,23 @@
+// What the frames of all SDO transfers have in common. For the client's own sources.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace plenum::host::client::sdo {
+
+inline constexpr std::size_t kSegmentBytes = 7;
+inline constexpr std::uint8_t kToggleBit = 0x10;
+inline constexpr std::uint8_t kAbort = 0x80;
+
+constexpr std::uint8_t byte(unsigned value) {
+  return static_cast<std::uint8_t>(value);
+}
+
+/// Command and multiplexer; the last four bytes are zero.
+constexpr std::array<std::uint8_t, 8> request(std::uint8_t command, std::uint16_t index, std::uint8_t sub) {
+  return {command, byte(index & 0xFFU), byte(index >> 8U), sub, 0, 0, 0, 0};
+}
+
+}  // namespace plenum::host::client::sdo
