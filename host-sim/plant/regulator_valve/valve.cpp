@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "host-sim/plant/refuse.hpp"
+#include "host-sim/plant/runge_kutta.hpp"
 
 namespace plenum::host::plant::regulator_valve {
 namespace {
@@ -81,20 +82,8 @@ Valve::Vector Valve::slope(const Vector& y, double screw_m) const {
 }
 
 Valve::Vector Valve::stepped(const Vector& y, const Turn& turn, double t_s, double h_s) const {
-  const auto along = [&y](const Vector& k, double h) {
-    Vector z = y;
-    for (std::size_t i = 0; i < z.size(); ++i) z[i] += h * k[i];
-    return z;
-  };
-  const auto screw_at = [&turn](double t) { return turn.from_m + turn.rate_m_s * t; };
-  const Vector k1 = slope(y, screw_at(t_s));
-  const Vector k2 = slope(along(k1, h_s / 2.0), screw_at(t_s + h_s / 2.0));
-  const Vector k3 = slope(along(k2, h_s / 2.0), screw_at(t_s + h_s / 2.0));
-  const Vector k4 = slope(along(k3, h_s), screw_at(t_s + h_s));
-  Vector next = y;
-  for (std::size_t i = 0; i < next.size(); ++i)
-    next[i] += h_s / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]);
-  return next;
+  return runge_kutta_step(
+      t_s, y, h_s, [&](double t, const Vector& at) { return slope(at, turn.from_m + turn.rate_m_s * t); });
 }
 
 void Valve::meet_or_part(Vector& y) {

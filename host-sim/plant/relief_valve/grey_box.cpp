@@ -8,7 +8,7 @@
 #include <string>
 
 #include "host-sim/plant/refuse.hpp"
-#include "host-sim/plant/relief_valve/root_between.hpp"
+#include "host-sim/plant/root_between.hpp"
 
 namespace plenum::host::plant::relief_valve {
 namespace {

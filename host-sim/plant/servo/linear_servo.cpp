@@ -1,4 +1,5 @@
 #include "host-sim/plant/servo/linear_servo.hpp"
+#include "host-sim/plant/root_between.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -9,18 +10,12 @@
 namespace plenum::host::plant::servo {
 namespace {
 
-constexpr int kBisections = 100;
-
 // The pressure at which a chamber neither fills nor empties.
 double rest_pressure_Pa(const ServoCylinderConfig& config, const ValvePair& valves, int chamber,
                         double command_V) {
-  double low = std::min(config.ambient_Pa, config.supply_Pa);
-  double high = std::max(config.ambient_Pa, config.supply_Pa);
-  for (int i = 0; i < kBisections; ++i) {
-    const double middle = 0.5 * (low + high);
-    (net_flow_kg_s(config, valves, chamber, command_V, middle) > 0.0 ? low : high) = middle;
-  }
-  return 0.5 * (low + high);
+  return root_between(
+      [&](double pressure_Pa) { return net_flow_kg_s(config, valves, chamber, command_V, pressure_Pa); },
+      std::min(config.ambient_Pa, config.supply_Pa), std::max(config.ambient_Pa, config.supply_Pa));
 }
 
 OperatingPoint at_command(const ServoCylinderConfig& config, const ValvePair& valves, double position_m,
@@ -67,15 +62,10 @@ OperatingPoint operating_point(const ServoCylinderConfig& config, const ValvePai
   const auto force_N = [&](double command_V) {
     return driving_force_N(config, state_of(config, at_command(config, valves, position_m, command_V)));
   };
-  double low = 0.0;
-  double high = 10.0;
-  if (force_N(low) > 0.0 || force_N(high) < 0.0)
+  constexpr double kHighest_V = 10.0;
+  if (force_N(0.0) > 0.0 || force_N(kHighest_V) < 0.0)
     throw std::invalid_argument("operating point: no command from 0 to 10 V holds the piston at rest");
-  for (int i = 0; i < kBisections; ++i) {
-    const double middle = 0.5 * (low + high);
-    (force_N(middle) < 0.0 ? low : high) = middle;
-  }
-  return at_command(config, valves, position_m, 0.5 * (low + high));
+  return at_command(config, valves, position_m, root_between(force_N, 0.0, kHighest_V));
 }
 
 LinearServo linearise(const ServoCylinderConfig& config, const ValvePair& valves, const OperatingPoint& point,

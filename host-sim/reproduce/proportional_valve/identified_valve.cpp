@@ -5,7 +5,7 @@
 
 #include "host-sim/identify/orifice/filter.hpp"
 #include "host-sim/identify/orifice/vessel_run.hpp"
-#include "host-sim/reproduce/proportional_valve/runge_kutta.hpp"
+#include "host-sim/plant/runge_kutta.hpp"
 
 namespace plenum::host::reproduce::proportional_valve {
 namespace {
@@ -84,7 +84,7 @@ std::vector<double> simulate_sine(const IdentifiedSeries& charge, const Identifi
   double p = experiment.vessel_Pa.front();
   for (std::size_t i = 0; i < rows; ++i) {
     run.push_back(p);
-    p = runge_kutta_step(p, kSample_s, [&](double at) { return rate_Pa_s(i, at); });
+    p = plant::runge_kutta_step(0.0, p, kSample_s, [&](double, double at) { return rate_Pa_s(i, at); });
   }
   return run;
 }

@@ -1,8 +1,8 @@
 #include "host-sim/reproduce/proportional_valve/two_leaks.hpp"
 
 #include "host-sim/identify/orifice/vessel_run.hpp"
+#include "host-sim/plant/runge_kutta.hpp"
 #include "host-sim/reproduce/proportional_valve/experiment.hpp"
-#include "host-sim/reproduce/proportional_valve/runge_kutta.hpp"
 
 namespace plenum::host::reproduce::proportional_valve {
 namespace {
@@ -36,7 +36,7 @@ identify::orifice::VesselRecord run_of(const TwoLeaks& leaks, Flow flow, double 
     record.time_s.push_back(t);
     record.vessel_Pa.push_back(p);
     record.far_Pa.push_back(flow == Flow::kCharge ? kSupply_Pa : kAmbient_Pa);
-    p = runge_kutta_step(p, h, [&](double at) { return net_rate_Pa_s(leaks, at); });
+    p = plant::runge_kutta_step(0.0, p, h, [&](double, double at) { return net_rate_Pa_s(leaks, at); });
   }
   return record;
 }

@@ -3,6 +3,7 @@
 
 #include "host-sim/plant/regulator_valve/linear_model.hpp"
 #include "host-sim/plant/regulator_valve/valve.hpp"
+#include "host-sim/plant/root_between.hpp"
 #include "host-sim/reproduce/regulator_valve/parts.hpp"
 #include "host-sim/reproduce/regulator_valve/printed.hpp"
 
@@ -11,14 +12,11 @@ namespace {
 
 // The pressure at which the force balance of the plunger, (25), leaves it where it neither fills nor vents.
 double rest_pressure_Pa(const plant::regulator_valve::ValveConfig& valve, double screw_m) {
-  double low_Pa = valve.ambient_Pa;
-  double high_Pa = valve.supply_Pa;
-  for (int i = 0; i < 60; ++i) {
-    const double middle_Pa = 0.5 * (low_Pa + high_Pa);
-    const double plunger_m = plant::regulator_valve::plunger_at_rest_m(valve, screw_m, middle_Pa);
-    (plunger_m > 0.0 ? low_Pa : high_Pa) = middle_Pa;
-  }
-  return 0.5 * (low_Pa + high_Pa);
+  return plant::root_between(
+      [&](double pressure_Pa) {
+        return plant::regulator_valve::plunger_at_rest_m(valve, screw_m, pressure_Pa);
+      },
+      valve.ambient_Pa, valve.supply_Pa);
 }
 
 }  // namespace

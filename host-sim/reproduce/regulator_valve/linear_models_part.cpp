@@ -5,6 +5,7 @@
 
 #include "host-sim/plant/regulator_valve/linear_model.hpp"
 #include "host-sim/plant/regulator_valve/valve.hpp"
+#include "host-sim/plant/runge_kutta.hpp"
 #include "host-sim/reproduce/regulator_valve/parts.hpp"
 #include "host-sim/reproduce/regulator_valve/printed.hpp"
 #include "host-sim/reproduce/samples.hpp"
@@ -30,21 +31,14 @@ std::vector<double> linear_answer_Pa(const valve::ThirdOrder& c, double step_m) 
   using State = std::array<double, 3>;
   constexpr int kParts = 50;
   constexpr double h = kSample_s / kParts;
-  const auto slope = [&](const State& y) -> State {
+  const auto slope = [&](double, const State& y) -> State {
     return {y[1], y[2],
             c.gain_Pa_m_s3 * step_m - c.square_1_s * y[2] - c.linear_1_s2 * y[1] - c.constant_1_s3 * y[0]};
-  };
-  const auto along = [](const State& y, const State& k, double by) -> State {
-    return {y[0] + by * k[0], y[1] + by * k[1], y[2] + by * k[2]};
   };
   State y{};
   std::vector<double> answer;
   for (int i = 0; i < kSamples * kParts; ++i) {
-    const State k1 = slope(y);
-    const State k2 = slope(along(y, k1, h / 2.0));
-    const State k3 = slope(along(y, k2, h / 2.0));
-    const State k4 = slope(along(y, k3, h));
-    for (std::size_t j = 0; j < 3; ++j) y[j] += h / 6.0 * (k1[j] + 2.0 * k2[j] + 2.0 * k3[j] + k4[j]);
+    y = plant::runge_kutta_step(i * h, y, h, slope);
     if ((i + 1) % kParts == 0) answer.push_back(y[0]);
   }
   return answer;

@@ -2,6 +2,7 @@
 #include <vector>
 
 #include "host-sim/plant/relief_valve/grey_box.hpp"
+#include "host-sim/plant/runge_kutta.hpp"
 #include "host-sim/reproduce/relief_valve/parts.hpp"
 #include "host-sim/reproduce/relief_valve/printed.hpp"
 #include "host-sim/reproduce/samples.hpp"
@@ -58,12 +59,8 @@ Part dynamic_equations() {
     for (int i = 0; i < kParts; ++i) {
       const double h = kStep_s / kParts;
       const double at = t + h * i;
-      const auto rate = [&](double P, double s) { return pressure_rate_Pa_s(config, P, Q(s), dQ(s)); };
-      const double r1 = rate(published_Pa, at);
-      const double r2 = rate(published_Pa + 0.5 * h * r1, at + 0.5 * h);
-      const double r3 = rate(published_Pa + 0.5 * h * r2, at + 0.5 * h);
-      const double r4 = rate(published_Pa + h * r3, at + h);
-      published_Pa += h / 6.0 * (r1 + 2.0 * (r2 + r3) + r4);
+      const auto rate = [&](double s, double P) { return pressure_rate_Pa_s(config, P, Q(s), dQ(s)); };
+      published_Pa = plant::runge_kutta_step(at, published_Pa, h, rate);
     }
     const double end_s = t + kStep_s;
     const double flow_rate = flow_rate_m3_s2(config, published_Pa, Q(end_s),

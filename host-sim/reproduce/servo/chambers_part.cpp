@@ -1,8 +1,10 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <string>
 
+#include "host-sim/plant/runge_kutta.hpp"
 #include "host-sim/plant/servo/chamber_law.hpp"
 #include "host-sim/plant/servo/cylinder_rates.hpp"
 #include "host-sim/reproduce/servo/parts.hpp"
@@ -27,22 +29,18 @@ ChamberState run(const ChamberLaw& law, ChamberState y, double rate_m3_s, double
                  const Course& flow, const Watch& watch = {}) {
   constexpr int kSteps = 2000;
   const double h = duration_s / kSteps;
-  const auto rate = [&](double t, const ChamberState& s) {
+  using State = std::array<double, 2>;  // pressure, mass
+  const auto rate = [&](double t, const State& at) {
+    const ChamberState s{at[0], at[1]};
     const Throughflow f = flow(s);
-    return ChamberState{pressure_rate_Pa_s(law, kAir, s, f, {kVolume_m3 + rate_m3_s * t, rate_m3_s}),
-                        f.in_kg_s - f.out_kg_s};
-  };
-  const auto moved = [](const ChamberState& a, double by, const ChamberState& b) {
-    return ChamberState{a.pressure_Pa + by * b.pressure_Pa, a.mass_kg + by * b.mass_kg};
+    return State{pressure_rate_Pa_s(law, kAir, s, f, {kVolume_m3 + rate_m3_s * t, rate_m3_s}),
+                 f.in_kg_s - f.out_kg_s};
   };
   for (int i = 0; i < kSteps; ++i) {
     const double t = i * h;
     if (watch) watch(t, y);
-    const ChamberState k1 = rate(t, y);
-    const ChamberState k2 = rate(t + 0.5 * h, moved(y, 0.5 * h, k1));
-    const ChamberState k3 = rate(t + 0.5 * h, moved(y, 0.5 * h, k2));
-    const ChamberState k4 = rate(t + h, moved(y, h, k3));
-    y = moved(moved(moved(moved(y, h / 6.0, k1), h / 3.0, k2), h / 3.0, k3), h / 6.0, k4);
+    const State next = plant::runge_kutta_step(t, State{y.pressure_Pa, y.mass_kg}, h, rate);
+    y = {next[0], next[1]};
   }
   return y;
 }

@@ -1,6 +1,8 @@
+#include <array>
 #include <cmath>
 #include <numbers>
 
+#include "host-sim/plant/runge_kutta.hpp"
 #include "host-sim/plant/spool.hpp"
 #include "host-sim/reproduce/samples.hpp"
 #include "host-sim/reproduce/servo/parts.hpp"
@@ -24,32 +26,28 @@ Part spool_part() {
   plant::Spool spool({omega / (2.0 * std::numbers::pi), zeta}, 0.0);
   const double settled_m = kCoilForce_N_A * kCurrent_A / (2.0 * kSpring_N_m);
   // (1) by Runge-Kutta, against the spool's closed form scaled to the settled displacement
-  const auto acceleration = [](double x, double v) {
-    return (kCoilForce_N_A * kCurrent_A - kDamping_N_s_m * v - 2.0 * kSpring_N_m * x) / kMass_kg;
+  using State = std::array<double, 2>;  // x, dx/dt
+  const auto rate = [](double, const State& y) -> State {
+    return {y[1],
+            (kCoilForce_N_A * kCurrent_A - kDamping_N_s_m * y[1] - 2.0 * kSpring_N_m * y[0]) / kMass_kg};
   };
-  double x = 0.0;
-  double v = 0.0;
+  State y{};
   double largest = 0.0;
   report::Curve ours{.name = "closed form", .x = {}, .y = {}};
   report::Curve paper{.name = "(1), integrated", .x = {}, .y = {}, .stroke = report::Stroke::kPoints};
   const double h = 2e-5;
   const int steps = static_cast<int>(std::lround(kStop_s / h));
   for (int i = 0; i <= steps; ++i) {
-    largest = greater_of(largest, std::abs(x / settled_m - spool.effective_V()));
+    largest = greater_of(largest, std::abs(y[0] / settled_m - spool.effective_V()));
     if (i % 5 == 0) {
       ours.x.push_back(i * h);
       ours.y.push_back(1e3 * settled_m * spool.effective_V());
     }
     if (i % 50 == 0) {
       paper.x.push_back(i * h);
-      paper.y.push_back(1e3 * x);
+      paper.y.push_back(1e3 * y[0]);
     }
-    const double a1 = acceleration(x, v);
-    const double a2 = acceleration(x + 0.5 * h * v, v + 0.5 * h * a1);
-    const double a3 = acceleration(x + 0.5 * h * v + 0.25 * h * h * a1, v + 0.5 * h * a2);
-    const double a4 = acceleration(x + h * v + 0.5 * h * h * a2, v + h * a3);
-    x += h * v + h * h / 6.0 * (a1 + a2 + a3);
-    v += h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4);
+    y = plant::runge_kutta_step(i * h, y, h, rate);
     spool.advance(1.0, h);
   }
   Part part;

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace plenum::host::plant::relief_valve {
+namespace plenum::host::plant {
 
 /// Argument where `f` changes sign, to the last bits of a double; f(low) and f(high) differ in sign or one is
 /// 0.
@@ -19,4 +19,4 @@ double root_between(const Function& f, double low, double high) {
   return 0.5 * (low + high);
 }
 
-}  // namespace plenum::host::plant::relief_valve
+}  // namespace plenum::host::plant
