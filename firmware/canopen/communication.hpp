@@ -13,6 +13,7 @@
 namespace plenum::canopen {
 
 struct Entry;
+class DataSheet;
 
 /// Who the board is. Strings are kept by reference: they must outlive the node.
 struct Identity {
@@ -129,6 +130,7 @@ struct Device {
   ProcessImage& image;
   config::ModelDesk& desk;
   telemetry::Recorder& recorder;
+  DataSheet& sheet;
   Communication communication;
   Counters counters;
   ErrorHistory history;

@@ -126,7 +126,9 @@ ErrorState error_state(const ProcessImage& image) noexcept {
 
 Node::Node(const Config& config, ProcessImage& image, config::ModelDesk& desk,
            telemetry::Recorder& recorder) noexcept
-    : config_(config), device_{config_, image, desk, recorder, default_communication(config_), {}, {}, {}} {
+    : config_(config),
+      sheet_(config_.identity, desk, recorder),
+      device_{config_, image, desk, recorder, sheet_, default_communication(config_), {}, {}, {}} {
   reset_communication();
 }
 

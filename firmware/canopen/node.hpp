@@ -8,6 +8,7 @@
 
 #include "firmware/canopen/cia301.hpp"
 #include "firmware/canopen/communication.hpp"
+#include "firmware/canopen/eds.hpp"
 #include "firmware/canopen/object_dictionary.hpp"
 #include "firmware/canopen/sdo_server.hpp"
 #include "firmware/canopen/transmit_queue.hpp"
@@ -17,7 +18,8 @@ namespace plenum::canopen {
 class Node {
  public:
   /// Queues the boot-up message; the node is then pre-operational. `image`, `desk` and `recorder` must outlive it.
-  Node(const Config& config, ProcessImage& image, config::ModelDesk& desk, telemetry::Recorder& recorder) noexcept;
+  Node(const Config& config, ProcessImage& image, config::ModelDesk& desk,
+       telemetry::Recorder& recorder) noexcept;
 
   Node(const Node&) = delete;
   Node& operator=(const Node&) = delete;
@@ -54,6 +56,7 @@ class Node {
   void send_sdo(const SdoServer::Bytes& bytes) noexcept;
 
   Config config_;
+  DataSheet sheet_;
   Device device_;
   SdoServer sdo_;
   TransmitQueue queue_;

@@ -49,8 +49,8 @@ inline constexpr std::uint16_t kPreviewTicks = 0x2160;
 inline constexpr std::uint16_t kHealth = 0x2200;
 inline constexpr std::uint16_t kRegulator =
     0x2210;  ///< + chamber {feedforward V, feedback V, command V, residual Pa}
-inline constexpr std::uint16_t kCodes = 0x2220;      ///< + chamber {command code, volume code}
-inline constexpr std::uint16_t kCodeScale = 0x2228;  ///< {command LSB V, volume LSB m3}
+inline constexpr std::uint16_t kCodes = 0x2220;          ///< + chamber {command code, volume code}
+inline constexpr std::uint16_t kCodeScale = 0x2228;      ///< {command LSB V, volume LSB m3}
 inline constexpr std::uint16_t kCapture = 0x2300;        ///< {order, chamber, length, state, rows}
 inline constexpr std::uint16_t kCaptureBuffer = 0x2301;  ///< DOMAIN, read only: telemetry/recorder.hpp
 inline constexpr std::uint16_t kExcitation =

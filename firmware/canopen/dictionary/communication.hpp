@@ -94,8 +94,8 @@ inline constexpr Entry kCommunicationRows[] = {
           read_string<&Identity::hardware_version>),
     bytes(0x100A, kOnce, "Manufacturer software version", visible_string, constant,
           read_string<&Identity::software_version>),
-    kept(value(0x1014, 0, kOnce, "COB-ID EMCY", unsigned32, read_write, no, kAny,
-               read_communication<&Communication::emergency_cob_id>, write_emergency_cob_id)),
+    kept(of_node(value(0x1014, 0, kOnce, "COB-ID EMCY", unsigned32, read_write, no, kAny,
+                       read_communication<&Communication::emergency_cob_id>, write_emergency_cob_id))),
     kept(value(0x1017, 0, kOnce, "Producer heartbeat time [ms]", unsigned16, read_write, no, kAny,
                read_communication<&Communication::heartbeat_ms>,
                write_communication<&Communication::heartbeat_ms>)),
@@ -109,10 +109,10 @@ inline constexpr Entry kCommunicationRows[] = {
     value(0x1018, 4, kOnce, "Serial number", unsigned32, read_only, no, kAny,
           read_identity<&Identity::serial>),
     highest<2>(0x1200, kOnce, "SDO server parameter"),
-    value(0x1200, 1, kOnce, "COB-ID client to server", unsigned32, read_only, no, kAny,
-          node_cob_id<cob::kSdoRequest>),
-    value(0x1200, 2, kOnce, "COB-ID server to client", unsigned32, read_only, no, kAny,
-          node_cob_id<cob::kSdoResponse>),
+    of_node(value(0x1200, 1, kOnce, "COB-ID client to server", unsigned32, read_only, no, kAny,
+                  node_cob_id<cob::kSdoRequest>)),
+    of_node(value(0x1200, 2, kOnce, "COB-ID server to client", unsigned32, read_only, no, kAny,
+                  node_cob_id<cob::kSdoResponse>)),
 };
 
 }  // namespace plenum::canopen::dictionary

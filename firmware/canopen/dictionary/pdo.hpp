@@ -130,8 +130,8 @@ using P = PdoParameters;
 
 inline constexpr Entry kPdoRows[] = {
     highest<5>(0x1400, kEachRpdo, "RPDO communication parameter"),
-    kept(value(0x1400, 1, kEachRpdo, "COB-ID used by RPDO", unsigned32, read_write, no, kAny,
-               read_pdo<true, &P::cob_id>, write_pdo_cob_id<true>)),
+    kept(of_node(value(0x1400, 1, kEachRpdo, "COB-ID used by RPDO", unsigned32, read_write, no, kAny,
+                       read_pdo<true, &P::cob_id>, write_pdo_cob_id<true>))),
     kept(value(0x1400, 2, kEachRpdo, "Transmission type", unsigned8, read_write, no, kAny,
                read_pdo<true, &P::transmission_type>, write_transmission_type<true>)),
     kept(value(0x1400, 5, kEachRpdo, "Event timer (deadline) [ms]", unsigned16, read_write, no, kAny,
@@ -142,8 +142,8 @@ inline constexpr Entry kPdoRows[] = {
     kept(value(0x1600, {1, kMappable}, kEachRpdo, "Mapped object", unsigned32, read_write, no, kAny,
                read_mapping<true>, write_mapping<true>)),
     highest<5>(0x1800, kEachTpdo, "TPDO communication parameter"),
-    kept(value(0x1800, 1, kEachTpdo, "COB-ID used by TPDO", unsigned32, read_write, no, kAny,
-               read_pdo<false, &P::cob_id>, write_pdo_cob_id<false>)),
+    kept(of_node(value(0x1800, 1, kEachTpdo, "COB-ID used by TPDO", unsigned32, read_write, no, kAny,
+                       read_pdo<false, &P::cob_id>, write_pdo_cob_id<false>))),
     kept(value(0x1800, 2, kEachTpdo, "Transmission type", unsigned8, read_write, no, kAny,
                read_pdo<false, &P::transmission_type>, write_transmission_type<false>)),
     kept(value(0x1800, 3, kEachTpdo, "Inhibit time [100 us]", unsigned16, read_write, no, kAny,

@@ -152,6 +152,12 @@ constexpr Entry highest(std::uint16_t index, Many many, const char* name) {
                            Access::constant, Mappable::no, kAny, fixed<count>));
 }
 
+/// An identifier that is a base plus the node id.
+constexpr Entry of_node(Entry row) {
+  row.of_node = true;
+  return row;
+}
+
 /// 1010h stores this row and 1011h restores it.
 constexpr Entry kept(Entry row) {
   row.kept = row.index < 0x2000 ? Kept::communication : Kept::application;

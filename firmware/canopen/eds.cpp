@@ -1,0 +1,460 @@
+#include "firmware/canopen/eds.hpp"
+
+#include <algorithm>
+#include <bit>
+
+#include "firmware/canopen/object_dictionary.hpp"
+
+namespace plenum::canopen {
+namespace {
+
+constexpr std::uint8_t kVar = 0x7;
+constexpr std::uint8_t kArray = 0x8;
+constexpr std::uint8_t kRecord = 0x9;
+constexpr std::uint8_t kDomainObject = 0x2;
+
+constexpr std::uint8_t kSectionEnd = 10;  ///< the line after the last one of an object's section
+
+// ---- the head: everything before the objects ----
+
+using PutValue = void (*)(TextLine&, const Identity&);
+
+struct HeadLine {
+  const char* text;
+  PutValue value = nullptr;
+};
+
+template <const char* Identity::*member>
+void put_text(TextLine& line, const Identity& identity) {
+  line.put(identity.*member);
+}
+
+template <std::uint32_t Identity::*member>
+void put_number(TextLine& line, const Identity& identity) {
+  line.put("0x");
+  line.hexadecimal(identity.*member, 8);
+}
+
+template <std::size_t count>
+void put_count(TextLine& line, const Identity&) {
+  line.decimal(static_cast<std::int32_t>(count));
+}
+
+constexpr std::string_view kComments[] = {
+    "CiA 301 node with the pressure control of CiA 408, one module a chamber. Own choices:",
+    {"6042h knows only 1, the set point over the bus. 6043h: -1 excitation, 3 feedforward alone, 4 closed "
+     "loop."},
+    "Pressures of the 63xxh records are absolute, in mbar; -32768 stands for a pressure that is not known.",
+    {"A rising edge of R in 6040h resets faults only while the rest of the word asks for no more than "
+     "DISABLED,"},
+    "in FAULT_HOLD for no more than HOLD.",
+    "The event timer of an RPDO with set points is the set-point watchdog: EMCY 8250h.",
+    {"A PDO longer than its mapping is refused. A PDO is changed only while it is switched off: abort 0800 "
+     "0022h."},
+    "A default is what 1011h restores. REAL32 values and limits are written as decimal numbers.",
+    "Objects 2xxxh are the manufacturer's.",
+};
+
+constexpr HeadLine kBeforeComments[] = {
+    {"[FileInfo]"},
+    {"FileName=plenum.eds"},
+    {"FileVersion=1"},
+    {"FileRevision=1"},
+    {"EDSVersion=4.0"},
+    {"Description=Pressure valve board"},
+    {"CreationTime=12:00PM"},
+    {"CreationDate=11-21-2026"},
+    {"CreatedBy=the board"},
+    {"ModificationTime=12:00PM"},
+    {"ModificationDate=11-21-2026"},
+    {"ModifiedBy=the board"},
+    {""},
+    {"[DeviceInfo]"},
+    {"VendorName=Plenum"},
+    {"VendorNumber=", put_number<&Identity::vendor_id>},
+    {"ProductName=", put_text<&Identity::device_name>},
+    {"ProductNumber=", put_number<&Identity::product_code>},
+    {"RevisionNumber=", put_number<&Identity::revision>},
+    {"OrderCode="},
+    {"BaudRate_10=1"},
+    {"BaudRate_20=1"},
+    {"BaudRate_50=1"},
+    {"BaudRate_125=1"},
+    {"BaudRate_250=1"},
+    {"BaudRate_500=1"},
+    {"BaudRate_800=1"},
+    {"BaudRate_1000=1"},
+    {"SimpleBootUpMaster=0"},
+    {"SimpleBootUpSlave=1"},
+    {"Granularity=8"},
+    {"DynamicChannelsSupported=0"},
+    {"CompactPDO=0"},
+    {"GroupMessaging=0"},
+    {"NrOfRXPDO=", put_count<kRpdos>},
+    {"NrOfTXPDO=", put_count<kTpdos>},
+    {"LSS_Supported=0"},
+    {""},
+    {"[DummyUsage]"},
+    {"Dummy0001=0"},
+    {"Dummy0002=0"},
+    {"Dummy0003=0"},
+    {"Dummy0004=0"},
+    {"Dummy0005=0"},
+    {"Dummy0006=0"},
+    {"Dummy0007=0"},
+    {""},
+    {"[Comments]"},
+    {"Lines=", put_count<std::size(kComments)>},
+};
+
+// ---- the objects ----
+
+std::span<const Entry> rows_from(std::size_t first) noexcept {
+  const std::span<const Entry> table = object_dictionary();
+  std::size_t end = first;
+  while (end < table.size() && table[end].index == table[first].index) ++end;
+  return table.subspan(first, end - first);
+}
+
+/// An object: its rows, and which instance of them.
+struct Object {
+  std::span<const Entry> rows;
+  std::uint8_t instance;
+
+  std::uint32_t index() const noexcept { return rows[0].index + std::uint32_t{rows[0].stride} * instance; }
+  bool has_subs() const noexcept { return rows.size() > 1 || rows[0].last_sub > 0; }
+
+  const Entry* row_of(unsigned sub) const noexcept {
+    for (const Entry& row : rows) {
+      if (sub >= row.sub && sub <= row.last_sub) return &row;
+    }
+    return nullptr;
+  }
+
+  std::int32_t sub_count() const noexcept {
+    std::int32_t count = 0;
+    for (const Entry& row : rows) count += row.last_sub - row.sub + 1;
+    return count;
+  }
+
+  std::uint8_t type() const noexcept {
+    if (!has_subs()) return rows[0].type == DataType::domain ? kDomainObject : kVar;
+    // CiA 301 makes records of the PDO mappings, though their members are alike
+    const bool is_mapping = index() >= 0x1600 && index() < 0x1C00;
+    return rows.size() == 2 && !is_mapping ? kArray : kRecord;
+  }
+};
+
+enum class Group : std::uint8_t { mandatory, optional, manufacturer };
+
+Group group_of(std::uint32_t index) noexcept {
+  if (index == 0x1000 || index == 0x1001 || index == 0x1018) return Group::mandatory;
+  return index >= 0x2000 && index < 0x6000 ? Group::manufacturer : Group::optional;
+}
+
+/// The order of the sheet: row by row of the table, and of a row each instance.
+bool to_next_object(std::uint16_t& row, std::uint8_t& instance) noexcept {
+  if (++instance >= object_dictionary()[row].instances) {
+    instance = 0;
+    row = static_cast<std::uint16_t>(row + rows_from(row).size());
+  }
+  return row < object_dictionary().size();
+}
+
+std::int32_t count_objects(Group group) noexcept {
+  std::int32_t count = 0;
+  std::uint16_t row = 0;
+  std::uint8_t instance = 0;
+  do {
+    const Object object{rows_from(row), instance};
+    if (group_of(object.index()) == group) ++count;
+  } while (to_next_object(row, instance));
+  return count;
+}
+
+void put_instance(TextLine& line, const Object& object) noexcept {
+  if (object.rows[0].instances == 1) return;
+  const std::uint32_t index = object.index();
+  const bool rpdo = index >= 0x1400 && index < 0x1800;
+  const bool tpdo = index >= 0x1800 && index < 0x1C00;
+  line.put(rpdo ? ", RPDO " : tpdo ? ", TPDO " : ", chamber ");
+  line.decimal(object.instance + 1);
+}
+
+void put_name(TextLine& line, const Object& object, const Entry& row, unsigned sub) noexcept {
+  line.put(row.name);
+  if (row.last_sub > row.sub) {
+    line.put(" ");
+    line.decimal(static_cast<std::int32_t>(sub - row.sub + 1U));
+  }
+  put_instance(line, object);
+}
+
+/// As CiA 306 writes it; seen from the bus, "rwr" may be mapped to a TPDO only.
+std::string_view access_name(const Entry& entry) noexcept {
+  switch (entry.access) {
+    case Access::constant:
+      return "const";
+    case Access::read_only:
+      return "ro";
+    case Access::write_only:
+      return "wo";
+    case Access::read_write:
+      return entry.mappable == Mappable::transmit ? "rwr" : "rw";
+  }
+  return "ro";
+}
+
+bool is_signed(DataType type) noexcept {
+  return type == DataType::integer8 || type == DataType::integer16 || type == DataType::integer32;
+}
+
+/// Signed numbers in decimal: hexadecimal ones are read with either sign by the tools.
+void put_value(TextLine& line, DataType type, std::uint32_t bits) noexcept {
+  if (type == DataType::real32) return line.real(std::bit_cast<float>(bits));
+  if (is_signed(type)) {
+    const std::size_t shift = 32 - 8 * size_of(type);
+    return line.decimal(static_cast<std::int32_t>(bits << shift) >> shift);
+  }
+  line.put("0x");
+  line.hexadecimal(bits, static_cast<int>(2 * size_of(type)));
+}
+
+/// An identifier of node 0 that is not empty is the node id's, plus a base; 1005h is everyone's.
+bool adds_node_id(const Entry& entry, std::uint32_t bits) noexcept {
+  return entry.of_node && (bits & cob::kIdMask) != 0;
+}
+
+}  // namespace
+
+DataSheet::DataSheet(const Identity& identity, config::ModelDesk& desk,
+                     telemetry::Recorder& recorder) noexcept
+    : delivered_{.node_id = 0, .identity = identity}, device_{delivered_, image_,
+                                                              desk,       recorder,
+                                                              *this,      default_communication(delivered_),
+                                                              {},         {},
+                                                              {}} {}
+
+std::size_t DataSheet::read(std::uint32_t offset, std::span<std::uint8_t> bytes) noexcept {
+  if (offset == 0) {
+    back_ = {};
+    restart({});
+  } else if (offset < begun_.offset) {
+    if (offset < back_[1].offset) back_[1] = back_[0];
+    restart(back_[1]);
+  }
+  if (offset < begun_.offset || offset - begun_.offset > 3 * kRepeat) return 0;
+
+  std::size_t done = 0;
+  while (done < bytes.size()) {
+    const std::size_t from = offset + done - begun_.offset;
+    const std::string_view text = line_.text();
+    if (from < text.size()) {
+      const std::size_t count = std::min(text.size() - from, bytes.size() - done);
+      std::copy_n(text.begin() + static_cast<std::ptrdiff_t>(from), count,
+                  bytes.begin() + static_cast<std::ptrdiff_t>(done));
+      done += count;
+    } else if (next_.part == Part::end) {
+      break;
+    } else {
+      advance();
+    }
+  }
+  return done;
+}
+
+std::uint32_t DataSheet::size() noexcept {
+  if (size_ != 0) return size_;
+  Position at;
+  while (at.part != Part::end) make_line(at);
+  size_ = at.offset;
+  restart(begun_);  // the line that was there has been written over
+  return size_;
+}
+
+void DataSheet::restart(const Position& at) noexcept {
+  begun_ = next_ = at;
+  line_.clear();
+}
+
+void DataSheet::advance() noexcept {
+  begun_ = next_;
+  if (begun_.offset - back_[1].offset >= kRepeat) back_ = {back_[1], begun_};
+  make_line(next_);
+}
+
+void DataSheet::make_line(Position& at) noexcept {
+  line_.clear();
+  switch (at.part) {
+    case Part::head:
+      head_line(at);
+      break;
+    case Part::mandatory:
+    case Part::optional:
+    case Part::manufacturer:
+      list_line(at);
+      break;
+    case Part::objects:
+      object_line(at);
+      break;
+    case Part::end:
+      break;
+  }
+  at.offset += static_cast<std::uint32_t>(line_.text().size());
+}
+
+void DataSheet::head_line(Position& at) noexcept {
+  const std::size_t number = at.number++;
+  if (number < std::size(kBeforeComments)) {
+    const HeadLine& line = kBeforeComments[number];
+    line_.put(line.text);
+    if (line.value != nullptr) line.value(line_, delivered_.identity);
+  } else if (number < std::size(kBeforeComments) + std::size(kComments)) {
+    const std::size_t comment = number - std::size(kBeforeComments);
+    line_.put("Line");
+    line_.decimal(static_cast<std::int32_t>(comment + 1));
+    line_.put("=");
+    line_.put(kComments[comment]);
+  } else {
+    at.part = Part::mandatory;
+    at.number = 0;
+  }
+  line_.put("\n");
+}
+
+void DataSheet::list_line(Position& at) noexcept {
+  const auto group = static_cast<Group>(static_cast<int>(at.part) - static_cast<int>(Part::mandatory));
+  if (at.number == 0) {
+    constexpr std::array<std::string_view, 3> kHeader = {"[MandatoryObjects]\n", "[OptionalObjects]\n",
+                                                         "[ManufacturerObjects]\n"};
+    line_.put(kHeader[static_cast<std::size_t>(group)]);
+    ++at.number;
+    return;
+  }
+  if (at.number == 1) {
+    line_.put("SupportedObjects=");
+    line_.decimal(count_objects(group));
+    line_.put("\n");
+    ++at.number;
+    return;
+  }
+  bool more = at.row < object_dictionary().size();
+  while (more && group_of(Object{rows_from(at.row), at.instance}.index()) != group)
+    more = to_next_object(at.row, at.instance);
+  if (more) {
+    line_.decimal(at.number - 1);
+    line_.put("=0x");
+    line_.hexadecimal(Object{rows_from(at.row), at.instance}.index(), 4);
+    ++at.number;
+    to_next_object(at.row, at.instance);
+  } else {
+    at.part = static_cast<Part>(static_cast<int>(at.part) + 1);
+    at.row = 0;
+    at.instance = 0;
+    at.number = 0;
+  }
+  line_.put("\n");
+}
+
+void DataSheet::object_line(Position& at) noexcept {
+  const Object object{rows_from(at.row), at.instance};
+  const Entry& row = *object.row_of(at.sub);
+  const bool whole = at.whole && object.has_subs();  // a section without a value
+  const bool is_domain = row.type == DataType::domain;
+  switch (at.line++) {
+    case 0:
+      line_.put("[");
+      line_.hexadecimal(object.index(), 4);
+      if (!at.whole) {
+        line_.put("sub");
+        line_.hexadecimal(at.sub, 1);
+      }
+      line_.put("]\n");
+      return;
+    case 1:
+      line_.put("ParameterName=");
+      if (whole) {
+        line_.put(row.object_name);
+        put_instance(line_, object);
+      } else {
+        put_name(line_, object, row, at.sub);
+      }
+      break;
+    case 2:
+      line_.put("ObjectType=0x");
+      line_.hexadecimal(whole ? object.type() : is_domain ? kDomainObject : kVar, 1);
+      break;
+    case 3:
+      if (!whole) return;
+      line_.put("SubNumber=");
+      line_.decimal(object.sub_count());
+      at.line = kSectionEnd;
+      break;
+    case 4:
+      line_.put("DataType=0x");
+      line_.hexadecimal(static_cast<std::uint32_t>(row.type), 4);
+      break;
+    case 5:
+      line_.put("AccessType=");
+      line_.put(access_name(row));
+      break;
+    case 6:
+      if (!row.range.limited) return;
+      limit_line("LowLimit=", row, row.range.low);
+      break;
+    case 7:
+      if (!row.range.limited) return;
+      limit_line("HighLimit=", row, row.range.high);
+      break;
+    case 8:
+      default_line(row, at.instance, at.sub);
+      return;
+    case 9:
+      if (whole || is_domain) return;
+      line_.put(row.mappable == Mappable::no ? "PDOMapping=0" : "PDOMapping=1");
+      break;
+    default:
+      to_next_section(at);
+      break;
+  }
+  line_.put("\n");
+}
+
+void DataSheet::to_next_section(Position& at) noexcept {
+  const Object object{rows_from(at.row), at.instance};
+  at.line = 0;
+  if (object.has_subs()) {
+    unsigned sub = at.whole ? 0 : at.sub + 1U;
+    while (sub <= object.rows.back().last_sub && object.row_of(sub) == nullptr) ++sub;
+    at.whole = false;
+    at.sub = static_cast<std::uint8_t>(sub);
+    if (sub <= object.rows.back().last_sub) return;
+  }
+  at.whole = true;
+  at.sub = 0;
+  if (!to_next_object(at.row, at.instance)) at.part = Part::end;
+}
+
+void DataSheet::limit_line(std::string_view key, const Entry& entry, float limit) noexcept {
+  line_.put(key);
+  if (entry.type == DataType::real32) return line_.real(limit);
+  line_.decimal(static_cast<std::int32_t>(limit));
+}
+
+void DataSheet::default_line(const Entry& entry, std::uint8_t instance, std::uint8_t sub) noexcept {
+  if (entry.access != Access::constant && entry.kept == Kept::no && !entry.of_node) return;
+  line_.put("DefaultValue=");
+  if (entry.read_bytes != nullptr) {
+    const std::span<const std::uint8_t> text = entry.read_bytes(device_, {instance, sub});
+    line_.put({reinterpret_cast<const char*>(text.data()), text.size()});  // a VISIBLE_STRING
+  } else {
+    std::uint32_t bits = 0;
+    // what is constant or kept is never refused
+    static_cast<void>(entry.read_value(device_, {instance, sub}, bits));
+    if (adds_node_id(entry, bits)) line_.put("$NODEID+");
+    put_value(line_, entry.type, bits);
+  }
+  line_.put("\n");
+}
+
+}  // namespace plenum::canopen
