@@ -31,6 +31,9 @@ class DataSheet {
   /// first tick, and cheap ever after.
   std::uint32_t size() noexcept;
 
+  /// The device whose defaults the sheet gives: node id 0, so that identifiers read as their bases.
+  const Device& delivered() const noexcept { return device_; }
+
   static constexpr std::uint32_t kRepeat = 127 * 7;  ///< the longest block of an SDO block upload
 
  private:
