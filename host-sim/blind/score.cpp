@@ -28,6 +28,8 @@ Json parse(const std::string& text, const std::string& file) {
     return Json::parse(text);
   } catch (const Json::parse_error& error) {
     throw InputError(fmt::format("{}: not JSON at byte {}, expected an object", file, error.byte));
+  } catch (const Json::out_of_range&) {
+    throw InputError(fmt::format("{}: a number is too large, expected numbers of double precision", file));
   }
 }
 

@@ -83,6 +83,8 @@ ModelFile parse_model(std::string_view text, std::string_view file) {
   } catch (const Json::parse_error& error) {
     throw InputError(
         fmt::format("{}: byte {}: not JSON, expected a model of schema {}", file, error.byte, kSchema));
+  } catch (const Json::out_of_range&) {
+    throw InputError(fmt::format("{}: a number is too large, expected numbers of double precision", file));
   }
   if (!document.is_object()) {
     throw InputError(fmt::format("{}: {}, expected an object of schema {}", file, shown(document), kSchema));

@@ -90,7 +90,7 @@ TEST(ModelJson, HoldsTheParametersToTableI) {
 }
 
 TEST(ModelJson, RefusesBytesThatAreNoModel) {
-  for (const std::string text : {"", "{", "[1]", "{\"schema\":\"plenum-model/1\""}) {
+  for (const std::string text : {"", "{", "[1]", "{\"schema\":\"plenum-model/1\"", "[1e999]"}) {
     EXPECT_THROW(parse_model(text, "m.json"), InputError) << text;
   }
 }

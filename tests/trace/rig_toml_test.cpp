@@ -30,6 +30,12 @@ TEST(RigToml, NeedsNoMoreThanTheRate) {
   EXPECT_EQ(rig.valve.inlet_area_per_V_m2, 1.5e-6);
 }
 
+TEST(RigToml, TakesLettersBeyondAsciiInCommentsOnly) {
+  EXPECT_EQ(refusal("\xEF\xBB\xBF[sampling]\nrate_Hz = 100  # Prüfstand, 20 °C\n"), "accepted");
+  EXPECT_THAT(refusal("[sampling]\nrate_Hz = 100\nµ = 1 # m\n"),
+              HasSubstr("rig.toml: line 3: a character beyond ASCII"));
+}
+
 TEST(RigToml, ReadsTheExampleOfTheContract) {
   const RigDescription rig = parse_rig(R"(
 [sampling]
