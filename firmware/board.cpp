@@ -5,11 +5,8 @@
 namespace plenum {
 
 void Board::start() noexcept {
-  for (std::uint8_t c = 0; c < config::kChambers; ++c) {
-    std::array<std::uint8_t, config::kMaxImageBytes> bytes{};
-    const std::size_t size = drivers_.store.load(c, bytes);
-    if (size > 0) controller_.restore(c, std::span(bytes).first(size));
-  }
+  keeper_.start(controller_);
+  controller_.show_store(keeper_.image());
 }
 
 void Board::handle_frames() noexcept {
@@ -39,20 +36,20 @@ void Board::tick(bool late) noexcept {
   lost_before_ = lost;
   inputs.outputs_ok = outputs_ok_;
   inputs.tick_late = late;
+  inputs.stored_set_lost = keeper_.take_loss();
+  inputs.store_failing = keeper_.failing();
 
   const Outputs outputs = controller_.step(inputs);
   outputs_ok_ = drivers_.analog_out.write(outputs.command_V);
   drivers_.digital.write(outputs.digital);
-  to_store_ = static_cast<std::uint8_t>(to_store_ | controller_.take_changed());
+  if (controller_.take_changed() != 0) keeper_.models_changed();
+  controller_.show_store(keeper_.image());
   send_frames();
 }
 
 void Board::store_changed() noexcept {
-  for (std::uint8_t c = 0; c < config::kChambers; ++c) {
-    const std::uint8_t bit = static_cast<std::uint8_t>(1U << c);
-    if ((to_store_ & bit) == 0 || !drivers_.store.store(c, controller_.active_image(c))) continue;
-    to_store_ = static_cast<std::uint8_t>(to_store_ & ~bit);
-  }
+  keeper_.step(controller_);
+  controller_.show_store(keeper_.image());
 }
 
 }  // namespace plenum

@@ -5,10 +5,11 @@
 //   start()            once, before the first tick: models come from the store
 //   handle_frames()    whenever frames may have come, also between ticks
 //   tick()             every config::kTick_s
-//   store_changed()    after a tick, when there is time: a store may take long, and no tick waits for it
+//   store_changed()    after each tick: a piece of storing, of at most one write or one sync
 #pragma once
 
 #include "firmware/controller.hpp"
+#include "firmware/parameter_keeper.hpp"
 #include "firmware/ports/analog.hpp"
 #include "firmware/ports/can_bus.hpp"
 #include "firmware/ports/digital_io.hpp"
@@ -31,12 +32,11 @@ class Board {
  public:
   /// The drivers must outlive the board.
   Board(const Settings& settings, const Drivers& drivers) noexcept
-      : controller_(settings), drivers_(drivers) {}
+      : controller_(settings), drivers_(drivers), keeper_(drivers.store) {}
   Board(const Board&) = delete;
   Board& operator=(const Board&) = delete;
 
-  /// Loads the stored models. A damaged one leaves its chamber without a model; the board runs and can be
-  /// reached.
+  /// Loads the stored set. Whatever is damaged, the board runs and can be reached.
   void start() noexcept;
 
   /// Takes every waiting frame, at most kFramesAtOnce, and sends the answers.
@@ -45,7 +45,8 @@ class Board {
   /// One tick. `late`: it began after its deadline.
   void tick(bool late) noexcept;
 
-  /// Stores the models that have changed. A model that could not be stored is tried again with the next call.
+  /// Moves the storing of what has changed on by one bounded piece (ParameterKeeper). Costs next to nothing when
+  /// nothing is to be stored.
   void store_changed() noexcept;
 
   const Controller& controller() const noexcept { return controller_; }
@@ -57,9 +58,9 @@ class Board {
 
   Controller controller_;
   Drivers drivers_;
+  ParameterKeeper keeper_;
   bool outputs_ok_ = true;
   std::uint32_t lost_before_ = 0;  ///< frames the driver had lost at the last tick
-  std::uint8_t to_store_ = 0;
   ports::CanFrame unsent_{};
   bool has_unsent_ = false;  ///< the driver's queue was full: this frame goes first next time
 };

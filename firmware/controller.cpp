@@ -86,6 +86,8 @@ safety::FaultReport Controller::judge(const Inputs& inputs) noexcept {
                                       .error_passive = inputs.can == ports::CanState::error_passive,
                                       .frames_lost = inputs.frames_lost,
                                       .setpoint_lost = image_.setpoint_lost && model_needed(),
+                                      .stored_set_lost = inputs.stored_set_lost,
+                                      .store_failing = inputs.store_failing,
                                       .setpoint_count = master_count,
                                       .setpoints_needed = last_drive_ == safety::Drive::active});
   constexpr std::uint16_t kRegulates = safety::control_bit::kD | safety::control_bit::kH;

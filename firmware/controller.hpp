@@ -47,9 +47,11 @@ struct Inputs {
   ports::AnalogReading supply;
   ports::DigitalInputs digital;
   ports::CanState can = ports::CanState::error_active;
-  bool frames_lost = false;  ///< frames found the receive queue full since the last tick
-  bool outputs_ok = true;    ///< the last write reached every output
-  bool tick_late = false;    ///< this tick began after its deadline
+  bool frames_lost = false;      ///< frames found the receive queue full since the last tick
+  bool outputs_ok = true;        ///< the last write reached every output
+  bool tick_late = false;        ///< this tick began after its deadline
+  bool stored_set_lost = false;  ///< in the first tick: the stored set, or a newer one, was found damaged
+  bool store_failing = false;    ///< the parameter store refuses again and again
 };
 
 /// What the drivers do until the next tick.
@@ -76,6 +78,9 @@ class Controller {
 
   /// The next frame to send. Returns false when there is none.
   bool next_frame(ports::CanFrame& frame) noexcept { return node_.next_frame(frame); }
+
+  /// What 2130h shows from now on.
+  void show_store(const canopen::StoreImage& store) noexcept { image_.store = store; }
 
   /// Chambers whose model has changed since the last call (bit c: chamber c): their active_image() is to be
   /// stored.

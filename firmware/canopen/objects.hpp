@@ -44,6 +44,8 @@ inline constexpr std::uint16_t kActiveModel = 0x2118;  ///< + chamber, DOMAIN, r
 inline constexpr std::uint16_t kCommit = 0x2120;       ///< {mask, CRC-32, key}; writing the key commits
 inline constexpr std::uint16_t kSetState =
     0x2128;  ///< + chamber {state, reason, CRC, generation, parameter, value, low, high}
+inline constexpr std::uint16_t kStoredSet =
+    0x2130;  ///< {phase, found at start, generation, rows skipped, first of them, failures}
 inline constexpr std::uint16_t kPascals = 0x2150;  ///< + chamber {set point Pa, actual Pa, volume m3}
 inline constexpr std::uint16_t kPreviewTicks = 0x2160;
 inline constexpr std::uint16_t kHealth = 0x2200;

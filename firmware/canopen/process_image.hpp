@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "firmware/config/limits.hpp"
+#include "firmware/config/record_store.hpp"
 
 namespace plenum::canopen {
 
@@ -45,6 +46,24 @@ struct ExcitationImage {
   friend bool operator==(const ExcitationImage&, const ExcitationImage&) noexcept = default;
 };
 
+enum class StorePhase : std::uint8_t {
+  idle = 0,     ///< the stored set is the one in force
+  writing = 1,  ///< a set waits to be stored, or is being written
+  failing = 2   ///< the last attempt failed; it is tried again
+};
+
+/// The parameter store, as 2130h shows it.
+struct StoreImage {
+  StorePhase phase = StorePhase::idle;
+  config::LoadResult loaded = config::LoadResult::empty;  ///< what the start found
+  std::uint32_t generation = 0;                           ///< of the stored set; 0: none
+  std::uint16_t skipped_rows = 0;  ///< of the set found at start: unknown to this firmware, or not admissible
+  std::uint32_t first_skipped = 0;  ///< the first of them: index << 8 | sub-index
+  std::uint32_t failures = 0;       ///< attempts to store that failed, since the start
+
+  friend bool operator==(const StoreImage&, const StoreImage&) noexcept = default;
+};
+
 struct ProcessImage {
   // from the bus
   std::uint16_t control_word = 0;                                ///< 6040h
@@ -62,6 +81,7 @@ struct ProcessImage {
   float supply_Pa = 0.0F;
   std::uint32_t tick_count = 0;
   std::uint32_t overrun_count = 0;
+  StoreImage store;  ///< 2130h
   std::array<ChamberImage, config::kChambers> chamber{};
 
   friend bool operator==(const ProcessImage&, const ProcessImage&) noexcept = default;

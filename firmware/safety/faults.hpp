@@ -26,16 +26,18 @@ enum class Fault : std::uint8_t {
   position_out_of_range,
   position_stale,
   no_model,
+  stored_set_lost,
   bus_off,
   heartbeat_lost,
   setpoint_timeout,
   supply_low,
   model_residual,
+  store_failing,
   can_overrun,
   can_passive,
 };
 
-inline constexpr std::size_t kFaults = 18;
+inline constexpr std::size_t kFaults = 20;
 
 /// A set of faults, bit f for fault f.
 using FaultSet = std::uint32_t;

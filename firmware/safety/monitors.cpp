@@ -83,6 +83,8 @@ FaultSet BoardMonitor::step(const config::BoardSettings& settings, const Input& 
       if_so(in.setpoint_lost || lasts(silence, settings.setpoint_watchdog_ticks), Fault::setpoint_timeout);
   causes |= if_so(lasts(supply_low_.step(supply_watched && !supply_enough), settings.supply_ticks),
                   Fault::supply_low);
+  causes |= if_so(in.stored_set_lost, Fault::stored_set_lost);
+  causes |= if_so(in.store_failing, Fault::store_failing);
   causes |= if_so(in.frames_lost, Fault::can_overrun);
   causes |= if_so(in.error_passive, Fault::can_passive);
   return causes;

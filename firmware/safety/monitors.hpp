@@ -66,6 +66,8 @@ class BoardMonitor {
     bool frames_lost = false;          ///< a receive queue overflowed since the last tick
     bool heartbeat_lost = false;       ///< a consumed heartbeat is overdue
     bool setpoint_lost = false;        ///< the RPDO event timer ran out
+    bool stored_set_lost = false;      ///< the start found the stored parameter set damaged
+    bool store_failing = false;        ///< a parameter set cannot be stored
     std::uint32_t setpoint_count = 0;  ///< changes with every set-point message accepted
     bool setpoints_needed = false;     ///< drive was `active` and the control mode follows set points
   };

@@ -21,7 +21,7 @@
 #include "host-sim/ports/simulated_bus.hpp"
 #include "host-sim/ports/simulated_digital.hpp"
 #include "host-sim/rig/effects_chamber.hpp"
-#include "host-sim/rig/model_store.hpp"
+#include "host-sim/rig/simulated_store.hpp"
 
 namespace plenum::host::rig {
 
@@ -96,7 +96,7 @@ class SimulatedBoard {
   ports::SimulatedAnalogInput analog_in_;
   ports::SimulatedAnalogOutput analog_out_;
   ports::SimulatedDigitalIo digital_;
-  ModelStore store_;
+  SimulatedStore store_;
   std::vector<std::variant<plant::ChamberPlant, EffectsChamber>> chamber_;
   plenum::Board board_;
   bool started_ = false;

@@ -1,6 +1,6 @@
 #include <memory>
 
-#include "host-sim/rig/model_store.hpp"
+#include "host-sim/client/storing.hpp"
 #include "host-sim/tools/board_access.hpp"
 #include "host-sim/tools/command.hpp"
 #include "host-sim/tools/fleet.hpp"
@@ -35,18 +35,6 @@ unsigned chamber_of(const trace::ModelFile& model, const std::string& file, cons
   return chamber;
 }
 
-/// Throws InputError when the folder of the board does not hold these very models.
-void require_kept(const std::string& store, const std::vector<client::ModelUpload>& uploads) {
-  rig::ModelStore kept(store);
-  for (const client::ModelUpload& upload : uploads) {
-    std::vector<std::uint8_t> bytes(upload.image.size());
-    if (kept.load(upload.chamber, bytes) != bytes.size() || bytes != upload.image) {
-      throw trace::InputError(fmt::format("{}: the board could not keep the model of chamber {} there", store,
-                                          upload.chamber + 1));
-    }
-  }
-}
-
 int run(const Options& options) {
   options.board.require_store();
   std::vector<client::ModelUpload> uploads;
@@ -68,8 +56,8 @@ int run(const Options& options) {
   if (options.board.simulated()) require_folder(store);
   BoardAccess board(options.board);
   board.session().upload_models(uploads);
-  // The session has read back and compared; what is left is that a simulated board keeps them.
-  if (options.board.simulated()) require_kept(store, uploads);
+  // The session has read back and compared; what is left is that the board keeps them.
+  client::await_stored(board.session());
   for (const Json& one : list) {
     options.output.print("chamber {}: {}, {} bytes, read back alike\n", one["chamber"].get<unsigned>(),
                          one["file"].get<std::string>(), one["bytes"].get<std::size_t>());

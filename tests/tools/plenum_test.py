@@ -200,7 +200,7 @@ class Line(Plenum):
         back = json.loads((self.folder / "models/model-2.json").read_text())
         self.assertEqual((back["chamber"], back["parameters"]["c1_V"], back["parameters"]["c8"]), (2, 4.9, -0.2))
         self.done("upload", "--store", "again", *SMALL, "models/model-1.json", "models/model-2.json")
-        for name in ["chamber-1.plm", "chamber-2.plm"]:
+        for name in ["slot-a.bin", "slot-b.bin"]:
             self.assertTrue(filecmp.cmp(self.folder / "board" / name, self.folder / "again" / name, shallow=False), name)
         self.done("download", "--store", "again", *SMALL, "-o", "models again")
         self.assertEqual((self.folder / "models/model-1.json").read_bytes(), (self.folder / "models again/model-1.json").read_bytes())

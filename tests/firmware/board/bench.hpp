@@ -18,6 +18,7 @@
 #include "firmware/config/model_image.hpp"
 #include "host-sim/client/link.hpp"
 #include "host-sim/client/session.hpp"
+#include "tests/firmware/config/power_cut_medium.hpp"
 
 namespace plenum {
 
@@ -73,26 +74,6 @@ class FakeCan final : public ports::CanBus {
   std::size_t room = SIZE_MAX;  ///< frames that the transmit queue holds
   ports::CanState state_now = ports::CanState::error_active;
   std::uint32_t lost_frames = 0;
-};
-
-class FakeStore final : public ports::ParameterStore {
- public:
-  std::size_t load(std::uint8_t id, std::span<std::uint8_t> bytes) noexcept override {
-    if (record.at(id).size() > bytes.size()) return 0;
-    std::copy(record[id].begin(), record[id].end(), bytes.begin());
-    return record[id].size();
-  }
-  bool store(std::uint8_t id, std::span<const std::uint8_t> bytes) noexcept override {
-    ++attempts;
-    if (refuses) return false;
-    written.push_back(id);
-    record.at(id).assign(bytes.begin(), bytes.end());
-    return true;
-  }
-  std::array<std::vector<std::uint8_t>, kChambers> record;
-  std::vector<std::uint8_t> written;
-  int attempts = 0;
-  bool refuses = false;
 };
 
 /// c1..c9, c_gamma, P_c, P_r of a valve like the paper's.
@@ -209,8 +190,34 @@ class Bench final : public host::client::Link {
     for (int i = 0; i < count; ++i) tick();
   }
 
-  void store_models() {
-    for (std::size_t c = 0; c < kChambers; ++c) store.record[c] = image_of(kValve, 100);
+  using Images = std::array<std::vector<std::uint8_t>, kChambers>;
+
+  /// Puts these models into the store, as a board would have left them; an empty image is none.
+  void store_models(const Images& images = images_of(100)) {
+    std::vector<std::uint8_t> body(config::kMaxBodyBytes);
+    config::RowWriter rows(body);
+    for (std::size_t c = 0; c < kChambers; ++c) {
+      const auto index = static_cast<std::uint16_t>(canopen::object::kActiveModel + c);
+      if (!images[c].empty()) rows.add({.index = index, .sub = 0, .value = images[c]});
+    }
+    config::RecordStore writer(store);
+    std::vector<std::uint8_t> old(config::kMaxBodyBytes);
+    writer.load(old);
+    config::store_all(writer, std::span(body).first(rows.size()));
+    store.operations = 0;
+  }
+  static Images images_of(std::uint32_t serial) {
+    Images images;
+    images.fill(image_of(kValve, serial));
+    return images;
+  }
+  /// Lets the board store until it has nothing left to do, or fails.
+  void finish_storing() {
+    for (int i = 0; i < 100; ++i) {
+      board.store_changed();
+      if (image().store.phase != canopen::StorePhase::writing) return;
+    }
+    throw std::runtime_error("a set of eight models takes no 100 pieces");
   }
   /// From power-on to ACTIVE at `target_kPa`, settled.
   void go_active(double target_kPa) {
@@ -251,7 +258,7 @@ class Bench final : public host::client::Link {
   FakeAnalogOutput analog_out;
   FakeDigitalIo digital;
   FakeCan can;
-  FakeStore store;
+  config::PowerCutMedium store;
   Board board;
   std::array<Chamber, kChambers> chamber{};
   /// Readings that stand in place of the true ones: pressures, positions, supply.

@@ -212,9 +212,10 @@ INSTANTIATE_TEST_SUITE_P(Board, EachFault,
 
 TEST(BoardFault, NoModelRefusesToRegulateAndNamesTheChamber) {
   Bench bench;
-  bench.store_models();
-  bench.store.record[5].clear();
-  bench.store.record[7].clear();
+  Bench::Images images = Bench::images_of(100);
+  images[5].clear();
+  images[7].clear();
+  bench.store_models(images);
   bench.board.start();
   bench.put(0, {1, 0});
   bench.streaming = true;

@@ -43,66 +43,6 @@ TEST(Board, NothingMovesHoweverLongNobodyAsks) {
   EXPECT_EQ(bench.state(), safety::State::init);
 }
 
-TEST(Board, DamagedStoredModelLeavesItsChamberEmptyAndTheBoardReachable) {
-  Bench bench;
-  bench.store_models();
-  bench.store.record[2][40] ^= 1U;       // one bit of a parameter
-  bench.store.record[3].resize(20);      // half a header
-  bench.store.record[4].assign(500, 7);  // more than any image has
-  bench.board.start();
-  bench.tick();
-  for (std::uint8_t c = 0; c < kChambers; ++c) {
-    const bool damaged = c >= 2 && c <= 4;
-    EXPECT_EQ(bench.session.download_model(c), damaged ? std::vector<std::uint8_t>{} : image_of(kValve, 100))
-        << "chamber " << int{c};
-  }
-  bench.session.upload_model(2, image_of(kValve, 7));
-  EXPECT_EQ(bench.session.download_model(2), image_of(kValve, 7));
-}
-
-TEST(Board, ModelsFromTheStoreAreNotWrittenBackToIt) {
-  Bench bench;
-  bench.store_models();
-  bench.board.start();
-  bench.run(3);
-  bench.board.store_changed();
-  EXPECT_EQ(bench.store.attempts, 0);
-}
-
-TEST(Board, StoresExactlyTheModelsThatChanged) {
-  Bench bench;
-  bench.store_models();
-  bench.board.start();
-  bench.session.upload_models(std::vector<host::client::ModelUpload>{{1, image_of(kValve, 1)},  //
-                                                                     {6, image_of(kValve, 6)}});
-  bench.board.store_changed();
-  EXPECT_THAT(bench.store.written, ElementsAre(1, 6));
-  EXPECT_EQ(bench.store.record[1], image_of(kValve, 1));
-  EXPECT_EQ(bench.store.record[6], image_of(kValve, 6));
-  EXPECT_EQ(bench.store.record[0], image_of(kValve, 100));
-  bench.run(5);
-  bench.board.store_changed();
-  EXPECT_EQ(bench.store.attempts, 2) << "stored again without a change";
-}
-
-TEST(Board, TriesAgainWithTheNewestModelAfterTheStoreRefused) {
-  Bench bench;
-  bench.board.start();
-  bench.store.refuses = true;
-  bench.session.upload_model(3, image_of(kValve, 1));
-  bench.board.store_changed();
-  bench.session.upload_model(3, image_of(kValve, 2));
-  bench.board.store_changed();
-  EXPECT_EQ(bench.store.attempts, 2);
-  EXPECT_THAT(bench.store.record[3], IsEmpty());
-  bench.store.refuses = false;
-  bench.board.store_changed();
-  EXPECT_THAT(bench.store.written, ElementsAre(3));
-  EXPECT_EQ(bench.store.record[3], image_of(kValve, 2));
-  bench.board.store_changed();
-  EXPECT_THAT(bench.store.written, ElementsAre(3));
-}
-
 TEST(Board, FullTransmitQueueLosesNoAnswerAndKeepsTheirOrder) {
   Bench bench;
   bench.board.start();
