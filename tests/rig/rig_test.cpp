@@ -3,6 +3,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdio>
+#include <deque>
 
 #include "host-sim/client/session.hpp"
 #include "tests/rig/watched_rig.hpp"
@@ -193,7 +194,7 @@ class BoardsOnOneBus : public ::testing::TestWithParam<unsigned> {};
 TEST_P(BoardsOnOneBus, MissNoSetPointAtAHundredHertz) {
   const unsigned boards = GetParam();
   WatchedRig watched(mpye_rig({.boards = boards, .chambers = 8}));
-  std::vector<Session> sessions;
+  std::deque<Session> sessions;
   for (std::uint8_t id = 1; id <= boards; ++id) {
     sessions.emplace_back(watched, id);
     sessions.back().nmt(canopen::NmtCommand::start);
