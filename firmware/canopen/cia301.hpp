@@ -46,6 +46,7 @@ enum class Abort : std::uint32_t {
   invalid_block_size = 0x0504'0002U,
   invalid_sequence = 0x0504'0003U,
   crc_error = 0x0504'0004U,
+  out_of_memory = 0x0504'0005U,
   write_only = 0x0601'0001U,
   read_only = 0x0601'0002U,
   no_object = 0x0602'0000U,

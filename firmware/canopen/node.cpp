@@ -219,11 +219,23 @@ void Node::receive_sdo(const CanFrame& frame) noexcept {
 }
 
 void Node::send_sdo(const SdoServer::Bytes& bytes) noexcept {
+  if (!queue_.push_sdo(sdo_frame(bytes))) ++device_.counters.queue_overflow;
+}
+
+CanFrame Node::sdo_frame(const SdoServer::Bytes& bytes) const noexcept {
   CanFrame frame;
   frame.id = cob::kSdoResponse + config_.node_id;
   frame.length = 8;
   frame.data = bytes;
-  if (!queue_.push_sdo(frame)) ++device_.counters.queue_overflow;
+  return frame;
+}
+
+bool Node::next_frame(CanFrame& frame) noexcept {
+  if (queue_.pop(frame)) return true;
+  SdoServer::Bytes segment;
+  if (!sdo_.next_segment(device_, segment)) return false;
+  frame = sdo_frame(segment);
+  return true;
 }
 
 void Node::receive_sync(const CanFrame& frame) noexcept {

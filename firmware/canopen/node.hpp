@@ -32,8 +32,9 @@ class Node {
   /// `elapsed_us` has passed: watchdog, emergency, heartbeat, TPDOs, SDO time-out.
   void tick(std::uint32_t elapsed_us) noexcept;
 
-  /// Takes the next frame to send. Returns false when there is none.
-  bool next_frame(ports::CanFrame& frame) noexcept { return queue_.pop(frame); }
+  /// Takes the next frame to send. Returns false when there is none. Segments of a block upload are made here, one at a
+  /// time and only when nothing else waits.
+  bool next_frame(ports::CanFrame& frame) noexcept;
 
   /// What the bus wants of the parameter store: for its owner, between two ticks.
   StoreOrder& order() noexcept { return device_.order; }
@@ -54,6 +55,7 @@ class Node {
   void beat(std::uint32_t elapsed_us) noexcept;
   void transmit_pdo(std::size_t number, std::uint32_t elapsed_us) noexcept;
   void send_sdo(const SdoServer::Bytes& bytes) noexcept;
+  ports::CanFrame sdo_frame(const SdoServer::Bytes& bytes) const noexcept;
 
   Config config_;
   DataSheet sheet_;

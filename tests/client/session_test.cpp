@@ -8,6 +8,7 @@
 #include <limits>
 #include <map>
 
+#include "host-sim/client/sdo_client.hpp"
 #include "tests/client/board_on_bus.hpp"
 #include "tests/client/scripted_link.hpp"
 #include "tests/firmware/canopen/bench.hpp"
@@ -85,10 +86,10 @@ TEST(Session, TimesOutOnABoardThatIsNotThere) {
 TEST(Session, LeavesNothingBehindAfterATimeOutInTheMiddleOfATransfer) {
   BoardOnBus world;
   Session session(world, 5);
-  bool first_segment_lost = false;
+  bool confirmation_lost = false;
   world.bus.drop_when([&](const CanFrame& frame, std::size_t) {
-    const bool drop = frame.id == 0x585 && frame.data[0] == 0x20 && !first_segment_lost;
-    first_segment_lost = first_segment_lost || drop;
+    const bool drop = frame.id == 0x585 && frame.data[0] == 0xA1 && !confirmation_lost;  // of the whole block
+    confirmation_lost = confirmation_lost || drop;
     return drop;
   });
   const std::vector<std::uint8_t> image = image_for(0);
@@ -133,15 +134,20 @@ TEST(Session, SaysWhichParameterTheBoardRefusedAndLeavesTheOldModelInForce) {
   EXPECT_EQ(world.slots.state(2).generation, 1U);
 }
 
-/// A board whose memory flips a bit on the way out.
+/// A board whose memory has flipped bit 0 of byte 17 of an image, and that sends what it has.
 struct Forgetful : BoardOnBus {
   std::optional<CanFrame> receive(double timeout_s) override {
     std::optional<CanFrame> frame = BoardOnBus::receive(timeout_s);
-    const bool upload_segment = frame && frame->id == 0x585 && (frame->data[0] & 0xE0U) == 0;
-    if (upload_segment && ++segments == 3) frame->data[4] = static_cast<std::uint8_t>(frame->data[4] ^ 1U);
+    if (!frame || frame->id != 0x585) return frame;
+    if (frame->data[0] == 3) frame->data[4] ^= 1U;  // of a block's third segment: bytes 14 to 20
+    if ((frame->data[0] & 0xE3U) == 0xC1) {         // the CRC of a sum is the sum of the CRCs
+      std::vector<std::uint8_t> flipped(image_for(1).size());
+      flipped[17] = 1;
+      frame->data[1] ^= static_cast<std::uint8_t>(crc16(flipped));
+      frame->data[2] ^= static_cast<std::uint8_t>(crc16(flipped) >> 8);
+    }
     return frame;
   }
-  int segments = 0;
 };
 
 TEST(Session, ComparesWhatItReadsBackWithWhatItSent) {

@@ -111,8 +111,6 @@ TEST(Sdo, AbortsWithTheCodeThatBelongs) {
            Case{"error history set", "605 2F 03 10 00 01 00 00 00", "585 80 03 10 00 30 00 09 06"},
            Case{"empty error history", "605 40 03 10 01 00 00 00 00", "585 80 03 10 01 24 00 00 08"},
            Case{"no active image", "605 40 18 21 00 00 00 00 00", "585 80 18 21 00 24 00 00 08"},
-           Case{"block download", "605 C2 10 21 00 10 00 00 00", "585 80 10 21 00 01 00 04 05"},
-           Case{"block upload", "605 A0 18 21 00 10 00 00 00", "585 80 18 21 00 01 00 04 05"},
            Case{"segment out of the blue", "605 00 01 02 03 04 05 06 07", "585 80 00 00 00 01 00 04 05"},
            Case{"SYNC with 29 bits", "605 23 05 10 00 80 00 00 20", "585 80 05 10 00 30 00 09 06"},
            Case{"restricted COB-ID", "605 23 04 18 01 05 06 00 00", "585 80 04 18 01 30 00 09 06"},
