@@ -158,6 +158,8 @@ class SimulatedBus {
     settle(time_ns);
     return false;
   }
+  /// No frame is on the wire or waits to be.
+  bool idle() const { return waiting_ == 0 && !on_wire_; }
   const Delivery& last_delivery() const { return delivery_; }
 
   /// Fault injection: frames for which `drop(frame, sender)` is true reach nobody. An empty function drops

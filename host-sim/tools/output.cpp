@@ -16,6 +16,12 @@ void Output::add_to(CLI::App& app) {
       ->type_name("FILE");
 }
 
+void Output::announce(const std::string& line) const {
+  std::FILE* file = json_ == "-" ? stderr : stdout;
+  fmt::print(file, "{}\n", line);
+  std::fflush(file);
+}
+
 void Output::finish(const Json& result) const {
   if (json_.empty()) return;
   const std::string text = result.dump(2) + '\n';

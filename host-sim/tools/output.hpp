@@ -25,6 +25,9 @@ class Output {
   void print(fmt::format_string<Args...> format, Args&&... args) const {
     if (json_ != "-") fmt::print(format, std::forward<Args>(args)...);
   }
+  /// A line that whoever waits for this program needs at once: on standard output, beside `--json -` on standard
+  /// error.
+  void announce(const std::string& line) const;
   /// Writes the JSON where it was asked for. Throws InputError when that cannot be written.
   void finish(const Json& result) const;
 

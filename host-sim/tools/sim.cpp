@@ -6,6 +6,7 @@
 #include "host-sim/tools/inproc.hpp"
 #include "host-sim/tools/output.hpp"
 #include "host-sim/tools/rig_link.hpp"
+#include "host-sim/tools/serve.hpp"
 #include "host-sim/trace/log_csv.hpp"
 
 namespace plenum::host::tools {
@@ -13,7 +14,10 @@ namespace {
 
 struct Options {
   RigChoice rig;
-  double seconds = 60.0;
+  std::string bus;
+  std::string store;
+  std::optional<double> seconds;
+  double speed = 1.0;
   std::string out = "sim";
   Output output;
 };
@@ -23,13 +27,51 @@ std::string log_name(unsigned boards, unsigned board, unsigned chamber) {
                      : fmt::format("board-{}-chamber-{}.csv", board + 1, chamber + 1);
 }
 
-int run(const Options& options) {
+/// What does not go together. Throws std::invalid_argument.
+void require_one_use(const CLI::App& app, const Options& options) {
+  for (const char* option : {"--store", "--speed"}) {
+    if (!options.bus.empty() || app.count(option) == 0) continue;
+    throw std::invalid_argument(
+        fmt::format("{} without --bus, expected --bus socketcand:HOST:PORT/CHANNEL", option));
+  }
+  if (!options.bus.empty() && app.count("--out") != 0) {
+    throw std::invalid_argument(
+        "--out with --bus, expected one of them: a rig that is served writes no logs");
+  }
+}
+
+int serve_rig(const Options& options) {
+  const auto address = client::parse_bus(options.bus);
+  const auto* socketcand = std::get_if<client::SocketcandAddress>(&address);
+  if (socketcand == nullptr) {
+    throw std::invalid_argument(
+        fmt::format("--bus {}: cannot be served, expected socketcand:HOST:PORT/CHANNEL", options.bus));
+  }
+  rig::RigConfig config = options.rig.config();
+  if (!options.store.empty()) {
+    const std::filesystem::path store = options.store;
+    for (rig::BoardConfig& board : config.board) {
+      board.store =
+          config.board.size() == 1 ? store : store / fmt::format("node-{}", board.settings.node.node_id);
+      require_folder(*board.store);
+    }
+  }
+  const bool endless = !options.seconds || *options.seconds == 0.0;
+  return serve(config, *socketcand,
+               {.seconds = endless ? std::nullopt : options.seconds, .speed = options.speed}, options.output);
+}
+
+int write_logs(const Options& options) {
+  const double seconds = options.seconds.value_or(60.0);
+  if (seconds < 1.0)
+    throw std::invalid_argument(
+        fmt::format("--seconds {:g}: not in the range 1 to 36000 of a log, expected one in it", seconds));
   const trace::RigDescription description = options.rig.description();
   rig::Rig rig(options.rig.config());
   require_folder(options.out);
   RigLink link(rig);
 
-  Json result{{"seconds", options.seconds}, {"seed", options.rig.seed}, {"chambers", Json::array()}};
+  Json result{{"seconds", seconds}, {"seed", options.rig.seed}, {"chambers", Json::array()}};
   options.output.print("{:>5} {:>7}  {:>18}  {:>16}  {:>14}  file\n", "board", "chamber", "pressure [kPa]",
                        "command [V]", "volume [mL]");
   const auto begin = std::chrono::steady_clock::now();
@@ -40,7 +82,7 @@ int run(const Options& options) {
     {
       Progress progress(fmt::format("simulating board {} of {}", b + 1, options.rig.boards));
       rows = client::capture(session,
-                             {.seconds = options.seconds,
+                             {.seconds = seconds,
                               .seed = static_cast<std::uint32_t>(options.rig.seed),
                               .chambers = options.rig.chambers},
                              std::ref(progress));
@@ -78,22 +120,36 @@ int run(const Options& options) {
 
 Command add_sim(CLI::App& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = program.add_subcommand("sim", "Simulate a rig under excitation, and write a log a chamber");
+  CLI::App* app = program.add_subcommand(
+      "sim", "Simulate a rig under excitation, and write a log a chamber; or serve it on a bus in real time");
+  app->add_option("--bus", options->bus,
+                  "Serve the rig to other programs, in real time; port 0: any free one")
+      ->type_name("socketcand:HOST:PORT/CHANNEL");
+  app->add_option("--store", options->store, "With --bus: folder that keeps what the boards store")
+      ->type_name("DIR");
+  app->add_option("--speed", options->speed, "With --bus: seconds of the rig in one of the clock")
+      ->check(CLI::Range(0.01, 100.0))
+      ->capture_default_str();
   options->rig.add_to(*app);
   app->add_option("--boards", options->rig.boards, "Boards on the bus; they are excited one after the other")
       ->check(CLI::Range(1, 16))
       ->capture_default_str();
-  app->add_option("--seconds", options->seconds, "Length of each log [s]")
-      ->check(CLI::Range(1.0, 36000.0))
-      ->capture_default_str();
+  app->add_option(
+         "--seconds", options->seconds,
+         "Length of each log [s] (default: 60); with --bus how long to serve (default, and 0: until Ctrl-C)")
+      ->check(CLI::Range(0.0, 36000.0));
   app->add_option("-o,--out", options->out, "Folder for the logs and for rig.toml")
       ->type_name("DIR")
       ->capture_default_str();
   options->output.add_to(*app);
   app->footer(example(
       "  plenum sim --chambers 2 --seconds 20 --out logs    # logs/chamber-1.csv, chamber-2.csv, rig.toml\n"
-      "  plenum sim --plant thin-plate --effect spool_lag=10 --effect supply_droop=20,recovery_s:0.1"));
-  return {app, [options] { return run(*options); }};
+      "  plenum sim --plant thin-plate --effect spool_lag=10 --effect supply_droop=20,recovery_s:0.1\n"
+      "  plenum sim --bus socketcand:127.0.0.1:29536/can0   # for plenum --bus, python-can and others"));
+  return {app, [app, options] {
+            require_one_use(*app, *options);
+            return options->bus.empty() ? write_logs(*options) : serve_rig(*options);
+          }};
 }
 
 }  // namespace plenum::host::tools

@@ -21,16 +21,6 @@ std::optional<std::uint32_t> hex(std::string_view text) {
   return value;
 }
 
-/// An identifier that eleven bits cannot hold is a 29-bit one however many digits it is written with: clients
-/// leave leading zeros out.
-bool set_identifier(CanFrame& frame, std::string_view text) {
-  const auto id = hex(text);
-  if (!id || text.size() > kExtendedDigits || *id > 0x1FFF'FFFFU) return false;
-  frame.id = *id;
-  frame.extended = text.size() == kExtendedDigits || *id > 0x7FFU;
-  return true;
-}
-
 bool add_byte(CanFrame& frame, std::string_view text) {
   const auto value = hex(text);
   if (!value || text.size() > 2 || frame.length == frame.data.size()) return false;
@@ -65,26 +55,34 @@ std::vector<std::string_view> words_of(std::string_view message) {
   return words;
 }
 
+std::optional<CanFrame> parse_identifier(std::string_view word) {
+  const auto id = hex(word);
+  if (!id || word.size() > kExtendedDigits || *id > 0x1FFF'FFFFU) return std::nullopt;
+  return CanFrame{.id = *id, .extended = word.size() == kExtendedDigits || *id > 0x7FFU};
+}
+
 std::optional<CanFrame> parse_frame(const std::vector<std::string_view>& words) {
-  CanFrame frame;
-  if (words.size() < 3 || words[0] != "frame" || !set_identifier(frame, words[1])) return std::nullopt;
+  if (words.size() < 3 || words[0] != "frame") return std::nullopt;
+  std::optional<CanFrame> frame = parse_identifier(words[1]);
+  if (!frame) return std::nullopt;
   for (std::size_t i = 3; i < words.size(); ++i) {
     std::string_view bytes = words[i];
     if (bytes.size() % 2 != 0) return std::nullopt;
     for (; !bytes.empty(); bytes.remove_prefix(2)) {
-      if (!add_byte(frame, bytes.substr(0, 2))) return std::nullopt;
+      if (!add_byte(*frame, bytes.substr(0, 2))) return std::nullopt;
     }
   }
   return frame;
 }
 
 std::optional<CanFrame> parse_send(const std::vector<std::string_view>& words) {
-  CanFrame frame;
-  if (words.size() < 3 || words[0] != "send" || !set_identifier(frame, words[1])) return std::nullopt;
+  if (words.size() < 3 || words[0] != "send") return std::nullopt;
+  std::optional<CanFrame> frame = parse_identifier(words[1]);
+  if (!frame) return std::nullopt;
   const auto length = hex(words[2]);
   if (!length || *length != words.size() - 3) return std::nullopt;
   for (std::size_t i = 3; i < words.size(); ++i) {
-    if (!add_byte(frame, words[i])) return std::nullopt;
+    if (!add_byte(*frame, words[i])) return std::nullopt;
   }
   return frame;
 }

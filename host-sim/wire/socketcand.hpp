@@ -35,6 +35,9 @@ std::string send_message(const CanFrame& frame);
 /// The words of "< word word >".
 std::vector<std::string_view> words_of(std::string_view message);
 
+/// A frame without data that has the identifier of this word: eight digits, or a value above 7FFh, are a 29-bit one
+/// (clients leave leading zeros out). Empty for what is none.
+std::optional<CanFrame> parse_identifier(std::string_view word);
 /// The frame of "frame ID TIME BYTES", the bytes with or without spaces between them; empty for other words, and for
 /// what is no frame: an identifier above 29 bits, more than eight bytes, half a byte.
 std::optional<CanFrame> parse_frame(const std::vector<std::string_view>& words);

@@ -95,6 +95,18 @@ class Usage(Plenum):
         for option in [["--store", "board"], ["--effect", "spool_lag=10"], ["--plant", "mpye"], ["--no-spool"]]:
             self.refused(2, "upload", *bus, *option, "m.json", says=["only a simulated rig", "--bus inproc"])
 
+    def test_a_rig_is_served_on_a_bus_that_others_reach_or_writes_logs(self):
+        self.refused(2, "sim", "--bus", "inproc", says=["--bus inproc", "expected socketcand:HOST:PORT/CHANNEL"])
+        self.refused(2, "sim", "--speed", 2, says=["--speed without --bus"])
+        self.refused(2, "sim", "--store", "s", says=["--store without --bus"])
+        self.refused(2, "sim", "--bus", "socketcand:127.0.0.1:0/can0", "--out", "logs", says=["--out with --bus"])
+        self.refused(3, "sim", "--bus", "socketcand:192.0.2.1:0/can0", says=["192.0.2.1:0", "expected a free port"])
+        said = self.done("sim", "--bus", "socketcand:127.0.0.1:0/can0", "--speed", 100, "--seconds", 2, "--boards", 2,
+                         "--chambers", 1, "--json", "served.json")
+        self.assertRegex(said, r"^serving socketcand:127\.0\.0\.1:\d+/can0: nodes 1, 2; 1 chambers each, 1000000 bit/s\n")
+        served = json.loads((self.folder / "served.json").read_text(encoding="utf-8"))
+        self.assertEqual((served["nodes"], served["seconds"], served["clients"]), ([1, 2], 2.0, 0))
+
     def test_a_bus_that_nobody_serves_is_exit_3(self):
         self.refused(3, "download", "--bus", "socketcand:127.0.0.1:1/can0", says=["127.0.0.1:1", "Connection refused", "expected a server"])
 
