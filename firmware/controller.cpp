@@ -12,10 +12,14 @@ std::uint32_t chamber_seed(std::uint32_t board_seed, std::size_t chamber) noexce
 }  // namespace
 
 Controller::Controller(const Settings& settings) noexcept
-    : settings_(settings), node_(settings.node, image_, slots_, recorder_) {
+    : settings_(settings),
+      shadow_run_(recorder_, settings.regulator.valve_delay_ticks),
+      slots_(&shadow_run_),
+      node_(settings.node, image_, slots_, recorder_) {
   for (std::size_t c = 0; c < config::kChambers; ++c) {
     const config::ChamberSettings& chamber = settings_.chamber[c];
     chamber_[c].configure(chamber, settings_.regulator, settings_.volume);
+    slots_.expect(c, {.valve = chamber.valve_serial, .sensor = chamber.sensor_serial});
     image_.chamber[c].setpoint_Pa = chamber.pressure_low_kPa * 1000.0F;
     image_.chamber[c].hold_setpoint_Pa = chamber.pressure_low_kPa * 1000.0F;
   }
@@ -25,7 +29,7 @@ config::ImageVerdict Controller::restore(std::uint8_t chamber, std::span<const s
   const config::ImageVerdict verdict = slots_.stage(chamber, image);
   if (!verdict) return verdict;
   const std::uint32_t crc = config::trailing_crc(image);
-  slots_.commit(static_cast<std::uint8_t>(1U << chamber), config::commit_crc({&crc, 1}), config::kCommitKey);
+  slots_.commit(static_cast<std::uint8_t>(1U << chamber), config::commit_crc({&crc, 1}), config::kForceKey);
   take_over(slots_.apply_at_tick_edge());
   return verdict;
 }
@@ -68,6 +72,7 @@ Outputs Controller::step(const Inputs& inputs) noexcept {
   image_.supply_Pa = config::supply_kPa(settings_.board, inputs.supply.mean_V) * 1000.0F;
   ++image_.tick_count;
   record(order.drive);
+  shadow_run_.step(slots_);
   image_.overrun_count += inputs.tick_late ? 1U : 0U;
   node_.tick(config::kTick_us);
   return outputs;

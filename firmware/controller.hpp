@@ -26,6 +26,7 @@
 #include "firmware/safety/faults.hpp"
 #include "firmware/safety/monitors.hpp"
 #include "firmware/safety/supervisor.hpp"
+#include "firmware/shadow_run.hpp"
 #include "firmware/telemetry/recorder.hpp"
 
 namespace plenum {
@@ -101,8 +102,9 @@ class Controller {
 
   Settings settings_;
   canopen::ProcessImage image_;
-  config::ParameterSlots slots_;
   telemetry::Recorder recorder_;
+  ShadowRun shadow_run_;
+  config::ParameterSlots slots_;
   canopen::Node node_;
   std::array<ChamberLoop, config::kChambers> chamber_;
   safety::BoardMonitor monitor_;

@@ -42,8 +42,11 @@ inline constexpr std::uint16_t kSchema = 0x2100;       ///< {hash, parameter cou
 inline constexpr std::uint16_t kStagedModel = 0x2110;  ///< + chamber, DOMAIN, write only
 inline constexpr std::uint16_t kActiveModel = 0x2118;  ///< + chamber, DOMAIN, read only
 inline constexpr std::uint16_t kCommit = 0x2120;       ///< {mask, CRC-32, key}; writing the key commits
-inline constexpr std::uint16_t kSetState =
-    0x2128;  ///< + chamber {state, reason, CRC, generation, parameter, value, low, high}
+inline constexpr std::uint16_t kUploadSession =
+    0x2121;  ///< {owner's token, release, ms left}: upload_session.hpp
+/// + chamber {state, reason, CRC, generation, parameter, value, low, high, shadow run, RMS Pa staged, RMS Pa active,
+/// CRC staged, serial expected}
+inline constexpr std::uint16_t kSetState = 0x2128;
 inline constexpr std::uint16_t kStoredSet =
     0x2130;  ///< {phase, found at start, generation, rows skipped, first of them, failures}
 inline constexpr std::uint16_t kPascals = 0x2150;  ///< + chamber {set point Pa, actual Pa, volume m3}

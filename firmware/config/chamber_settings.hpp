@@ -17,6 +17,10 @@ enum class SafeOutput : std::uint8_t {
 struct ChamberSettings {
   bool in_use = true;  ///< false: nothing is connected; the chamber is not watched and gets null_V
 
+  std::uint32_t valve_serial =
+      0;  ///< of the valve built in; 0: not stated. A model of another one is doubted
+  std::uint32_t sensor_serial = 0;  ///< of the pressure sensor, likewise
+
   float pressure_gain_kPa_per_V = 100.0F;  ///< absolute pressure = offset + gain x voltage
   float pressure_offset_kPa = 0.0F;
   float pressure_valid_low_V = 0.2F;   ///< below: wire break (an absolute sensor at ambient gives about 1 V)

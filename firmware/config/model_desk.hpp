@@ -9,11 +9,14 @@
 #include "firmware/config/crc32.hpp"
 #include "firmware/config/limits.hpp"
 #include "firmware/config/model_image.hpp"
+#include "firmware/config/upload_session.hpp"
 
 namespace plenum::config {
 
 /// The key that makes a commit deliberate ("comt", little endian).
 inline constexpr std::uint32_t kCommitKey = 0x746D6F63U;
+/// The key that commits what the board doubts, or has not finished to compare ("forc", little endian).
+inline constexpr std::uint32_t kForceKey = 0x63726F66U;
 
 enum class SetPhase : std::uint8_t {
   empty = 0,      ///< no model: the chamber cannot be regulated in closed loop
@@ -21,14 +24,34 @@ enum class SetPhase : std::uint8_t {
   staged = 2,     ///< a checked image waits for its commit (an older one may still be in force)
   committed = 3,  ///< the staged image is taken over at the next tick's edge
   refused = 4,    ///< the last image handed in was refused; what was in force before still is
+  checking = 5,   ///< a staged image is being compared with the one in force; a commit has to wait
+  doubted = 6,    ///< staged, but the board objects (SetState::refusal): only kForceKey commits it
+};
+
+/// How a staged image has been compared with the one in force, over the log that the board has of the chamber.
+enum class Trial : std::uint8_t {
+  none = 0,  ///< nothing staged
+  running = 1,
+  not_compared = 2,  ///< no model in force, or no log that would tell two models apart
+  passed = 3,
+  worse = 4,
+};
+
+struct TrialResult {
+  Trial outcome = Trial::none;
+  float staged_rms_kPa = 0.0F;  ///< of the free-running prediction; valid when passed or worse
+  float active_rms_kPa = 0.0F;
 };
 
 /// State of one chamber's parameter set, as object 2128h+c shows it.
 struct SetState {
   SetPhase phase = SetPhase::empty;
-  ImageVerdict refusal;          ///< why the last image was refused; good when it was not
-  std::uint32_t active_crc = 0;  ///< last four bytes of the image in force; 0: none
-  std::uint32_t generation = 0;  ///< counts take-overs
+  ImageVerdict refusal;               ///< why the last image was refused or is doubted; good when it is not
+  std::uint32_t active_crc = 0;       ///< last four bytes of the image in force; 0: none
+  std::uint32_t generation = 0;       ///< the board's count of take-overs at the one of this image
+  TrialResult trial;                  ///< of the image staged last
+  std::uint32_t staged_crc = 0;       ///< last four bytes of the image staged; 0: none
+  std::uint32_t expected_serial = 0;  ///< of `wrong_serial`: the one that the settings name
 };
 
 enum class CommitResult : std::uint8_t {
@@ -36,7 +59,9 @@ enum class CommitResult : std::uint8_t {
   wrong_key,
   wrong_crc,
   nothing_staged,  ///< the mask is empty or names a chamber without a staged image
-  not_now          ///< the state of the device forbids it
+  not_now,         ///< the state of the device forbids it
+  checking,        ///< a staged image is still being compared
+  doubted          ///< the board objects to a staged image, and the key was not kForceKey
 };
 
 /// Staging is per chamber, commit is for all chambers of a mask at once; nothing changes between ticks.
@@ -48,9 +73,13 @@ class ModelDesk {
   /// The image in force; empty when there is none. Valid until the next tick's edge.
   virtual std::span<const std::uint8_t> active_image(std::uint8_t chamber) const noexcept = 0;
   /// Takes over the staged images of the chambers in `mask` (bit c: chamber c), all of them at the next
-  /// tick's edge or none. `crc` is commit_crc() of their trailing CRCs.
+  /// tick's edge or none. `crc` is commit_crc() of their trailing CRCs. `key`: kCommitKey, or kForceKey for
+  /// images that the board doubts.
   virtual CommitResult commit(std::uint8_t mask, std::uint32_t crc, std::uint32_t key) noexcept = 0;
   virtual SetState state(std::uint8_t chamber) const noexcept = 0;
+  /// Who may stage: upload_session.hpp.
+  virtual UploadSession& upload_session() noexcept = 0;
+  virtual const UploadSession& upload_session() const noexcept = 0;
 
  protected:
   ~ModelDesk() = default;

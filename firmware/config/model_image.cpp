@@ -155,6 +155,12 @@ const char* describe(ImageError error) noexcept {
       return "came while a commit waits for the tick's edge";
     case ImageError::no_such_chamber:
       return "names a chamber that the board does not have";
+    case ImageError::predicts_worse:
+      return "predicts the chamber's log worse than the model in force";
+    case ImageError::wrong_serial:
+      return "is of another valve or sensor than the board's settings name";
+    case ImageError::staged_by_another:
+      return "came while another master's upload session stands";
   }
   return "is refused for an unknown reason";
 }

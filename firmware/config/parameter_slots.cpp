@@ -17,11 +17,13 @@ ImageVerdict ParameterSlots::stage(std::uint8_t chamber, std::span<const std::ui
   if (chamber >= kChambers) return {.error = ImageError::no_such_chamber};
   Slot& slot = slots_[chamber];
   slot.refusal = check_and_stage(slot, names(pending_, chamber), image);
+  if (slot.refusal) doubt_or_try(slot, chamber);
   return slot.refusal;
 }
 
 ImageVerdict ParameterSlots::check_and_stage(Slot& slot, bool pending,
                                              std::span<const std::uint8_t> image) noexcept {
+  if (!session_.admit()) return {.error = ImageError::staged_by_another};
   // The commit's CRC was taken over the staged image, so that image may not change before it is active.
   if (pending) return {.error = ImageError::commit_pending};
   Set& staged = slot.staged_set();
@@ -29,7 +31,38 @@ ImageVerdict ParameterSlots::check_and_stage(Slot& slot, bool pending,
   staged.size = verdict ? image.size() : 0;
   // decode() accepts no size beyond kMaxImageBytes.
   std::copy_n(image.begin(), staged.size, staged.image.begin());
+  slot.doubt = {};
+  slot.trial = {};
+  slot.expected_serial = 0;
   return verdict;
+}
+
+void ParameterSlots::doubt_or_try(Slot& slot, std::uint8_t chamber) noexcept {
+  const ModelParameters& staged = slot.staged_set().parameters;
+  const auto differ = [](std::uint32_t stated, std::uint32_t expected) {
+    return stated != 0 && expected != 0 && stated != expected;
+  };
+  slot.trial.outcome = Trial::not_compared;
+  if (differ(staged.valve_serial, slot.serials.valve)) {
+    slot.doubt = {.error = ImageError::wrong_serial, .parameter = kValveSerialField};
+    slot.expected_serial = slot.serials.valve;
+  } else if (differ(staged.sensor_serial, slot.serials.sensor)) {
+    slot.doubt = {.error = ImageError::wrong_serial, .parameter = kSensorSerialField};
+    slot.expected_serial = slot.serials.sensor;
+  } else if (trial_ != nullptr && slot.active_set().size != 0 && trial_->begin(chamber)) {
+    slot.trial.outcome = Trial::running;
+  }
+}
+
+bool ParameterSlots::checking(std::size_t chamber) const noexcept {
+  return !names(pending_, chamber) && phase_of(slots_[chamber]) == SetPhase::checking;
+}
+
+void ParameterSlots::judge(std::size_t chamber, const TrialResult& result) noexcept {
+  if (!checking(chamber)) return;
+  Slot& slot = slots_[chamber];
+  slot.trial = result;
+  if (result.outcome == Trial::worse) slot.doubt = {.error = ImageError::predicts_worse};
 }
 
 std::span<const std::uint8_t> ParameterSlots::active_image(std::uint8_t chamber) const noexcept {
@@ -38,7 +71,7 @@ std::span<const std::uint8_t> ParameterSlots::active_image(std::uint8_t chamber)
 }
 
 CommitResult ParameterSlots::commit(std::uint8_t mask, std::uint32_t crc, std::uint32_t key) noexcept {
-  if (key != kCommitKey) return CommitResult::wrong_key;
+  if (key != kCommitKey && key != kForceKey) return CommitResult::wrong_key;
   if (mask == 0) return CommitResult::nothing_staged;
   if (pending_ != 0) return CommitResult::not_now;
   std::array<std::uint32_t, kChambers> image_crcs{};
@@ -50,11 +83,22 @@ CommitResult ParameterSlots::commit(std::uint8_t mask, std::uint32_t crc, std::u
     image_crcs[count++] = trailing_crc(staged.bytes());
   }
   if (commit_crc(std::span(image_crcs).first(count)) != crc) return CommitResult::wrong_crc;
+  if (key != kForceKey) {
+    bool checking = false, doubted = false;
+    for (std::size_t chamber = 0; chamber < kChambers; ++chamber) {
+      if (!names(mask, chamber)) continue;
+      checking = checking || phase_of(slots_[chamber]) == SetPhase::checking;
+      doubted = doubted || phase_of(slots_[chamber]) == SetPhase::doubted;
+    }
+    if (doubted) return CommitResult::doubted;
+    if (checking) return CommitResult::checking;
+  }
   pending_ = mask;
   return CommitResult::accepted;
 }
 
 std::uint8_t ParameterSlots::apply_at_tick_edge() noexcept {
+  session_.tick();
   const std::uint8_t changed = pending_;
   if (changed == 0) return 0;
   ++generation_;
@@ -73,22 +117,30 @@ const ModelParameters& ParameterSlots::active(std::size_t chamber) const noexcep
   return slots_[chamber].active_set().parameters;
 }
 
+/// Of a slot that no commit waits for. An image that was not let in for reasons outside of it tells nothing of
+/// the set.
+SetPhase ParameterSlots::phase_of(const Slot& slot) noexcept {
+  if (slot.staged_set().size != 0) {
+    if (!slot.doubt) return SetPhase::doubted;
+    return slot.trial.outcome == Trial::running ? SetPhase::checking : SetPhase::staged;
+  }
+  const ImageError refusal = slot.refusal.error;
+  const bool let_in = refusal != ImageError::commit_pending && refusal != ImageError::staged_by_another;
+  if (!slot.refusal && let_in) return SetPhase::refused;
+  return slot.active_set().size != 0 ? SetPhase::active : SetPhase::empty;
+}
+
 SetState ParameterSlots::state(std::uint8_t chamber) const noexcept {
   if (chamber >= kChambers) return {};
   const Slot& slot = slots_[chamber];
   SetState state;
-  state.refusal = slot.refusal;
-  state.generation = slot.generation;
+  state.phase = names(pending_, chamber) ? SetPhase::committed : phase_of(slot);
+  state.refusal = state.phase == SetPhase::doubted ? slot.doubt : slot.refusal;
   state.active_crc = trailing_crc(slot.active_set().bytes());
-  if (names(pending_, chamber)) {
-    state.phase = SetPhase::committed;
-  } else if (slot.staged_set().size != 0) {
-    state.phase = SetPhase::staged;
-  } else if (!slot.refusal) {
-    state.phase = SetPhase::refused;
-  } else if (slot.active_set().size != 0) {
-    state.phase = SetPhase::active;
-  }
+  state.generation = slot.generation;
+  state.trial = slot.trial;
+  state.staged_crc = trailing_crc(slot.staged_set().bytes());
+  state.expected_serial = slot.expected_serial;
   return state;
 }
 

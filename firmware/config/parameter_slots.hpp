@@ -1,11 +1,12 @@
 // The parameter sets of a board: for each chamber an active set and a staged one, swapped at a tick's edge.
 //
-//   stage(image): checked, decoded, staged -> commit(mask, crc, key): pending -> apply_at_tick_edge(): active
+//   stage(image): checked, decoded, staged, and compared with the active one by a ModelTrial
+//     -> commit(mask, crc, key): pending -> apply_at_tick_edge(): active
 //
-// Invariants: an active set has passed every check of decode(); the sets of one commit become active in the
-// same tick or not at all; nothing that is refused touches an active set. Only whole images are taken: the
-// caller collects the segments of an upload, so an upload that breaks off never reaches this class.
-// stage(), commit() and apply_at_tick_edge() are called from one thread.
+// Invariants: an active set has passed every check of decode(), and was not doubted when it was committed, or was
+// forced; the sets of one commit become active in the same tick or not at all; nothing that is refused touches an
+// active set. Only whole images are taken: the caller collects the segments of an upload, so an upload that breaks
+// off never reaches this class. All calls come from one thread.
 #pragma once
 
 #include <array>
@@ -19,15 +20,49 @@
 
 namespace plenum::config {
 
+/// Who compares a staged model with the one in force before it may be committed (firmware/shadow_run.hpp).
+class ModelTrial {
+ public:
+  /// An image has been staged for a chamber that has a model. Returns false when there is nothing to compare
+  /// them by; otherwise ParameterSlots::judge() is told the result.
+  virtual bool begin(std::uint8_t chamber) noexcept = 0;
+
+ protected:
+  ~ModelTrial() = default;
+};
+
+/// What is built into a chamber; 0: not stated.
+struct Serials {
+  std::uint32_t valve = 0;
+  std::uint32_t sensor = 0;
+};
+
 class ParameterSlots final : public ModelDesk {
  public:
+  /// Without a trial nothing is compared. It must outlive the slots.
+  explicit ParameterSlots(ModelTrial* trial = nullptr) noexcept : trial_(trial) {}
+
+  /// Images that state other serial numbers will be doubted. `chamber` < kChambers.
+  void expect(std::size_t chamber, const Serials& serials) noexcept { slots_[chamber].serials = serials; }
+
   ImageVerdict stage(std::uint8_t chamber, std::span<const std::uint8_t> image) noexcept override;
   std::span<const std::uint8_t> active_image(std::uint8_t chamber) const noexcept override;
   CommitResult commit(std::uint8_t mask, std::uint32_t crc, std::uint32_t key) noexcept override;
   SetState state(std::uint8_t chamber) const noexcept override;
+  UploadSession& upload_session() noexcept override { return session_; }
+  const UploadSession& upload_session() const noexcept override { return session_; }
 
-  /// Swaps in the sets of a pending commit. Returns the chambers whose active set has changed (bit c: chamber
-  /// c).
+  /// A comparison that the trial has begun is still wanted. `chamber` < kChambers.
+  bool checking(std::size_t chamber) const noexcept;
+  /// The staged set, while checking().
+  const ModelParameters& staged(std::size_t chamber) const noexcept {
+    return slots_[chamber].staged_set().parameters;
+  }
+  /// The trial's result. Without effect when it is no longer wanted.
+  void judge(std::size_t chamber, const TrialResult& result) noexcept;
+
+  /// A tick begins: swaps in the sets of a pending commit. Returns the chambers whose active set has changed
+  /// (bit c: chamber c).
   std::uint8_t apply_at_tick_edge() noexcept;
 
   /// The active set; kind `none` when the chamber has none. Valid until the next tick's edge. `chamber` <
@@ -49,7 +84,11 @@ class ParameterSlots final : public ModelDesk {
     std::array<Set, 2> set;
     std::size_t active = 0;  // index into set; the other one is staged
     std::uint32_t generation = 0;
-    ImageVerdict refusal;
+    ImageVerdict refusal;  // of the image handed in last
+    ImageVerdict doubt;    // of the image staged
+    TrialResult trial;     // of the image staged last
+    Serials serials;
+    std::uint32_t expected_serial = 0;
 
     const Set& active_set() const noexcept { return set[active]; }
     const Set& staged_set() const noexcept { return set[1 - active]; }
@@ -57,7 +96,11 @@ class ParameterSlots final : public ModelDesk {
   };
 
   ImageVerdict check_and_stage(Slot& slot, bool pending, std::span<const std::uint8_t> image) noexcept;
+  void doubt_or_try(Slot& slot, std::uint8_t chamber) noexcept;
+  static SetPhase phase_of(const Slot& slot) noexcept;
 
+  ModelTrial* trial_;
+  UploadSession session_;
   std::array<Slot, kChambers> slots_;
   std::uint8_t pending_ = 0;  // mask of the accepted commit that waits for the tick's edge
   std::uint32_t generation_ = 0;

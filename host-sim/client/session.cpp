@@ -24,17 +24,6 @@ std::uint16_t chamber_index(std::uint16_t base, std::size_t chamber) {
   return static_cast<std::uint16_t>(base + chamber);
 }
 
-/// Name of a parameter of the image's own kind.
-std::string parameter_name(std::span<const std::uint8_t> image, std::size_t number) {
-  constexpr std::size_t kKindAt = 8;
-  if (image.size() >= kKindAt + 2) {
-    const auto kind = static_cast<plenum::config::ModelKind>(canopen::load_le(image.subspan(kKindAt, 2)));
-    const auto schema = plenum::config::parameter_schema(kind);
-    if (number < schema.size()) return schema[number].name;
-  }
-  return fmt::format("parameter {}", number);
-}
-
 std::uint8_t low_byte(unsigned value) {
   return static_cast<std::uint8_t>(value);
 }
@@ -162,90 +151,7 @@ void Session::reset_fault() {
   write<std::uint16_t>(object::kControlWord, 0, word::kDisabled);
 }
 
-// ---- models ----
-
-void Session::stage_model(const ModelUpload& upload) {
-  if (upload.chamber >= kChambers) {
-    throw std::invalid_argument(fmt::format("node {}: model for chamber {}, expected 1..{}", node_id_,
-                                            upload.chamber + 1, kChambers));
-  }
-  try {
-    sdo_write(chamber_index(object::kStagedModel, upload.chamber), 0, upload.image);
-  } catch (const SdoAbort& abort) {
-    // other aborts come from the transfer itself, and the reason in 2128h+c is then that of an earlier image
-    const bool by_the_desk = abort.code == static_cast<std::uint32_t>(Abort::cannot_store) ||
-                             abort.code == static_cast<std::uint32_t>(Abort::value_range) ||
-                             abort.code == static_cast<std::uint32_t>(Abort::device_state);
-    if (!by_the_desk) throw;
-    const std::uint16_t state = chamber_index(object::kSetState, upload.chamber);
-    const auto error = static_cast<plenum::config::ImageError>(read<std::uint8_t>(state, 2));
-    if (error == plenum::config::ImageError::none) throw;
-    std::string found = fmt::format("the image {}", plenum::config::describe(error));
-    if (error == plenum::config::ImageError::out_of_range ||
-        error == plenum::config::ImageError::not_finite) {
-      const std::uint8_t number = read<std::uint8_t>(state, 5);
-      found = fmt::format("{} is {:g}, expected {:g}..{:g}", parameter_name(upload.image, number),
-                          read<float>(state, 6), read<float>(state, 7), read<float>(state, 8));
-    }
-    throw Refused(fmt::format("node {} chamber {}: model refused: {} (abort {:08X}h)", node_id_,
-                              upload.chamber + 1, found, abort.code));
-  }
-}
-
-void Session::await_take_over(const ModelUpload& upload) {
-  const std::uint16_t state = chamber_index(object::kSetState, upload.chamber);
-  const double end_s = link_.now_s() + config_.state_timeout_s;
-  auto phase = static_cast<plenum::config::SetPhase>(read<std::uint8_t>(state, 1));
-  while (phase == plenum::config::SetPhase::committed && link_.now_s() < end_s) {
-    listen(kPoll_s);
-    phase = static_cast<plenum::config::SetPhase>(read<std::uint8_t>(state, 1));
-  }
-  if (phase != plenum::config::SetPhase::active) {
-    throw Timeout(
-        fmt::format("node {} chamber {}: set in phase {} within {} s after the commit, expected {} (active)",
-                    node_id_, upload.chamber + 1, static_cast<int>(phase), config_.state_timeout_s,
-                    static_cast<int>(plenum::config::SetPhase::active)));
-  }
-  const std::vector<std::uint8_t> back = download_model(upload.chamber);
-  if (back == upload.image) return;
-  const auto differ = std::mismatch(back.begin(), back.end(), upload.image.begin(), upload.image.end());
-  throw ProtocolError(fmt::format(
-      "node {} chamber {}: model read back differs at byte {} ({} bytes), expected the {} sent", node_id_,
-      upload.chamber + 1, differ.first - back.begin(), back.size(), upload.image.size()));
-}
-
-void Session::upload_models(std::span<const ModelUpload> uploads) {
-  std::array<const ModelUpload*, kChambers> of_chamber{};
-  for (const ModelUpload& upload : uploads) {
-    if (upload.chamber < kChambers && of_chamber[upload.chamber] != nullptr) {
-      throw std::invalid_argument(
-          fmt::format("node {}: two models for chamber {}, expected one", node_id_, upload.chamber + 1));
-    }
-    stage_model(upload);
-    of_chamber[upload.chamber] = &upload;
-  }
-  unsigned mask = 0;
-  std::vector<std::uint32_t> crcs;
-  for (std::size_t chamber = 0; chamber < kChambers; ++chamber) {
-    if (of_chamber[chamber] == nullptr) continue;
-    mask |= 1U << chamber;
-    crcs.push_back(plenum::config::trailing_crc(of_chamber[chamber]->image));
-  }
-  if (mask == 0) return;
-  write(object::kCommit, 1, low_byte(mask));
-  write(object::kCommit, 2, plenum::config::commit_crc(crcs));
-  try {
-    write(object::kCommit, 3, plenum::config::kCommitKey);
-  } catch (const SdoAbort& abort) {
-    throw Refused(fmt::format("node {}: commit of chambers {:02X}h refused (abort {:08X}h, {})", node_id_,
-                              mask, abort.code, abort_text(abort.code)));
-  }
-  for (const ModelUpload& upload : uploads) await_take_over(upload);
-}
-
-void Session::upload_model(std::uint8_t chamber, std::span<const std::uint8_t> image) {
-  upload_models(std::array{ModelUpload{chamber, {image.begin(), image.end()}}});
-}
+// ---- models: upload_models() is in model_upload.cpp ----
 
 std::vector<std::uint8_t> Session::download_model(std::uint8_t chamber) {
   try {

@@ -43,6 +43,9 @@ struct ModelUpload {
   std::vector<std::uint8_t> image;
 };
 
+/// What becomes of a model that the board doubts: it predicts worse than the one in force, or is of another valve.
+enum class Doubted { refuse, force };
+
 enum class SetpointFormat {
   millibar,  ///< RPDO1 and 2 as the board has them by default: 1 mbar a step, control word by RPDO3
   pascal     ///< RPDO1..4, two REAL32 each; the control word then goes by SDO only
@@ -129,9 +132,10 @@ class Session {
 
   /// Stages all, commits all at once, waits for the take-over and reads each back. Throws Refused (which
   /// chamber, which parameter, its value and range) when the board says no; then nothing in force has
-  /// changed.
-  void upload_models(std::span<const ModelUpload> uploads);
-  void upload_model(std::uint8_t chamber, std::span<const std::uint8_t> image);
+  /// changed. Before the commit it waits for the board's comparison with the models in force.
+  void upload_models(std::span<const ModelUpload> uploads, Doubted doubted = Doubted::refuse);
+  void upload_model(std::uint8_t chamber, std::span<const std::uint8_t> image,
+                    Doubted doubted = Doubted::refuse);
   /// The image in force; empty when there is none.
   std::vector<std::uint8_t> download_model(std::uint8_t chamber);
 
@@ -153,8 +157,6 @@ class Session {
   void write_bits(std::uint16_t index, std::uint8_t sub, std::uint32_t bits, std::size_t size);
   void map_pdo(std::uint16_t communication, std::uint16_t mapping, std::uint32_t cob_id,
                std::uint8_t transmission_type, std::span<const std::uint32_t> objects);
-  void stage_model(const ModelUpload& upload);
-  void await_take_over(const ModelUpload& upload);
   void dispatch(const CanFrame& frame);
 
   Link& link_;

@@ -157,6 +157,51 @@ TEST(Session, ComparesWhatItReadsBackWithWhatItSent) {
               AllOf(HasSubstr("node 5 chamber 2"), HasSubstr("differs at byte 17")));
 }
 
+TEST(Session, UploadsWhileNoOtherMasterDoes) {
+  BoardOnBus world;
+  Session session(world, 5);
+  session.write(object::kUploadSession, 1, std::uint32_t{0x1234});  // another master's token
+  session.sdo_write(object::kStagedModel + 1, 0, image_for(1));
+  EXPECT_THAT(message_of<Refused>([&] { session.upload_model(1, image_for(2)); }),
+              AllOf(HasSubstr("another master is uploading"), HasSubstr("for another 15.0 s")));
+  EXPECT_EQ(world.slots.state(1).staged_crc, config::trailing_crc(image_for(1))) << "what it staged stands";
+  session.write(object::kUploadSession, 2, std::uint32_t{0x1234});
+  session.upload_model(1, image_for(2));
+  EXPECT_EQ(session.download_model(1), image_for(2));
+  EXPECT_EQ(world.slots.upload_session().owner(), 0U) << "released when it is done";
+}
+
+TEST(Session, ReleasesTheUploadSessionWhenTheBoardRefuses) {
+  BoardOnBus world;
+  Session session(world, 5);
+  std::vector<std::uint8_t> torn = image_for(2);
+  torn[40] = static_cast<std::uint8_t>(torn[40] ^ 1U);
+  EXPECT_THROW(session.upload_model(2, torn), Refused);
+  EXPECT_EQ(world.slots.upload_session().owner(), 0U);
+}
+
+// A tool that knows no tokens: stage and commit are all it takes, but not into another master's session.
+TEST(Session, BoardTakesModelsFromAMasterWithoutAToken) {
+  BoardOnBus world;
+  Session plain(world, 5);
+  const auto upload = [&](std::uint16_t chamber) {
+    const auto image = image_for(static_cast<std::uint8_t>(chamber));
+    const std::uint32_t crc = config::trailing_crc(image);
+    plain.sdo_write(static_cast<std::uint16_t>(object::kStagedModel + chamber), 0, image);
+    plain.write(object::kCommit, 1, static_cast<std::uint8_t>(1U << chamber));
+    plain.write(object::kCommit, 2, config::commit_crc({&crc, 1}));
+    plain.write(object::kCommit, 3, config::kCommitKey);
+    world.run_ticks(1);
+  };
+  upload(0);
+  EXPECT_EQ(plain.download_model(0), image_for(0));
+  upload(0);
+  plain.write(object::kUploadSession, 1, std::uint32_t{0x1234});
+  plain.sdo_write(object::kStagedModel + 1, 0, image_for(1));  // its owner's image
+  EXPECT_THAT(message_of<SdoAbort>([&] { upload(2); }), HasSubstr("08000022h"));
+  EXPECT_EQ(world.slots.state(2).refusal.error, config::ImageError::staged_by_another);
+}
+
 TEST(Session, RefusesToUploadForAChamberThatCannotBe) {
   BoardOnBus world;
   Session session(world, 5);

@@ -30,6 +30,7 @@ inline Abort write_staged_model(Device& device, Place at, std::span<const std::u
     case config::ImageError::not_admissible:
       return Abort::value_range;
     case config::ImageError::commit_pending:
+    case config::ImageError::staged_by_another:
       return Abort::device_state;
     default:
       return Abort::cannot_store;
@@ -53,13 +54,17 @@ inline Abort write_commit_key(Device& device, Place, std::uint32_t key) noexcept
     case config::CommitResult::wrong_key:
       return Abort::value_range;
     case config::CommitResult::wrong_crc:
+    case config::CommitResult::doubted:
       return Abort::cannot_store;
     case config::CommitResult::nothing_staged:
+    case config::CommitResult::checking:
     case config::CommitResult::not_now:
       return Abort::device_state;
   }
   return Abort::general;
 }
+
+inline constexpr float kPa_Pa = 1000.0F;  // Pa in a kPa
 
 inline Abort read_set_state(const Device& device, Place at, std::uint32_t& bits) noexcept {
   const config::SetState state = device.desk.state(at.instance);
@@ -85,11 +90,42 @@ inline Abort read_set_state(const Device& device, Place at, std::uint32_t& bits)
     case 7:
       bits = bits_of(state.refusal.low);
       break;
-    default:
+    case 8:
       bits = bits_of(state.refusal.high);
+      break;
+    case 9:
+      bits = static_cast<std::uint32_t>(state.trial.outcome);
+      break;
+    case 10:
+      bits = bits_of(state.trial.staged_rms_kPa * kPa_Pa);
+      break;
+    case 11:
+      bits = bits_of(state.trial.active_rms_kPa * kPa_Pa);
+      break;
+    case 12:
+      bits = state.staged_crc;
+      break;
+    default:
+      bits = state.expected_serial;
       break;
   }
   return Abort::none;
+}
+
+inline Abort read_upload_session(const Device& device, Place at, std::uint32_t& bits) noexcept {
+  const config::UploadSession& session = device.desk.upload_session();
+  constexpr std::uint32_t kTick_ms = config::kTick_us / 1000;
+  bits = at.sub == 1 ? session.owner() : session.left_ticks() * kTick_ms;
+  return Abort::none;
+}
+
+inline Abort take_upload_session(Device& device, Place, std::uint32_t token) noexcept {
+  if (token == 0) return Abort::value_range;
+  return device.desk.upload_session().take(token) ? Abort::none : Abort::device_state;
+}
+
+inline Abort release_upload_session(Device& device, Place, std::uint32_t token) noexcept {
+  return device.desk.upload_session().release(token) ? Abort::none : Abort::device_state;
 }
 
 inline constexpr Entry kModelRows[] = {
@@ -105,7 +141,14 @@ inline constexpr Entry kModelRows[] = {
     value(0x2120, 2, kOnce, "Commit: CRC-32 of the images' CRCs", unsigned32, read_write, no, kAny,
           read_communication<&Communication::commit_crc>, write_communication<&Communication::commit_crc>),
     value(0x2120, 3, kOnce, "Commit: key", unsigned32, write_only, no, kAny, nullptr, write_commit_key),
-    highest<8>(0x2128, kChambersNext, "State of the parameter set"),
+    highest<3>(0x2121, kOnce, "Upload session"),
+    value(0x2121, 1, kOnce, "Upload session: token of its owner", unsigned32, read_write, no, kAny,
+          read_upload_session, take_upload_session),
+    value(0x2121, 2, kOnce, "Upload session: release by token", unsigned32, write_only, no, kAny, nullptr,
+          release_upload_session),
+    value(0x2121, 3, kOnce, "Upload session: time left [ms]", unsigned16, read_only, no, kAny,
+          read_upload_session),
+    highest<13>(0x2128, kChambersNext, "State of the parameter set"),
     value(0x2128, 1, kChambersNext, "State of the set", unsigned8, read_only, no, kAny, read_set_state),
     value(0x2128, 2, kChambersNext, "Reason of refusal", unsigned8, read_only, no, kAny, read_set_state),
     value(0x2128, 3, kChambersNext, "CRC of the active image", unsigned32, read_only, no, kAny,
@@ -113,6 +156,14 @@ inline constexpr Entry kModelRows[] = {
     value(0x2128, 4, kChambersNext, "Generation", unsigned32, read_only, no, kAny, read_set_state),
     value(0x2128, 5, kChambersNext, "Refused parameter", unsigned8, read_only, no, kAny, read_set_state),
     value(0x2128, {6, 8}, kChambersNext, "Refused value, its low and high limit", real32, read_only, no, kAny,
+          read_set_state),
+    value(0x2128, 9, kChambersNext, "Shadow run (0 none, 1 running, 2 not compared, 3 passed, 4 worse)",
+          unsigned8, read_only, no, kAny, read_set_state),
+    value(0x2128, {10, 11}, kChambersNext, "RMS error of the staged, of the active model over the log [Pa]",
+          real32, read_only, no, kAny, read_set_state),
+    value(0x2128, 12, kChambersNext, "CRC of the staged image", unsigned32, read_only, no, kAny,
+          read_set_state),
+    value(0x2128, 13, kChambersNext, "Serial number expected", unsigned32, read_only, no, kAny,
           read_set_state),
 };
 

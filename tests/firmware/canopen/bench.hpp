@@ -28,7 +28,7 @@ class FakeDesk final : public config::ModelDesk {
   config::CommitResult commit(std::uint8_t mask, std::uint32_t crc, std::uint32_t key) noexcept override {
     if (key != config::kCommitKey) return config::CommitResult::wrong_key;
     if (mask == 0) return config::CommitResult::nothing_staged;
-    if (locked) return config::CommitResult::not_now;
+    if (held_back != config::CommitResult::accepted) return held_back;
     std::vector<std::uint32_t> crcs;
     for (std::size_t c = 0; c < config::kChambers; ++c) {
       if ((std::uint32_t{mask} >> c & 1U) != 0) crcs.push_back(config::trailing_crc(staged[c]));
@@ -41,14 +41,23 @@ class FakeDesk final : public config::ModelDesk {
     return config::CommitResult::accepted;
   }
   config::SetState state(std::uint8_t chamber) const noexcept override {
-    return {config::SetPhase::refused,
-            {config::ImageError::out_of_range, 2, 7.0F, 1.0F, 5.0F},
-            0x11223344U + chamber,
-            9};
+    config::SetState state;
+    state.phase = config::SetPhase::refused;
+    state.refusal = {config::ImageError::out_of_range, 2, 7.0F, 1.0F, 5.0F};
+    state.active_crc = 0x11223344U + chamber;
+    state.generation = 9;
+    state.trial = {config::Trial::worse, 3.5F, 1.25F};
+    state.staged_crc = 0x55667788U;
+    state.expected_serial = 4711;
+    return state;
   }
 
+  config::UploadSession& upload_session() noexcept override { return session; }
+  const config::UploadSession& upload_session() const noexcept override { return session; }
+
+  config::UploadSession session;
   config::ImageError refusal = config::ImageError::bad_crc;
-  bool locked = false;
+  config::CommitResult held_back = config::CommitResult::accepted;
   int stagings = 0;
   int commits = 0;
   std::array<std::vector<std::uint8_t>, config::kChambers> staged;

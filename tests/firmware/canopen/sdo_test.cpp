@@ -241,7 +241,7 @@ TEST(Sdo, RefusesACommitWithAWrongCrcOrAtTheWrongTime) {
   Bench bench;
   bench.answer("605 2F 20 21 01 04 00 00 00");
   EXPECT_EQ(bench.answer("605 23 20 21 03 63 6F 6D 74"), "585 80 20 21 03 20 00 00 08");
-  bench.desk.locked = true;
+  bench.desk.held_back = config::CommitResult::not_now;
   bench.answer("605 2F 20 21 01 04 00 00 00");
   EXPECT_EQ(bench.answer("605 23 20 21 03 63 6F 6D 74"), "585 80 20 21 03 22 00 00 08");
   EXPECT_EQ(bench.desk.commits, 0);

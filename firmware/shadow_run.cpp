@@ -1,0 +1,144 @@
+#include "firmware/shadow_run.hpp"
+
+#include <bit>
+#include <span>
+
+#include "firmware/numeric/scalar.hpp"
+
+namespace plenum {
+namespace {
+
+constexpr float kPa = 1000.0F;  // Pa in a kPa
+constexpr float kMl_per_m3 = 1e6F;
+
+float pressure_kPa(const telemetry::Row& row) noexcept {
+  return row.pressure_Pa / kPa;
+}
+
+float square(float x) noexcept {
+  return x * x;
+}
+
+std::uint8_t bit(std::size_t chamber) noexcept {
+  return static_cast<std::uint8_t>(1U << chamber);
+}
+
+}  // namespace
+
+void ShadowRun::Runner::take(const config::ModelParameters& parameters) noexcept {
+  model = nullptr;
+  squares = 0.0F;
+  if (parameters.kind == config::ModelKind::tassa9) {
+    const std::span<const float> values(parameters.value);
+    tassa9.configure(values.first<control::Tassa9::kParameters>(), 0.0F, config::kCommandSpan_V);
+    model = &tassa9;
+  }
+}
+
+void ShadowRun::Runner::advance(const Tick& tick, float delay_ticks) noexcept {
+  const float rest = 1.0F - delay_ticks;
+  const control::Prediction first = model->step(pressure_kPa, tick.before_V, tick.motion, delay_ticks);
+  const control::Prediction second = model->step(first.end_kPa, tick.command_V, tick.motion, rest);
+  squares += square(delay_ticks * first.mean_kPa + rest * second.mean_kPa - tick.mean_kPa);
+  pressure_kPa = second.end_kPa;
+}
+
+float ShadowRun::Runner::rms_kPa(std::uint32_t ticks) const noexcept {
+  return ticks == 0 ? 0.0F : numeric::sqrt(squares / static_cast<float>(ticks));
+}
+
+bool ShadowRun::begin(std::uint8_t chamber) noexcept {
+  // A new image for the chamber at hand: its comparison begins anew.
+  if (chamber_ == chamber) chamber_ = kNobody;
+  const bool enough = recorder_.rows() > kLeastMoved * kStretchTicks;
+  const unsigned others = waiting_ & ~unsigned{bit(chamber)};
+  waiting_ = static_cast<std::uint8_t>(others | (enough ? bit(chamber) : 0U));
+  return enough;
+}
+
+void ShadowRun::start(std::size_t chamber, const config::ParameterSlots& slots) noexcept {
+  chamber_ = chamber;
+  waiting_ = static_cast<std::uint8_t>(waiting_ & ~unsigned{bit(chamber)});
+  staged_.take(slots.staged(chamber));
+  active_.take(slots.active(chamber));
+  next_ = recorder_.begin();
+  end_ = recorder_.end();
+  stretch_ticks_ = 0;
+  moved_ = 0;
+  ticks_ = 0;
+}
+
+void ShadowRun::step(config::ParameterSlots& slots) noexcept {
+  if (chamber_ != kNobody && !slots.checking(chamber_)) chamber_ = kNobody;
+  // The rows of a new log are taken at once: one tick later a rolling recorder would have let go of the first.
+  if (chamber_ == kNobody) {
+    if (waiting_ == 0) return;
+    start(static_cast<std::size_t>(std::countr_zero(waiting_)), slots);
+  }
+  for (std::uint32_t i = 0; i < kRowsPerTick; ++i) {
+    if (take_row()) continue;
+    slots.judge(chamber_, result());
+    chamber_ = kNobody;
+    return;
+  }
+}
+
+/// The tick from row `number` to the next one.
+ShadowRun::Tick ShadowRun::tick_from(std::uint32_t number) const noexcept {
+  const telemetry::Row& row = recorder_.row(number, chamber_);
+  const telemetry::Row& next = recorder_.row(number + 1, chamber_);
+  const bool has_before = number != recorder_.begin() && row.has(telemetry::row_flag::kFollows);
+  const telemetry::Row& before = has_before ? recorder_.row(number - 1, chamber_) : row;
+  const float from_mL = row.volume_m3 * kMl_per_m3;
+  const float to_mL = next.volume_m3 * kMl_per_m3;
+  return {.before_V = before.command_V(),
+          .command_V = row.command_V(),
+          .motion = {.volume_mL = 0.5F * (from_mL + to_mL),
+                     .volume_rate_mL_s = (to_mL - from_mL) / config::kTick_s},
+          .mean_kPa = pressure_kPa(next)};
+}
+
+/// One tick of the log. Returns false at its end, also where the recorder has let go of it meanwhile (a new
+/// recording was ordered).
+bool ShadowRun::take_row() noexcept {
+  const bool held = next_ - recorder_.begin() < recorder_.rows();
+  if (!held || end_ - next_ < 2) return false;
+  const telemetry::Row& row = recorder_.row(next_, chamber_);
+  const telemetry::Row& next = recorder_.row(next_ + 1, chamber_);
+  const bool whole = row.has(telemetry::row_flag::kMeasured) && next.has(telemetry::row_flag::kMeasured) &&
+                     next.has(telemetry::row_flag::kFollows);
+  if (whole) {
+    compare(tick_from(next_), pressure_kPa(row));
+  } else {
+    stretch_ticks_ = 0;
+  }
+  ++next_;
+  return true;
+}
+
+void ShadowRun::compare(const Tick& tick, float mean_before_kPa) noexcept {
+  if (stretch_ticks_ == 0) {
+    start_kPa_ = 0.5F * (mean_before_kPa + tick.mean_kPa);
+    staged_.pressure_kPa = active_.pressure_kPa = start_kPa_;
+    moved_squares_ = 0.0F;
+  }
+  staged_.advance(tick, delay_ticks_);
+  active_.advance(tick, delay_ticks_);
+  moved_squares_ += square(tick.mean_kPa - start_kPa_);
+  ++ticks_;
+  if (++stretch_ticks_ < kStretchTicks) return;
+  if (moved_squares_ >= static_cast<float>(kStretchTicks) * square(kMoved_kPa)) ++moved_;
+  stretch_ticks_ = 0;
+}
+
+config::TrialResult ShadowRun::result() const noexcept {
+  if (moved_ < kLeastMoved) return {.outcome = config::Trial::not_compared};
+  const float staged_kPa = staged_.rms_kPa(ticks_);
+  const float active_kPa = active_.rms_kPa(ticks_);
+  const bool worse = staged_kPa > kWorse * active_kPa && staged_kPa > active_kPa + kNoise_kPa;
+  return {.outcome = worse ? config::Trial::worse : config::Trial::passed,
+          .staged_rms_kPa = staged_kPa,
+          .active_rms_kPa = active_kPa};
+}
+
+}  // namespace plenum

@@ -1,0 +1,220 @@
+// Session::upload_models(): stage, wait for the board's comparison, commit, read back.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <random>
+
+#include "host-sim/client/abort_text.hpp"
+#include "host-sim/client/session.hpp"
+
+namespace plenum::host::client {
+namespace {
+
+using canopen::Abort;
+using plenum::config::ImageError;
+using plenum::config::SetPhase;
+namespace object = canopen::object;
+
+constexpr double kPoll_s = 0.01;
+/// Four times what a comparison of eight full logs takes (firmware/shadow_run.hpp).
+constexpr double kCheckTimeout_s = 10.0;
+
+std::uint16_t chamber_index(std::uint16_t base, std::size_t chamber) {
+  return static_cast<std::uint16_t>(base + chamber);
+}
+
+bool is(const SdoAbort& abort, Abort code) {
+  return abort.code == static_cast<std::uint32_t>(code);
+}
+
+/// Name of a parameter of the image's own kind.
+std::string parameter_name(std::span<const std::uint8_t> image, std::size_t number) {
+  constexpr std::size_t kKindAt = 8;
+  if (image.size() >= kKindAt + 2) {
+    const auto kind = static_cast<plenum::config::ModelKind>(canopen::load_le(image.subspan(kKindAt, 2)));
+    const auto schema = plenum::config::parameter_schema(kind);
+    if (number < schema.size()) return schema[number].name;
+  }
+  return fmt::format("parameter {}", number);
+}
+
+std::string where(const Session& session, const ModelUpload& upload) {
+  return fmt::format("node {} chamber {}", session.node_id(), upload.chamber + 1);
+}
+
+/// Why the board does not take the image: a clause for a person.
+std::string refusal(Session& session, const ModelUpload& upload, ImageError error) {
+  const std::uint16_t state = chamber_index(object::kSetState, upload.chamber);
+  switch (error) {
+    case ImageError::out_of_range:
+    case ImageError::not_finite:
+      return fmt::format("{} is {:g}, expected {:g}..{:g}",
+                         parameter_name(upload.image, session.read<std::uint8_t>(state, 5)),
+                         session.read<float>(state, 6), session.read<float>(state, 7),
+                         session.read<float>(state, 8));
+    case ImageError::predicts_worse:
+      return fmt::format(
+          "it predicts the board's log of the chamber with an error of {:.2f} kPa RMS, the model in force "
+          "with "
+          "{:.2f} kPa",
+          session.read<float>(state, 10) / 1000.0F, session.read<float>(state, 11) / 1000.0F);
+    case ImageError::wrong_serial: {
+      const bool valve = session.read<std::uint8_t>(state, 5) == plenum::config::kValveSerialField;
+      constexpr std::size_t kValveAt = 20, kSensorAt = 24;
+      return fmt::format("it is of {} {}, the board has {}", valve ? "valve" : "sensor",
+                         canopen::load_le(std::span(upload.image).subspan(valve ? kValveAt : kSensorAt, 4)),
+                         session.read<std::uint32_t>(state, 13));
+    }
+    default:
+      return fmt::format("the image {}", plenum::config::describe(error));
+  }
+}
+
+ImageError reason(Session& session, const ModelUpload& upload) {
+  return static_cast<ImageError>(
+      session.read<std::uint8_t>(chamber_index(object::kSetState, upload.chamber), 2));
+}
+
+SetPhase phase(Session& session, const ModelUpload& upload) {
+  return static_cast<SetPhase>(
+      session.read<std::uint8_t>(chamber_index(object::kSetState, upload.chamber), 1));
+}
+
+/// The phase after `passing`, or `passing` when it has not ended in time.
+SetPhase phase_after(Session& session, const ModelUpload& upload, SetPhase passing, double timeout_s) {
+  const double end_s = session.link().now_s() + timeout_s;
+  for (;;) {
+    const SetPhase now = phase(session, upload);
+    if (now != passing || session.link().now_s() >= end_s) return now;
+    session.listen(kPoll_s);
+  }
+}
+
+/// The board's upload session, held while models are staged and committed.
+class HeldSession {
+ public:
+  explicit HeldSession(Session& session) : session_(session), token_(random_token()) {}
+  ~HeldSession() {
+    if (!held_) return;
+    try {
+      session_.write(object::kUploadSession, 2, token_);
+    } catch (const std::exception&) {
+      // it ends by itself; what is being thrown says more
+    }
+  }
+  HeldSession(const HeldSession&) = delete;
+  HeldSession& operator=(const HeldSession&) = delete;
+
+  /// Before each image.
+  void take() {
+    try {
+      session_.write(object::kUploadSession, 1, token_);
+      held_ = true;
+    } catch (const SdoAbort& abort) {
+      if (!is(abort, Abort::device_state)) throw;
+      throw Refused(fmt::format("node {}: another master is uploading models, for another {:.1f} s at most",
+                                session_.node_id(),
+                                session_.read<std::uint16_t>(object::kUploadSession, 3) / 1000.0));
+    }
+  }
+
+ private:
+  static std::uint32_t random_token() {
+    std::random_device bits;
+    return std::uniform_int_distribution<std::uint32_t>(1)(bits);
+  }
+
+  Session& session_;
+  std::uint32_t token_;
+  bool held_ = false;
+};
+
+void stage(Session& session, const ModelUpload& upload) {
+  try {
+    session.sdo_write(chamber_index(object::kStagedModel, upload.chamber), 0, upload.image);
+  } catch (const SdoAbort& abort) {
+    // other aborts come from the transfer itself, and the reason in 2128h+c is then that of an earlier image
+    const bool by_the_desk =
+        is(abort, Abort::cannot_store) || is(abort, Abort::value_range) || is(abort, Abort::device_state);
+    if (!by_the_desk) throw;
+    const ImageError error = reason(session, upload);
+    if (error == ImageError::none) throw;
+    throw Refused(fmt::format("{}: model refused: {} (abort {:08X}h)", where(session, upload),
+                              refusal(session, upload, error), abort.code));
+  }
+}
+
+void await_comparison(Session& session, const ModelUpload& upload) {
+  const SetPhase found = phase_after(session, upload, SetPhase::checking, kCheckTimeout_s);
+  if (found == SetPhase::checking) {
+    throw Timeout(fmt::format("{}: the comparison with the model in force had no result within {} s",
+                              where(session, upload), kCheckTimeout_s));
+  }
+  if (found != SetPhase::doubted) return;
+  throw Refused(fmt::format("{}: model refused: {}; to be committed with force only", where(session, upload),
+                            refusal(session, upload, reason(session, upload))));
+}
+
+void await_take_over(Session& session, const ModelUpload& upload, double timeout_s) {
+  const SetPhase found = phase_after(session, upload, SetPhase::committed, timeout_s);
+  if (found != SetPhase::active) {
+    throw Timeout(fmt::format("{}: set in phase {} within {} s after the commit, expected {} (active)",
+                              where(session, upload), static_cast<int>(found), timeout_s,
+                              static_cast<int>(SetPhase::active)));
+  }
+  const std::vector<std::uint8_t> back = session.download_model(upload.chamber);
+  if (back == upload.image) return;
+  const auto differ = std::mismatch(back.begin(), back.end(), upload.image.begin(), upload.image.end());
+  throw ProtocolError(fmt::format("{}: model read back differs at byte {} ({} bytes), expected the {} sent",
+                                  where(session, upload), differ.first - back.begin(), back.size(),
+                                  upload.image.size()));
+}
+
+}  // namespace
+
+void Session::upload_models(std::span<const ModelUpload> uploads, Doubted doubted) {
+  std::array<const ModelUpload*, kChambers> of_chamber{};
+  for (const ModelUpload& upload : uploads) {
+    if (upload.chamber >= kChambers) {
+      throw std::invalid_argument(fmt::format("node {}: model for chamber {}, expected 1..{}", node_id_,
+                                              upload.chamber + 1, kChambers));
+    }
+    if (of_chamber[upload.chamber] != nullptr) {
+      throw std::invalid_argument(
+          fmt::format("node {}: two models for chamber {}, expected one", node_id_, upload.chamber + 1));
+    }
+    of_chamber[upload.chamber] = &upload;
+  }
+  if (uploads.empty()) return;
+
+  HeldSession held(*this);
+  for (const ModelUpload& upload : uploads) {
+    held.take();
+    stage(*this, upload);
+  }
+  unsigned mask = 0;
+  std::vector<std::uint32_t> crcs;
+  for (const ModelUpload* upload : of_chamber) {
+    if (upload == nullptr) continue;
+    mask |= 1U << upload->chamber;
+    crcs.push_back(plenum::config::trailing_crc(upload->image));
+    if (doubted == Doubted::refuse) await_comparison(*this, *upload);
+  }
+  write(object::kCommit, 1, static_cast<std::uint8_t>(mask));
+  write(object::kCommit, 2, plenum::config::commit_crc(crcs));
+  try {
+    write(object::kCommit, 3,
+          doubted == Doubted::force ? plenum::config::kForceKey : plenum::config::kCommitKey);
+  } catch (const SdoAbort& abort) {
+    throw Refused(fmt::format("node {}: commit of chambers {:02X}h refused (abort {:08X}h, {})", node_id_,
+                              mask, abort.code, abort_text(abort.code)));
+  }
+  for (const ModelUpload& upload : uploads) await_take_over(*this, upload, config_.state_timeout_s);
+}
+
+void Session::upload_model(std::uint8_t chamber, std::span<const std::uint8_t> image, Doubted doubted) {
+  upload_models(std::array{ModelUpload{chamber, {image.begin(), image.end()}}}, doubted);
+}
+
+}  // namespace plenum::host::client

@@ -1,0 +1,57 @@
+// Objects 2121h and 2128h: who uploads, and what has become of what was handed in.
+#include <gtest/gtest.h>
+
+#include "tests/firmware/canopen/bench.hpp"
+
+namespace plenum::canopen {
+namespace {
+
+TEST(UploadSessionObject, BelongsToOneTokenAtATime) {
+  Bench bench;
+  EXPECT_EQ(bench.answer("605 40 21 21 01 00 00 00 00"), "585 43 21 21 01 00 00 00 00") << "nobody's";
+  EXPECT_EQ(bench.answer("605 23 21 21 01 0A 0B 0C 0D"), "585 60 21 21 01 00 00 00 00");
+  EXPECT_EQ(bench.answer("605 40 21 21 01 00 00 00 00"), "585 43 21 21 01 0A 0B 0C 0D");
+  EXPECT_EQ(bench.answer("605 40 21 21 03 00 00 00 00"), "585 4B 21 21 03 98 3A 00 00") << "15000 ms";
+  EXPECT_EQ(bench.answer("605 23 21 21 01 01 00 00 00"), "585 80 21 21 01 22 00 00 08") << "another's";
+  EXPECT_EQ(bench.answer("605 23 21 21 02 01 00 00 00"), "585 80 21 21 02 22 00 00 08") << "another's";
+  EXPECT_EQ(bench.answer("605 23 21 21 02 0A 0B 0C 0D"), "585 60 21 21 02 00 00 00 00");
+  EXPECT_EQ(bench.answer("605 23 21 21 01 01 00 00 00"), "585 60 21 21 01 00 00 00 00");
+}
+
+TEST(UploadSessionObject, KnowsNoToken0) {
+  Bench bench;
+  EXPECT_EQ(bench.answer("605 23 21 21 01 00 00 00 00"), "585 80 21 21 01 30 00 09 06");
+}
+
+TEST(SetState, ShowsTheShadowRunInPascal) {
+  Bench bench;  // worse, 3.5 kPa and 1.25 kPa: 3500.0 = 455AC000h, 1250.0 = 449C4000h
+  EXPECT_EQ(bench.answer("605 40 2A 21 09 00 00 00 00"), "585 4F 2A 21 09 04 00 00 00");
+  EXPECT_EQ(bench.answer("605 40 2A 21 0A 00 00 00 00"), "585 43 2A 21 0A 00 C0 5A 45");
+  EXPECT_EQ(bench.answer("605 40 2A 21 0B 00 00 00 00"), "585 43 2A 21 0B 00 40 9C 44");
+}
+
+TEST(SetState, ShowsTheStagedCrcAndTheSerialExpected) {
+  Bench bench;
+  EXPECT_EQ(bench.answer("605 40 2A 21 0C 00 00 00 00"), "585 43 2A 21 0C 88 77 66 55");
+  EXPECT_EQ(bench.answer("605 40 2A 21 0D 00 00 00 00"), "585 43 2A 21 0D 67 12 00 00") << "4711";
+}
+
+struct Answer {
+  config::CommitResult result;
+  const char* expected;
+};
+
+TEST(CommitObject, TellsWhatHasToWaitFromWhatIsRefused) {
+  for (const Answer& answer : {Answer{config::CommitResult::checking, "585 80 20 21 03 22 00 00 08"},
+                               Answer{config::CommitResult::doubted, "585 80 20 21 03 20 00 00 08"},
+                               Answer{config::CommitResult::not_now, "585 80 20 21 03 22 00 00 08"}}) {
+    Bench bench;
+    bench.desk.held_back = answer.result;
+    bench.answer("605 2F 20 21 01 01 00 00 00");
+    EXPECT_EQ(bench.answer("605 23 20 21 03 63 6F 6D 74"), answer.expected);
+    EXPECT_EQ(bench.answer("605 40 20 21 01 00 00 00 00"), "585 4F 20 21 01 00 00 00 00") << "used up";
+  }
+}
+
+}  // namespace
+}  // namespace plenum::canopen
