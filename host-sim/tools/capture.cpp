@@ -1,7 +1,9 @@
 #include "host-sim/client/capture.hpp"
 
 #include <memory>
+#include <utility>
 
+#include "host-sim/client/board_log.hpp"
 #include "host-sim/tools/board_access.hpp"
 #include "host-sim/tools/command.hpp"
 #include "host-sim/tools/output.hpp"
@@ -13,6 +15,7 @@ struct Options {
   BoardChoice board;
   double seconds = 60.0;
   bool closed_loop = false;
+  bool last = false;
   std::string out = "capture";
   Output output;
 };
@@ -26,7 +29,15 @@ int run(const Options& options) {
   require_folder(options.out);
   const auto seed = static_cast<std::uint32_t>(options.board.rig.seed);
   std::vector<client::CapturedRow> rows;
-  if (options.closed_loop) {
+  std::string how = options.closed_loop ? "following random references" : "excited";
+  if (options.last) {
+    Progress progress("reading what the board remembers");
+    client::Remembered log = client::remembered(board.session(), chambers, std::ref(progress));
+    how = log.before == 0
+              ? "as the board remembers them"
+              : fmt::format("as the board remembers them; {} from before a pause are left out", log.before);
+    rows = std::move(log.rows);
+  } else if (options.closed_loop) {
     const SetpointRange range = setpoint_range(description);
     Progress progress("recording in closed loop");
     rows = client::follow(
@@ -39,13 +50,13 @@ int run(const Options& options) {
                            std::ref(progress));
   }
   write_recording(options.out, rows, chambers, options.closed_loop, description);
-  options.output.print("{} chambers, {} rows each, {}: {}\n", chambers, rows.size(),
-                       options.closed_loop ? "following random references" : "excited", options.out);
+  options.output.print("{} chambers, {} rows each, {}: {}\n", chambers, rows.size(), how, options.out);
   Json files = Json::array();
   for (unsigned c = 0; c < chambers; ++c)
     files.push_back((std::filesystem::path(options.out) / fmt::format("chamber-{}.csv", c + 1)).string());
   options.output.finish({{"rows", rows.size()},
                          {"closed_loop", options.closed_loop},
+                         {"last", options.last},
                          {"seed", options.board.rig.seed},
                          {"bus_load", number(board.bus_load())},
                          {"files", files}});
@@ -65,13 +76,18 @@ Command add_capture(CLI::App& program) {
       "--closed-loop", options->closed_loop,
       "Follow random references with the models on the board (default: off, excite the valves). A model "
       "fitted to such a recording regulates better");
+  app->add_flag("--last", options->last,
+                "Drive nothing: read what the board remembers of the last 10 s in which it drove its valves, "
+                "after a fault, say (default: off)")
+      ->excludes("--closed-loop");
   app->add_option("-o,--out", options->out, "Folder for chamber-N.csv and rig.toml")
       ->type_name("DIR")
       ->capture_default_str();
   options->output.add_to(*app);
   app->footer(example(
       "  plenum capture --seconds 60 -o first                            # valves excited at random\n"
-      "  plenum capture --store board --closed-loop --seed 2 -o second   # regulated to random references"));
+      "  plenum capture --store board --closed-loop --seed 2 -o second   # regulated to random references\n"
+      "  plenum capture --bus can:can0 --last -o fault                   # what led to a fault"));
   return {app, [options] { return run(*options); }};
 }
 
