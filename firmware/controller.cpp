@@ -69,6 +69,7 @@ Outputs Controller::step(const Inputs& inputs) noexcept {
   image_.error_code = report.code;
   image_.error_register = report.error_register;
   image_.fault_chamber = report.chamber;
+  image_.bus_off = inputs.can == ports::CanState::bus_off;
   image_.supply_Pa = config::supply_kPa(settings_.board, inputs.supply.mean_V) * 1000.0F;
   ++image_.tick_count;
   record(order.drive);
@@ -90,6 +91,7 @@ safety::FaultReport Controller::judge(const Inputs& inputs) noexcept {
                                       .bus_off = inputs.can == ports::CanState::bus_off,
                                       .error_passive = inputs.can == ports::CanState::error_passive,
                                       .frames_lost = inputs.frames_lost,
+                                      .heartbeat_lost = image_.heartbeat_lost,
                                       .setpoint_lost = image_.setpoint_lost && model_needed(),
                                       .stored_set_lost = inputs.stored_set_lost,
                                       .store_failing = inputs.store_failing,

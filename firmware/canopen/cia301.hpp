@@ -26,6 +26,8 @@ inline constexpr std::uint32_t kExtended = 0x2000'0000U;  ///< bit 29: 29-bit id
 inline constexpr std::uint32_t kIdMask = 0x7FF;
 }  // namespace cob
 
+inline constexpr std::uint8_t kMaxNodeId = 127;
+
 enum class NmtCommand : std::uint8_t {
   start = 1,
   stop = 2,

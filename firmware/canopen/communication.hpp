@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "firmware/canopen/cia301.hpp"
+#include "firmware/canopen/heartbeat_consumer.hpp"
 #include "firmware/canopen/objects.hpp"
 #include "firmware/canopen/process_image.hpp"
 #include "firmware/config/model_desk.hpp"
@@ -54,6 +55,7 @@ struct PdoParameters {
   std::uint8_t transmission_type = 254;
   std::uint16_t inhibit_100us = 0;   ///< TPDO only
   std::uint16_t event_timer_ms = 0;  ///< TPDO: longest pause; RPDO: deadline
+  std::uint8_t sync_start = 0;       ///< TPDO: counter of the SYNC that counts as the first; 0: any
   Mapping mapping;
 };
 
@@ -67,8 +69,9 @@ struct Rpdo {
 
 struct Tpdo {
   PdoParameters parameters;
-  bool due = false;        ///< a SYNC called for it
-  bool ever_sent = false;  ///< since the node became operational
+  bool due = false;           ///< a SYNC called for it
+  bool ever_sent = false;     ///< since the node became operational
+  bool sync_started = false;  ///< the SYNC of sync_start has come
   std::uint8_t sync_count = 0;
   std::uint32_t since_sent_us = 0;
   std::array<std::uint8_t, 8> last{};
@@ -95,11 +98,18 @@ struct ErrorHistory {
   }
 };
 
+/// 1029h:1, what a communication error (bus-off, a consumed heartbeat lost) makes of the state OPERATIONAL.
+enum class ErrorBehaviour : std::uint8_t { pre_operational = 0, no_change = 1, stopped = 2 };
+
 /// Reset by "reset communication".
 struct Communication {
   std::uint32_t sync_cob_id = 0x80;
+  std::uint32_t cycle_period_us = 0;  ///< 1006h, as the master tells it
+  std::uint8_t sync_overflow = 0;     ///< 1019h; 0: SYNCs are not counted
   std::uint32_t emergency_cob_id = 0;
   std::uint16_t heartbeat_ms = 1000;
+  HeartbeatConsumer heartbeats;
+  ErrorBehaviour error_behaviour = ErrorBehaviour::pre_operational;
   std::array<Rpdo, kRpdos> rpdo{};
   std::array<Tpdo, kTpdos> tpdo{};
   float volume_lsb_m3 = kVolumeLsb_m3;

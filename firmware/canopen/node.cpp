@@ -45,84 +45,7 @@ bool admissible(const Mapping& mapping, const std::array<std::uint8_t, 8>& data)
   return true;
 }
 
-struct Mapped {
-  std::uint32_t index;
-  std::uint32_t sub;
-  std::uint32_t bits;
-};
-
-/// The defaults are constants of this file, and a test activates each of them: the result needs no check
-/// here.
-void map(PdoParameters& parameters, bool receive, std::initializer_list<Mapped> objects) {
-  std::uint8_t count = 0;
-  for (const Mapped& object : objects) {
-    parameters.mapping.packed[count++] = mapping_entry(object.index, object.sub, object.bits);
-  }
-  static_cast<void>(activate_mapping(parameters.mapping, count, receive));
-}
-
-constexpr std::uint16_t kSetpointDeadline_ms = 100;  ///< ten set points of a 100 Hz stream
-constexpr std::uint16_t kStatusEvent_ms = 500;
-
-constexpr std::uint8_t kEachSync = 1;
-constexpr std::uint8_t kOnEvent = 255;
-
-void map_four_chambers(PdoParameters& parameters, bool receive, std::uint32_t index, std::uint32_t first) {
-  const auto at = [index, first](std::uint32_t i) {
-    return Mapped{index + object::kChamberStride * (first + i), 1, 16};
-  };
-  map(parameters, receive, {at(0), at(1), at(2), at(3)});
-}
-
 }  // namespace
-
-Communication default_communication(const Config& config) noexcept {
-  Communication communication;
-  communication.emergency_cob_id = cob::kEmergency + config.node_id;
-
-  for (std::uint32_t n = 0; n < kRpdos; ++n) {
-    PdoParameters& rpdo = communication.rpdo[n].parameters;
-    rpdo.cob_id = cob::kRpdo1 + 0x100 * n + config.node_id;
-    rpdo.transmission_type = n < 2 ? kEachSync : kOnEvent;
-    if (n < 2) {
-      map_four_chambers(rpdo, true, object::kSetpoint, 4 * n);
-      rpdo.event_timer_ms = kSetpointDeadline_ms;
-    } else {
-      map(rpdo, true, {{object::kControlWord, 0, 16}});
-    }
-  }
-  communication.rpdo[3].parameters.cob_id |= cob::kInvalid;
-
-  for (std::uint32_t n = 0; n < kTpdos; ++n) {
-    PdoParameters& tpdo = communication.tpdo[n].parameters;
-    if (n < 4) {
-      tpdo.cob_id = cob::kNoRtr | (cob::kTpdo1 + 0x100 * n + config.node_id);
-      tpdo.transmission_type = n < 2 ? kEachSync : kOnEvent;
-    } else {
-      tpdo.cob_id = cob::kInvalid | cob::kNoRtr;
-      tpdo.transmission_type = kEachSync;
-    }
-    if (n < 2) map_four_chambers(tpdo, false, object::kActual, 4 * n);
-  }
-  map(communication.tpdo[2].parameters, false, {{object::kStatusWord, 0, 16}});
-  communication.tpdo[2].parameters.event_timer_ms = kStatusEvent_ms;
-  map(communication.tpdo[3].parameters, false, {{object::kStatusWord, 0, 16}, {object::kErrorCode, 0, 16}});
-  communication.tpdo[3].parameters.cob_id |= cob::kInvalid;
-  for (std::uint32_t chamber = 0; chamber < config::kChambers; ++chamber) {
-    map(communication.tpdo[4 + chamber].parameters, false,
-        {{object::kPascals + chamber, 2, 32},
-         {object::kCodes + chamber, 1, 16},
-         {object::kCodes + chamber, 2, 16}});
-  }
-  return communication;
-}
-
-ErrorState error_state(const ProcessImage& image) noexcept {
-  if (image.error_code != 0) {
-    return {image.error_code, static_cast<std::uint8_t>(image.error_register | 0x01U), image.fault_chamber};
-  }
-  return {0, image.error_register, 0};
-}
 
 Node::Node(const Config& config, ProcessImage& image, config::ModelDesk& desk,
            telemetry::Recorder& recorder) noexcept
@@ -135,6 +58,7 @@ Node::Node(const Config& config, ProcessImage& image, config::ModelDesk& desk,
 void Node::receive(const CanFrame& frame) noexcept {
   if (frame.extended || frame.remote) return;
   if (frame.id == cob::kNmt) return receive_nmt(frame);
+  if (frame.id > cob::kHeartbeat && frame.id <= cob::kHeartbeat + kMaxNodeId) return receive_heartbeat(frame);
   if (state_ == NmtState::stopped) return;
   if (frame.id == cob::kSdoRequest + config_.node_id) return receive_sdo(frame);
   if (frame.id == device_.communication.sync_cob_id) return receive_sync(frame);
@@ -188,6 +112,7 @@ void Node::enter(NmtState state) noexcept {
   for (Tpdo& tpdo : device_.communication.tpdo) {
     tpdo.due = false;
     tpdo.ever_sent = false;
+    tpdo.sync_started = false;
     tpdo.sync_count = 0;
   }
   state_ = state;
@@ -238,8 +163,18 @@ bool Node::next_frame(CanFrame& frame) noexcept {
   return true;
 }
 
+void Node::receive_heartbeat(const CanFrame& frame) noexcept {
+  const HeartbeatConsumer::Heard heard = device_.communication.heartbeats.hear(
+      static_cast<std::uint8_t>(frame.id - cob::kHeartbeat), std::span(frame.data).first(frame.length));
+  if (heard == HeartbeatConsumer::Heard::taken) ++device_.counters.received;
+  if (heard == HeartbeatConsumer::Heard::malformed) ++device_.counters.rejected;
+}
+
 void Node::receive_sync(const CanFrame& frame) noexcept {
-  if (frame.length > 1) {  // empty, or with a counter
+  // without 1019h empty or with a counter that says nothing; with it counting from 1 to 1019h
+  const std::uint8_t overflow = device_.communication.sync_overflow;
+  const std::uint8_t counter = frame.data[0];
+  if (frame.length > 1 || (overflow != 0 && (frame.length == 0 || counter == 0 || counter > overflow))) {
     ++device_.counters.rejected;
     return;
   }
@@ -253,6 +188,9 @@ void Node::receive_sync(const CanFrame& frame) noexcept {
   for (Tpdo& tpdo : device_.communication.tpdo) {
     const PdoParameters& parameters = tpdo.parameters;
     if (!is_valid(parameters) || !is_synchronous(parameters)) continue;
+    tpdo.sync_started =
+        tpdo.sync_started || overflow == 0 || parameters.sync_start == 0 || counter == parameters.sync_start;
+    if (!tpdo.sync_started) continue;
     ++tpdo.sync_count;
     if (tpdo.sync_count < parameters.transmission_type)
       continue;  // type 0: with any SYNC, when the value has changed
@@ -295,6 +233,8 @@ void Node::apply(Rpdo& rpdo) noexcept {
 
 void Node::tick(std::uint32_t elapsed_us) noexcept {
   watch_setpoints(elapsed_us);
+  device_.image.heartbeat_lost = device_.communication.heartbeats.elapse(elapsed_us);
+  obey_error_behaviour();
   beat(elapsed_us);
   if (state_ != NmtState::stopped) {
     report_error();
@@ -319,6 +259,22 @@ void Node::watch_setpoints(std::uint32_t elapsed_us) noexcept {
     lost = lost || rpdo.since_applied_us > 1000U * rpdo.parameters.event_timer_ms;
   }
   device_.image.setpoint_lost = lost;
+}
+
+/// 1029h:1 acts when the error comes, so that a master may start the node again while it stands.
+void Node::obey_error_behaviour() noexcept {
+  const bool failed = device_.image.heartbeat_lost || device_.image.bus_off;
+  const bool begins = failed && !communication_failed_;
+  communication_failed_ = failed;
+  if (!begins || state_ != NmtState::operational) return;
+  switch (device_.communication.error_behaviour) {
+    case ErrorBehaviour::pre_operational:
+      return enter(NmtState::pre_operational);
+    case ErrorBehaviour::no_change:
+      return;
+    case ErrorBehaviour::stopped:
+      return enter(NmtState::stopped);
+  }
 }
 
 /// One message a change. When its ring is full the change stays unreported, and is tried again in the next

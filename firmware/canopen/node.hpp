@@ -44,6 +44,7 @@ class Node {
 
  private:
   void receive_nmt(const ports::CanFrame& frame) noexcept;
+  void receive_heartbeat(const ports::CanFrame& frame) noexcept;
   void receive_sync(const ports::CanFrame& frame) noexcept;
   void receive_sdo(const ports::CanFrame& frame) noexcept;
   void receive_pdo(Rpdo& rpdo, const ports::CanFrame& frame) noexcept;
@@ -51,6 +52,7 @@ class Node {
   void enter(NmtState state) noexcept;
   void reset_communication() noexcept;
   void watch_setpoints(std::uint32_t elapsed_us) noexcept;
+  void obey_error_behaviour() noexcept;
   void report_error() noexcept;
   void beat(std::uint32_t elapsed_us) noexcept;
   void transmit_pdo(std::size_t number, std::uint32_t elapsed_us) noexcept;
@@ -63,6 +65,7 @@ class Node {
   SdoServer sdo_;
   TransmitQueue queue_;
   NmtState state_ = NmtState::initialising;
+  bool communication_failed_ = false;  ///< as of the last tick: bus-off, or a heartbeat lost
   std::uint32_t since_heartbeat_us_ = 0;
   std::uint16_t reported_code_ = 0;  ///< the error of the last emergency message
   std::uint8_t reported_chamber_ = 0;

@@ -72,12 +72,14 @@ struct ProcessImage {
   std::uint32_t sync_count = 0;  ///< counts SYNCs taken while operational: the watchdog's food in excitation
   std::uint32_t setpoint_count = 0;  ///< counts set-point PDOs accepted: the watchdog's food
   bool setpoint_lost = false;        ///< the RPDO event timer (1400h:5) ran out while 6040h asks for ACTIVE
+  bool heartbeat_lost = false;       ///< a node of 1016h has fallen silent
   std::uint8_t preview_ticks = 0;    ///< 2160h: a set point is to be met this many ticks after its SYNC
   // to the bus
   std::uint16_t status_word = 0;    ///< 6041h
   std::uint16_t error_code = 0;     ///< 604Eh, as in the emergency message
   std::uint8_t error_register = 0;  ///< 1001h
   std::uint8_t fault_chamber = 0;   ///< chamber of the error + 1; 0: the whole board
+  bool bus_off = false;             ///< the CAN controller has left the bus
   float supply_Pa = 0.0F;
   std::uint32_t tick_count = 0;
   std::uint32_t overrun_count = 0;

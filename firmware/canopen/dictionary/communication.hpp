@@ -51,6 +51,25 @@ inline Abort write_sync_cob_id(Device& device, Place, std::uint32_t bits) noexce
   return Abort::none;
 }
 
+// ---- SYNC, heartbeats of others, error behaviour ----
+
+/// 0, or the counter's last value before it begins at 1 again. Fixed while the master tells a period.
+inline Abort write_sync_overflow(Device& device, Place, std::uint32_t bits) noexcept {
+  if (bits == 1 || bits > 240) return Abort::value_range;
+  if (device.communication.cycle_period_us != 0) return Abort::device_state;
+  device.communication.sync_overflow = static_cast<std::uint8_t>(bits);
+  return Abort::none;
+}
+
+inline Abort read_heartbeat_consumer(const Device& device, Place at, std::uint32_t& bits) noexcept {
+  bits = device.communication.heartbeats.entry(at.sub - 1U);
+  return Abort::none;
+}
+
+inline Abort write_heartbeat_consumer(Device& device, Place at, std::uint32_t bits) noexcept {
+  return device.communication.heartbeats.set_entry(at.sub - 1U, bits);
+}
+
 /// Identifiers that CiA 301 keeps for NMT, SDO and heartbeat.
 constexpr bool is_restricted(std::uint32_t id) noexcept {
   return id <= 0x07F || (id >= 0x101 && id <= 0x180) || (id >= 0x581 && id <= 0x5FF) ||
@@ -88,6 +107,9 @@ inline constexpr Entry kCommunicationRows[] = {
     value(0x1003, {1, kErrorHistory}, kOnce, "Error", unsigned32, read_only, no, kAny, read_history),
     kept(value(0x1005, 0, kOnce, "COB-ID SYNC", unsigned32, read_write, no, kAny,
                read_communication<&Communication::sync_cob_id>, write_sync_cob_id)),
+    value(0x1006, 0, kOnce, "Communication cycle period [us]", unsigned32, read_write, no, kAny,
+          read_communication<&Communication::cycle_period_us>,
+          write_communication<&Communication::cycle_period_us>),
     bytes(0x1008, kOnce, "Manufacturer device name", visible_string, constant,
           read_string<&Identity::device_name>),
     bytes(0x1009, kOnce, "Manufacturer hardware version", visible_string, constant,
@@ -96,6 +118,9 @@ inline constexpr Entry kCommunicationRows[] = {
           read_string<&Identity::software_version>),
     kept(of_node(value(0x1014, 0, kOnce, "COB-ID EMCY", unsigned32, read_write, no, kAny,
                        read_communication<&Communication::emergency_cob_id>, write_emergency_cob_id))),
+    highest<HeartbeatConsumer::kWatches>(0x1016, kOnce, "Consumer heartbeat time"),
+    kept(value(0x1016, {1, HeartbeatConsumer::kWatches}, kOnce, "Node id << 16 | longest pause [ms]",
+               unsigned32, read_write, no, kAny, read_heartbeat_consumer, write_heartbeat_consumer)),
     kept(value(0x1017, 0, kOnce, "Producer heartbeat time [ms]", unsigned16, read_write, no, kAny,
                read_communication<&Communication::heartbeat_ms>,
                write_communication<&Communication::heartbeat_ms>)),
@@ -108,6 +133,12 @@ inline constexpr Entry kCommunicationRows[] = {
           read_identity<&Identity::revision>),
     value(0x1018, 4, kOnce, "Serial number", unsigned32, read_only, no, kAny,
           read_identity<&Identity::serial>),
+    kept(value(0x1019, 0, kOnce, "Synchronous counter overflow value", unsigned8, read_write, no, kAny,
+               read_communication<&Communication::sync_overflow>, write_sync_overflow)),
+    highest<1>(0x1029, kOnce, "Error behaviour"),
+    kept(value(0x1029, 1, kOnce, "Communication error", unsigned8, read_write, no, {0.0F, 2.0F, true},
+               read_communication<&Communication::error_behaviour>,
+               write_communication<&Communication::error_behaviour>)),
     highest<2>(0x1200, kOnce, "SDO server parameter"),
     of_node(value(0x1200, 1, kOnce, "COB-ID client to server", unsigned32, read_only, no, kAny,
                   node_cob_id<cob::kSdoRequest>)),

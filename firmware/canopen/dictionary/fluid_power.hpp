@@ -29,12 +29,15 @@ inline Abort read_error_code(const Device& device, Place, std::uint32_t& bits) n
   return Abort::none;
 }
 
+/// While ACTIVE the mode stands: a change would be a step of the command that nobody asked for.
 inline Abort write_control_mode(Device& device, Place, std::uint32_t bits) noexcept {
   const auto mode = static_cast<ControlMode>(static_cast<std::int8_t>(bits));
   switch (mode) {
     case ControlMode::excitation:
     case ControlMode::pressure_open_loop:
     case ControlMode::pressure_closed_loop:
+      if (mode != device.image.control_mode && (device.image.status_word & word::kStateMask) == word::kActive)
+        return Abort::device_state;
       device.image.control_mode = mode;
       return Abort::none;
   }

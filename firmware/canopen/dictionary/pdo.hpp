@@ -40,6 +40,7 @@ void restart_pdo(Device& device, Place at) {
     Tpdo& tpdo = device.communication.tpdo[at.instance];
     tpdo.due = false;
     tpdo.ever_sent = false;
+    tpdo.sync_started = false;
     tpdo.sync_count = 0;
     tpdo.since_sent_us = 0;
   }
@@ -81,6 +82,13 @@ inline Abort write_inhibit_time(Device& device, Place at, std::uint32_t bits) no
   PdoParameters& parameters = pdo<false>(device, at);
   if (is_valid(parameters)) return Abort::device_state;
   parameters.inhibit_100us = static_cast<std::uint16_t>(bits);
+  return Abort::none;
+}
+
+inline Abort write_sync_start(Device& device, Place at, std::uint32_t bits) noexcept {
+  PdoParameters& parameters = pdo<false>(device, at);
+  if (is_valid(parameters)) return Abort::device_state;
+  parameters.sync_start = static_cast<std::uint8_t>(bits);
   return Abort::none;
 }
 
@@ -141,7 +149,7 @@ inline constexpr Entry kPdoRows[] = {
                      read_mapping_count<true>, write_mapping_count<true>))),
     kept(value(0x1600, {1, kMappable}, kEachRpdo, "Mapped object", unsigned32, read_write, no, kAny,
                read_mapping<true>, write_mapping<true>)),
-    highest<5>(0x1800, kEachTpdo, "TPDO communication parameter"),
+    highest<6>(0x1800, kEachTpdo, "TPDO communication parameter"),
     kept(of_node(value(0x1800, 1, kEachTpdo, "COB-ID used by TPDO", unsigned32, read_write, no, kAny,
                        read_pdo<false, &P::cob_id>, write_pdo_cob_id<false>))),
     kept(value(0x1800, 2, kEachTpdo, "Transmission type", unsigned8, read_write, no, kAny,
@@ -150,6 +158,8 @@ inline constexpr Entry kPdoRows[] = {
                read_pdo<false, &P::inhibit_100us>, write_inhibit_time)),
     kept(value(0x1800, 5, kEachTpdo, "Event timer [ms]", unsigned16, read_write, no, kAny,
                read_pdo<false, &P::event_timer_ms>, write_pdo<false, &P::event_timer_ms>)),
+    kept(value(0x1800, 6, kEachTpdo, "SYNC start value", unsigned8, read_write, no, {0.0F, 240.0F, true},
+               read_pdo<false, &P::sync_start>, write_sync_start)),
     kept(named("TPDO mapping parameter",
                value(0x1A00, 0, kEachTpdo, "Number of mapped objects", unsigned8, read_write, no, kAny,
                      read_mapping_count<false>, write_mapping_count<false>))),

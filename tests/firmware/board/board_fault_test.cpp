@@ -43,6 +43,11 @@ std::ostream& operator<<(std::ostream& out, const Injection& injection) {
   return out << injection.name;
 }
 
+/// A communication error has left the node pre-operational (1029h).
+void start_again(Bench& bench) {
+  bench.put(0, {1, 0});
+}
+
 // Limits as in ChamberSettings and BoardSettings.
 const std::vector<Injection> kInjections = {
     {"PressureStale", Fault::pressure_stale, 3, 3, [](Bench& b) { force(b, 2, 0.0F, false); }, free_inputs},
@@ -68,7 +73,20 @@ const std::vector<Injection> kInjections = {
     {"OutputRefused", Fault::hardware, 0, 2, [](Bench& b) { b.analog_out.refuses = true; },
      [](Bench& b) { b.analog_out.refuses = false; }},
     {"BusOff", Fault::bus_off, 0, 1, [](Bench& b) { b.can.state_now = ports::CanState::bus_off; },
-     [](Bench& b) { b.can.state_now = ports::CanState::error_active; }},
+     [](Bench& b) {
+       b.can.state_now = ports::CanState::error_active;
+       start_again(b);
+     }},
+    // more than 30 ms after the heartbeat, which the controller learns of in the tick after
+    {"HeartbeatLost", Fault::heartbeat_lost, 0, 5,
+     [](Bench& b) {
+       b.session.write(0x1016, 1, std::uint32_t{2U << 16 | 30U});
+       b.put(0x702, {5});
+     },
+     [](Bench& b) {
+       b.session.write(0x1016, 1, std::uint32_t{0});
+       start_again(b);
+     }},
 };
 
 class EachFault : public ::testing::TestWithParam<std::tuple<Injection, config::SafeOutput>> {
@@ -242,7 +260,7 @@ TEST(BoardFault, NoModelRefusesToRegulateAndNamesTheChamber) {
   EXPECT_EQ(bench.state(), State::active);
 }
 
-TEST(BoardFault, LeavingTheExcitationModeWithoutModelsStopsTheValvesInThatTick) {
+TEST(BoardFault, ExcitationModeIsNotLeftWhileActiveAndWithoutModelsStopsTheValvesInThatTick) {
   Bench bench;
   bench.board.start();
   bench.session.write(object::kControlMode, 0, std::int8_t{-1});
@@ -250,6 +268,10 @@ TEST(BoardFault, LeavingTheExcitationModeWithoutModelsStopsTheValvesInThatTick) 
   bench.climb();
   EXPECT_EQ(bench.state(), State::active);
   bench.run(20);
+  EXPECT_THROW(bench.session.write(object::kControlMode, 0, std::int8_t{4}), host::client::SdoAbort);
+  bench.control(0x3);
+  bench.tick();
+  EXPECT_EQ(bench.image().error_code, 0);
   bench.session.write(object::kControlMode, 0, std::int8_t{4});
   bench.tick();
   EXPECT_EQ(bench.image().error_code, 0x6300);
