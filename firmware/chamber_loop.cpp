@@ -24,7 +24,7 @@ void ChamberLoop::configure(const config::ChamberSettings& settings,
   limited.command_low_V = settings.command_low_V;
   limited.command_high_V = settings.command_high_V;
   regulator_.configure(limited);
-  command_V_ = settings.null_V;
+  if (!pressure_seen_) command_V_ = settings.null_V;  // later it is what was sent
 }
 
 void ChamberLoop::take_over(const config::ModelParameters& parameters) noexcept {
@@ -102,6 +102,7 @@ float ChamberLoop::driven_V(const Order& order, canopen::ChamberImage& image) no
 
   if (regulating) return regulated_V(order, image);
   image.feedforward_V = settings_.null_V;
+  image.demand_Pa = pressure_kPa_ * kPa;
   image.reference_Pa = pressure_kPa_ * kPa;
   // The guard of the excitation lives on fresh pressures: without one the ports are shut.
   if (exciting) return pressure_fresh_ ? excitation_.step(pressure_kPa_) : settings_.null_V;
@@ -129,6 +130,8 @@ float ChamberLoop::regulated_V(const Order& order, canopen::ChamberImage& image)
   const control::Regulator::Command command = open_loop ? regulator_.feedforward(*model_, reference, motion_)
                                                         : regulator_.regulate(*model_, reference, motion_);
   image.feedforward_V = command.feedforward_V;
+  image.demand_Pa =
+      numeric::clamp(setpoint_kPa, settings_.pressure_low_kPa, settings_.pressure_high_kPa) * kPa;
   image.reference_Pa = reference.now_kPa * kPa;
   return command.command_V;
 }

@@ -19,7 +19,8 @@ namespace plenum {
 
 class ChamberLoop {
  public:
-  /// Takes over settings that config::validate() has passed.
+  /// Takes over settings that config::validate() has passed, at a tick's edge. take_over() must follow where a model is in
+  /// force.
   void configure(const config::ChamberSettings& settings, const control::Regulator::Config& regulator,
                  const control::VolumeObserver::Config& volume) noexcept;
 

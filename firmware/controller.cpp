@@ -12,16 +12,16 @@ std::uint32_t chamber_seed(std::uint32_t board_seed, std::size_t chamber) noexce
 }  // namespace
 
 Controller::Controller(const Settings& settings) noexcept
-    : settings_(settings),
+    : regulator_(settings.regulator),
+      volume_(settings.volume),
+      settings_(settings.board, settings.chamber),
       shadow_run_(recorder_, settings.regulator.valve_delay_ticks),
       slots_(&shadow_run_),
-      node_(settings.node, image_, slots_, recorder_) {
+      node_(settings.node, image_, slots_, settings_, recorder_) {
+  configure(0xFF);
   for (std::size_t c = 0; c < config::kChambers; ++c) {
-    const config::ChamberSettings& chamber = settings_.chamber[c];
-    chamber_[c].configure(chamber, settings_.regulator, settings_.volume);
-    slots_.expect(c, {.valve = chamber.valve_serial, .sensor = chamber.sensor_serial});
-    image_.chamber[c].setpoint_Pa = chamber.pressure_low_kPa * 1000.0F;
-    image_.chamber[c].hold_setpoint_Pa = chamber.pressure_low_kPa * 1000.0F;
+    image_.chamber[c].setpoint_Pa = settings.chamber[c].pressure_low_kPa * 1000.0F;
+    image_.chamber[c].hold_setpoint_Pa = settings.chamber[c].pressure_low_kPa * 1000.0F;
   }
 }
 
@@ -40,6 +40,15 @@ std::uint8_t Controller::take_changed() noexcept {
   return changed;
 }
 
+void Controller::configure(std::uint8_t changed) noexcept {
+  for (std::size_t c = 0; c < config::kChambers; ++c) {
+    if ((std::uint32_t{changed} >> c & 1U) == 0) continue;
+    const config::ChamberSettings& chamber = settings_.chamber(c);
+    chamber_[c].configure(chamber, regulator_, volume_);
+    slots_.expect(c, {.valve = chamber.valve_serial, .sensor = chamber.sensor_serial});
+  }
+}
+
 void Controller::take_over(std::uint8_t changed) noexcept {
   for (std::size_t c = 0; c < config::kChambers; ++c) {
     if ((std::uint32_t{changed} >> c & 1U) != 0) chamber_[c].take_over(slots_.active(c));
@@ -47,8 +56,10 @@ void Controller::take_over(std::uint8_t changed) noexcept {
 }
 
 Outputs Controller::step(const Inputs& inputs) noexcept {
+  const std::uint8_t reset = settings_.take_changed();
   const std::uint8_t changed = slots_.apply_at_tick_edge();
-  take_over(changed);
+  configure(reset);
+  take_over(static_cast<std::uint8_t>(changed | reset));  // a model is bound to the range of commands
   changed_ = static_cast<std::uint8_t>(changed_ | changed);
 
   const safety::FaultReport report = judge(inputs);
@@ -70,7 +81,7 @@ Outputs Controller::step(const Inputs& inputs) noexcept {
   image_.error_register = report.error_register;
   image_.fault_chamber = report.chamber;
   image_.bus_off = inputs.can == ports::CanState::bus_off;
-  image_.supply_Pa = config::supply_kPa(settings_.board, inputs.supply.mean_V) * 1000.0F;
+  image_.supply_Pa = config::supply_kPa(settings_.board(), inputs.supply.mean_V) * 1000.0F;
   ++image_.tick_count;
   record(order.drive);
   shadow_run_.step(slots_);
@@ -83,20 +94,20 @@ safety::FaultReport Controller::judge(const Inputs& inputs) noexcept {
   // In excitation there are no set points: there the master shows by its SYNC that it is still there.
   const std::uint32_t master_count = model_needed() ? image_.setpoint_count : image_.sync_count;
   const safety::FaultSet board_causes =
-      monitor_.step(settings_.board, {.emergency_stop = inputs.digital.emergency_stop,
-                                      .outputs_ok = inputs.outputs_ok,
-                                      .tick_late = inputs.tick_late,
-                                      .supply_V = inputs.supply.mean_V,
-                                      .supply_fresh = inputs.supply.fresh,
-                                      .bus_off = inputs.can == ports::CanState::bus_off,
-                                      .error_passive = inputs.can == ports::CanState::error_passive,
-                                      .frames_lost = inputs.frames_lost,
-                                      .heartbeat_lost = image_.heartbeat_lost,
-                                      .setpoint_lost = image_.setpoint_lost && model_needed(),
-                                      .stored_set_lost = inputs.stored_set_lost,
-                                      .store_failing = inputs.store_failing,
-                                      .setpoint_count = master_count,
-                                      .setpoints_needed = last_drive_ == safety::Drive::active});
+      monitor_.step(settings_.board(), {.emergency_stop = inputs.digital.emergency_stop,
+                                        .outputs_ok = inputs.outputs_ok,
+                                        .tick_late = inputs.tick_late,
+                                        .supply_V = inputs.supply.mean_V,
+                                        .supply_fresh = inputs.supply.fresh,
+                                        .bus_off = inputs.can == ports::CanState::bus_off,
+                                        .error_passive = inputs.can == ports::CanState::error_passive,
+                                        .frames_lost = inputs.frames_lost,
+                                        .heartbeat_lost = image_.heartbeat_lost,
+                                        .setpoint_lost = image_.setpoint_lost && model_needed(),
+                                        .stored_set_lost = inputs.stored_set_lost,
+                                        .store_failing = inputs.store_failing,
+                                        .setpoint_count = master_count,
+                                        .setpoints_needed = last_drive_ == safety::Drive::active});
   constexpr std::uint16_t kRegulates = safety::control_bit::kD | safety::control_bit::kH;
   const bool asked = (image_.control_word & kRegulates) == kRegulates;
   safety::ChamberFaults causes{};

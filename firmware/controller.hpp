@@ -20,6 +20,7 @@
 #include "firmware/config/chamber_settings.hpp"
 #include "firmware/config/limits.hpp"
 #include "firmware/config/parameter_slots.hpp"
+#include "firmware/config/settings_desk.hpp"
 #include "firmware/ports/analog.hpp"
 #include "firmware/ports/can_bus.hpp"
 #include "firmware/ports/digital_io.hpp"
@@ -94,13 +95,16 @@ class Controller {
   safety::State state() const noexcept { return supervisor_.state(); }
 
  private:
+  void configure(std::uint8_t changed) noexcept;
   void take_over(std::uint8_t changed) noexcept;
   safety::FaultReport judge(const Inputs& inputs) noexcept;
   Outputs drive(safety::Drive drive) noexcept;
   void record(safety::Drive drive) noexcept;
   bool model_needed() const noexcept { return image_.control_mode != canopen::ControlMode::excitation; }
 
-  Settings settings_;
+  control::Regulator::Config regulator_;
+  control::VolumeObserver::Config volume_;
+  config::SettingsDesk settings_;
   canopen::ProcessImage image_;
   telemetry::Recorder recorder_;
   ShadowRun shadow_run_;

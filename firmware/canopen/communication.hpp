@@ -9,6 +9,7 @@
 #include "firmware/canopen/objects.hpp"
 #include "firmware/canopen/process_image.hpp"
 #include "firmware/config/model_desk.hpp"
+#include "firmware/config/settings_desk.hpp"
 #include "firmware/telemetry/recorder.hpp"
 
 namespace plenum::canopen {
@@ -139,6 +140,7 @@ struct Device {
   const Config& config;
   ProcessImage& image;
   config::ModelDesk& desk;
+  config::SettingsDesk& settings;
   telemetry::Recorder& recorder;
   DataSheet& sheet;
   Communication communication;

@@ -52,6 +52,8 @@ constexpr std::string_view kComments[] = {
     {"A PDO longer than its mapping is refused. A PDO is changed only while it is switched off: abort 0800 "
      "0022h."},
     "A default is what 1011h restores. REAL32 values and limits are written as decimal numbers.",
+    "Settings (2400h.., 63A0h, 63A1h) are written in INIT and FAULT_INIT only; 241Ah tells why one was "
+    "refused.",
     "Objects 2xxxh are the manufacturer's.",
 };
 
@@ -229,11 +231,9 @@ bool adds_node_id(const Entry& entry, std::uint32_t bits) noexcept {
 
 DataSheet::DataSheet(const Identity& identity, config::ModelDesk& desk,
                      telemetry::Recorder& recorder) noexcept
-    : delivered_{.node_id = 0, .identity = identity}, device_{delivered_, image_,
-                                                              desk,       recorder,
-                                                              *this,      default_communication(delivered_),
-                                                              {},         {},
-                                                              {}} {}
+    : delivered_{.node_id = 0, .identity = identity},
+      device_{delivered_, image_, desk, settings_, recorder, *this, default_communication(delivered_),
+              {},         {},     {}} {}
 
 std::size_t DataSheet::read(std::uint32_t offset, std::span<std::uint8_t> bytes) noexcept {
   if (offset == 0) {

@@ -63,6 +63,7 @@ class DataSheet {
 
   Config delivered_;  ///< node id 0: what depends on it reads as its base
   ProcessImage image_;
+  config::SettingsDesk settings_;
   Device device_;  ///< as delivered, read for the defaults
   TextLine line_;  ///< the one that begins at begun_, and next_ is where it ends
   Position begun_, next_;

@@ -47,11 +47,11 @@ bool admissible(const Mapping& mapping, const std::array<std::uint8_t, 8>& data)
 
 }  // namespace
 
-Node::Node(const Config& config, ProcessImage& image, config::ModelDesk& desk,
+Node::Node(const Config& config, ProcessImage& image, config::ModelDesk& desk, config::SettingsDesk& settings,
            telemetry::Recorder& recorder) noexcept
     : config_(config),
       sheet_(config_.identity, desk, recorder),
-      device_{config_, image, desk, recorder, sheet_, default_communication(config_), {}, {}, {}} {
+      device_{config_, image, desk, settings, recorder, sheet_, default_communication(config_), {}, {}, {}} {
   reset_communication();
 }
 

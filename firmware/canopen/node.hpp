@@ -18,7 +18,7 @@ namespace plenum::canopen {
 class Node {
  public:
   /// Queues the boot-up message; the node is then pre-operational. `image`, `desk` and `recorder` must outlive it.
-  Node(const Config& config, ProcessImage& image, config::ModelDesk& desk,
+  Node(const Config& config, ProcessImage& image, config::ModelDesk& desk, config::SettingsDesk& settings,
        telemetry::Recorder& recorder) noexcept;
 
   Node(const Node&) = delete;

@@ -61,6 +61,15 @@ inline constexpr std::uint16_t kCaptureBuffer = 0x2301;  ///< DOMAIN, read only:
 inline constexpr std::uint16_t kExcitation =
     0x2310;  ///< {seed, command low V, high V, pressure low Pa, high Pa}
 
+inline constexpr std::uint16_t kChamberSettings =
+    0x2400;                                               ///< + chamber, REAL32, as config/setting_fields.hpp
+inline constexpr std::uint16_t kChamberTicks = 0x2408;    ///< + chamber, UNSIGNED16, likewise
+inline constexpr std::uint16_t kChamberChoices = 0x2410;  ///< + chamber {in use, safe output}
+inline constexpr std::uint16_t kBoardSettings = 0x2418;   ///< REAL32, likewise
+inline constexpr std::uint16_t kBoardTicks = 0x2419;      ///< UNSIGNED16, likewise
+inline constexpr std::uint16_t kSettingRefusal =
+    0x241A;  ///< {chamber from 1, reason, field, value, low, high}
+
 inline constexpr std::uint16_t kControlWord = 0x6040;
 inline constexpr std::uint16_t kStatusWord = 0x6041;
 inline constexpr std::uint16_t kDeviceMode = 0x6042;
@@ -71,6 +80,9 @@ inline constexpr std::uint16_t kChamberStride = 0x800;  ///< the indices below a
 inline constexpr std::uint16_t kSetpoint = 0x6380;      ///< {I16 mbar, unit, prefix}, as the next three
 inline constexpr std::uint16_t kActual = 0x6381;
 inline constexpr std::uint16_t kReference = 0x6391;
+inline constexpr std::uint16_t kDemand = 0x6390;
+inline constexpr std::uint16_t kUpperLimit = 0x63A0;
+inline constexpr std::uint16_t kLowerLimit = 0x63A1;
 inline constexpr std::uint16_t kHoldSetpoint = 0x6394;
 inline constexpr std::uint16_t kDeviation = 0x63D0;
 }  // namespace object

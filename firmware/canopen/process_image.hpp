@@ -25,6 +25,7 @@ struct ChamberImage {
   float hold_setpoint_Pa = 0.0F;  ///< 6394h
   // to the bus
   float actual_Pa = 0.0F;      ///< 6381h / 2150h:2, mean over the tick just past
+  float demand_Pa = 0.0F;      ///< 6390h, the set point that is followed, within the limits
   float reference_Pa = 0.0F;   ///< 6391h, the set point after ramp and limits
   float volume_m3 = 0.0F;      ///< 2150h:3
   float command_V = 0.0F;      ///< 2210h:3, the command now held at the valve

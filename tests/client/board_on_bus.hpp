@@ -23,7 +23,7 @@ class BoardOnBus : public Link {
       : pc(bus.attach("pc")),
         board(bus.attach("board")),
         node(canopen::Config{.node_id = node_id, .identity = {.vendor_id = 1, .product_code = 2}}, image,
-             slots, recorder) {}
+             slots, settings, recorder) {}
 
   // Link
   void send(const CanFrame& frame) override {
@@ -69,6 +69,7 @@ class BoardOnBus : public Link {
   ports::SimulatedCanPort& board;
   canopen::ProcessImage image;
   config::ParameterSlots slots;
+  config::SettingsDesk settings;
   telemetry::Recorder recorder;
   canopen::Node node;
   std::uint64_t next_tick_ns = kTick_ns;

@@ -13,10 +13,7 @@ Abort read_identity(const Device& device, Place, std::uint32_t& bits) noexcept {
 
 template <const char* Identity::*member>
 std::span<const std::uint8_t> read_string(const Device& device, Place) noexcept {
-  const char* text = device.config.identity.*member;
-  std::size_t length = 0;
-  while (length < kMaxDomainBytes && text[length] != '\0') ++length;
-  return {reinterpret_cast<const std::uint8_t*>(text), length};  // bytes of a VISIBLE_STRING
+  return text_bytes(device.config.identity.*member);
 }
 
 // ---- errors ----

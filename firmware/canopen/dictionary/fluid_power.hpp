@@ -2,6 +2,7 @@
 #pragma once
 
 #include "firmware/canopen/dictionary/process.hpp"
+#include "firmware/canopen/dictionary/settings.hpp"
 
 namespace plenum::canopen::dictionary {
 
@@ -22,6 +23,21 @@ inline Abort read_deviation_mbar(const Device& device, Place at, std::uint32_t& 
   const ChamberImage& chamber = device.image.chamber[at.instance];
   bits = mbar_bits(chamber.reference_Pa - chamber.actual_Pa);
   return Abort::none;
+}
+
+constexpr float kMbar_per_kPa = 10.0F;
+
+template <float config::ChamberSettings::*member>
+Abort read_limit_mbar(const Device& device, Place at, std::uint32_t& bits) noexcept {
+  bits = mbar_bits(device.settings.chamber(at.instance).*member * (kMbar_per_kPa * kPa_per_mbar));
+  return Abort::none;
+}
+
+template <float config::ChamberSettings::*member>
+Abort write_limit_mbar(Device& device, Place at, std::uint32_t bits) noexcept {
+  config::ChamberSettings settings = device.settings.chamber(at.instance);
+  settings.*member = static_cast<float>(static_cast<std::int16_t>(bits)) / kMbar_per_kPa;
+  return set_chamber(device, at, settings);
 }
 
 inline Abort read_error_code(const Device& device, Place, std::uint32_t& bits) noexcept {
@@ -51,6 +67,8 @@ inline Abort accept_device_mode(Device&, Place, std::uint32_t) noexcept {
 constexpr std::uint32_t kUnitBar = 0x4E;
 constexpr std::uint32_t kPrefixMilli = 0xFD;
 
+using Limits = config::ChamberSettings;
+
 inline constexpr Entry kFluidPowerRows[] = {
     value(0x6040, 0, kOnce, "Control word", unsigned16, read_write, receive_and_transmit, kAny,
           read_image<&ProcessImage::control_word>, write_image<&ProcessImage::control_word>),
@@ -61,6 +79,7 @@ inline constexpr Entry kFluidPowerRows[] = {
     value(0x6043, 0, kOnce, "Control mode", integer8, read_write, no, kAny,
           read_image<&ProcessImage::control_mode>, write_control_mode),
     value(0x604E, 0, kOnce, "Error code", unsigned16, read_only, transmit, kAny, read_error_code),
+    value(0x604F, 0, kOnce, "Local (0: the bus has control)", integer8, constant, no, kAny, fixed<0>),
 
     // CiA 408: pressure control, per chamber; pressures are absolute, in mbar
     highest<3>(0x6380, kChambersApart, "Set point"),
@@ -73,6 +92,12 @@ inline constexpr Entry kFluidPowerRows[] = {
           read_chamber_mbar<&C::actual_Pa>),
     value(0x6381, 2, kChambersApart, "Actual value unit", unsigned8, constant, no, kAny, fixed<kUnitBar>),
     value(0x6381, 3, kChambersApart, "Actual value prefix", integer8, constant, no, kAny,
+          fixed<kPrefixMilli>),
+    highest<3>(0x6390, kChambersApart, "Demand value"),
+    value(0x6390, 1, kChambersApart, "Demand value", integer16, read_only, transmit, kAny,
+          read_chamber_mbar<&C::demand_Pa>),
+    value(0x6390, 2, kChambersApart, "Demand value unit", unsigned8, constant, no, kAny, fixed<kUnitBar>),
+    value(0x6390, 3, kChambersApart, "Demand value prefix", integer8, constant, no, kAny,
           fixed<kPrefixMilli>),
     highest<3>(0x6391, kChambersApart, "Reference value"),
     value(0x6391, 1, kChambersApart, "Reference value", integer16, read_only, transmit, kAny,
@@ -87,6 +112,16 @@ inline constexpr Entry kFluidPowerRows[] = {
     value(0x6394, 2, kChambersApart, "Hold set point unit", unsigned8, constant, no, kAny, fixed<kUnitBar>),
     value(0x6394, 3, kChambersApart, "Hold set point prefix", integer8, constant, no, kAny,
           fixed<kPrefixMilli>),
+    highest<3>(0x63A0, kChambersApart, "Upper limit"),
+    value(0x63A0, 1, kChambersApart, "Upper limit", integer16, read_write, no, kSetpointRange_mbar,
+          read_limit_mbar<&Limits::pressure_high_kPa>, write_limit_mbar<&Limits::pressure_high_kPa>),
+    value(0x63A0, 2, kChambersApart, "Upper limit unit", unsigned8, constant, no, kAny, fixed<kUnitBar>),
+    value(0x63A0, 3, kChambersApart, "Upper limit prefix", integer8, constant, no, kAny, fixed<kPrefixMilli>),
+    highest<3>(0x63A1, kChambersApart, "Lower limit"),
+    value(0x63A1, 1, kChambersApart, "Lower limit", integer16, read_write, no, kSetpointRange_mbar,
+          read_limit_mbar<&Limits::pressure_low_kPa>, write_limit_mbar<&Limits::pressure_low_kPa>),
+    value(0x63A1, 2, kChambersApart, "Lower limit unit", unsigned8, constant, no, kAny, fixed<kUnitBar>),
+    value(0x63A1, 3, kChambersApart, "Lower limit prefix", integer8, constant, no, kAny, fixed<kPrefixMilli>),
     highest<3>(0x63D0, kChambersApart, "Control deviation"),
     value(0x63D0, 1, kChambersApart, "Control deviation", integer16, read_only, transmit, kAny,
           read_deviation_mbar),

@@ -59,6 +59,13 @@ inline std::int32_t integer_value(DataType type, std::uint32_t bits) {
   }
 }
 
+/// A VISIBLE_STRING, at most kMaxDomainBytes of it.
+inline std::span<const std::uint8_t> text_bytes(const char* text) noexcept {
+  std::size_t length = 0;
+  while (length < kMaxDomainBytes && text[length] != '\0') ++length;
+  return {reinterpret_cast<const std::uint8_t*>(text), length};
+}
+
 // ---- accessors: constants and plain members ----
 
 template <std::uint32_t value>
@@ -128,6 +135,12 @@ constexpr Entry bytes(std::uint16_t index, Many many, const char* name, DataType
                       ReadBytes read, WriteBytes write = nullptr) {
   return {index,        0,    0,       many.instances, many.stride, name, type, access,
           Mappable::no, kAny, nullptr, nullptr,        read,        write};
+}
+
+/// The same row at another sub-index.
+constexpr Entry at_sub(std::uint8_t sub, Entry row) {
+  row.sub = row.last_sub = sub;
+  return row;
 }
 
 /// The name of the record or array whose sub-index 0 the row is.

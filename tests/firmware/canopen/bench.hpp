@@ -89,13 +89,14 @@ using Frames = std::vector<std::string>;
 struct Bench {
   ProcessImage image;
   FakeDesk desk;
+  config::SettingsDesk settings;
   telemetry::Recorder recorder;
   Node node;
 
   explicit Bench(bool operational = false)
       : node(Config{.node_id = 5,
                     .identity = {.vendor_id = 0x11, .product_code = 0x22, .revision = 0x33, .serial = 0x44}},
-             image, desk, recorder) {
+             image, desk, settings, recorder) {
     drain();
     if (operational) {
       send("000 01 05");

@@ -9,8 +9,9 @@ namespace {
 TEST(Network, BootsUpIntoPreOperational) {
   ProcessImage image;
   FakeDesk desk;
+  config::SettingsDesk settings;
   telemetry::Recorder recorder;
-  Node node(Config{.node_id = 5}, image, desk, recorder);
+  Node node(Config{.node_id = 5}, image, desk, settings, recorder);
   ports::CanFrame frame;
   ASSERT_TRUE(node.next_frame(frame));
   EXPECT_EQ(text_of(frame), "705 00");

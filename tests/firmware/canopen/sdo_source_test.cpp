@@ -29,9 +29,10 @@ struct SourceBench {
   Config config;
   ProcessImage image;
   FakeDesk desk;
+  config::SettingsDesk settings;
   telemetry::Recorder recorder;
   DataSheet sheet{config.identity, desk, recorder};
-  Device device{config, image, desk, recorder, sheet, {}, {}, {}, {}};
+  Device device{config, image, desk, settings, recorder, sheet, {}, {}, {}, {}};
   Entry entry;
   std::array<std::uint8_t, 8> room{};
   SdoSource source;

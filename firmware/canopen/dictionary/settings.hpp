@@ -1,0 +1,175 @@
+// Objects 2400h..241Ah (own): the settings of chambers and board, field by field.
+//
+// A record follows a table of config/setting_fields.hpp: sub-index k is its k-th field, by its name and range. Settings are changed
+// in INIT and FAULT_INIT only; in the latter because a sensor's window that is set wrong makes a fault which no reset could clear.
+#pragma once
+
+#include "firmware/canopen/dictionary/rows.hpp"
+#include "firmware/config/setting_fields.hpp"
+
+namespace plenum::canopen::dictionary {
+
+// ---- of a chamber ----
+
+inline Abort set_chamber(Device& device, Place at, const config::ChamberSettings& settings) noexcept {
+  if ((device.image.status_word & word::kStateMask) != 0) return Abort::device_state;
+  return device.settings.set(at.instance, settings) ? Abort::none : Abort::value_range;
+}
+
+inline Abort read_chamber_float(const Device& device, Place at, std::uint32_t& bits) noexcept {
+  bits = bits_of(device.settings.chamber(at.instance).*config::kChamberFloats[at.sub - 1U].member);
+  return Abort::none;
+}
+
+inline Abort write_chamber_float(Device& device, Place at, std::uint32_t bits) noexcept {
+  config::ChamberSettings settings = device.settings.chamber(at.instance);
+  settings.*config::kChamberFloats[at.sub - 1U].member = std::bit_cast<float>(bits);
+  return set_chamber(device, at, settings);
+}
+
+inline Abort read_chamber_ticks(const Device& device, Place at, std::uint32_t& bits) noexcept {
+  bits = device.settings.chamber(at.instance).*config::kChamberTicks[at.sub - 1U].member;
+  return Abort::none;
+}
+
+inline Abort write_chamber_ticks(Device& device, Place at, std::uint32_t bits) noexcept {
+  config::ChamberSettings settings = device.settings.chamber(at.instance);
+  settings.*config::kChamberTicks[at.sub - 1U].member = static_cast<std::uint16_t>(bits);
+  return set_chamber(device, at, settings);
+}
+
+inline Abort read_in_use(const Device& device, Place at, std::uint32_t& bits) noexcept {
+  bits = device.settings.chamber(at.instance).in_use ? 1 : 0;
+  return Abort::none;
+}
+
+inline Abort write_in_use(Device& device, Place at, std::uint32_t bits) noexcept {
+  config::ChamberSettings settings = device.settings.chamber(at.instance);
+  settings.in_use = bits != 0;
+  return set_chamber(device, at, settings);
+}
+
+inline Abort read_safe_output(const Device& device, Place at, std::uint32_t& bits) noexcept {
+  bits = static_cast<std::uint32_t>(device.settings.chamber(at.instance).safe_output);
+  return Abort::none;
+}
+
+inline Abort write_safe_output(Device& device, Place at, std::uint32_t bits) noexcept {
+  config::ChamberSettings settings = device.settings.chamber(at.instance);
+  settings.safe_output = static_cast<config::SafeOutput>(bits);
+  return set_chamber(device, at, settings);
+}
+
+// ---- of the board ----
+
+inline Abort set_board(Device& device, const config::BoardSettings& settings) noexcept {
+  if ((device.image.status_word & word::kStateMask) != 0) return Abort::device_state;
+  return device.settings.set(settings) ? Abort::none : Abort::value_range;
+}
+
+inline Abort read_board_float(const Device& device, Place at, std::uint32_t& bits) noexcept {
+  bits = bits_of(device.settings.board().*config::kBoardFloats[at.sub - 1U].member);
+  return Abort::none;
+}
+
+inline Abort write_board_float(Device& device, Place at, std::uint32_t bits) noexcept {
+  config::BoardSettings settings = device.settings.board();
+  settings.*config::kBoardFloats[at.sub - 1U].member = std::bit_cast<float>(bits);
+  return set_board(device, settings);
+}
+
+inline Abort read_board_ticks(const Device& device, Place at, std::uint32_t& bits) noexcept {
+  bits = device.settings.board().*config::kBoardTicks[at.sub - 1U].member;
+  return Abort::none;
+}
+
+inline Abort write_board_ticks(Device& device, Place at, std::uint32_t bits) noexcept {
+  config::BoardSettings settings = device.settings.board();
+  settings.*config::kBoardTicks[at.sub - 1U].member = static_cast<std::uint16_t>(bits);
+  return set_board(device, settings);
+}
+
+// ---- why a setting was refused ----
+
+inline Abort read_refusal(const Device& device, Place at, std::uint32_t& bits) noexcept {
+  const config::SettingRefusal& refusal = device.settings.refusal();
+  switch (at.sub) {
+    case 1:
+      bits = refusal.chamber;
+      break;
+    case 2:
+      bits = static_cast<std::uint32_t>(refusal.verdict.error);
+      break;
+    case 4:
+      bits = bits_of(refusal.verdict.value);
+      break;
+    case 5:
+      bits = bits_of(refusal.verdict.low);
+      break;
+    default:
+      bits = bits_of(refusal.verdict.high);
+      break;
+  }
+  return Abort::none;
+}
+
+inline std::span<const std::uint8_t> read_refused_field(const Device& device, Place) noexcept {
+  return text_bytes(device.settings.refusal().verdict.field);
+}
+
+// ---- rows ----
+
+/// A record of one row a field.
+template <std::size_t fields>
+struct FieldRows {
+  Entry row[fields + 1];
+};
+
+template <typename Field, std::size_t fields>
+constexpr FieldRows<fields> field_rows(std::uint16_t index, Many many, const char* name,
+                                       const Field (&field)[fields], DataType type, ReadValue read,
+                                       WriteValue write) {
+  FieldRows<fields> rows{};
+  rows.row[0] = highest<fields>(index, many, name);
+  for (std::size_t i = 0; i < fields; ++i) {
+    rows.row[i + 1] = kept(value(index, static_cast<int>(i + 1), many, field[i].name, type, read_write, no,
+                                 {field[i].low, field[i].high, true}, read, write));
+  }
+  return rows;
+}
+
+inline constexpr auto kChamberFloatRows =
+    field_rows(object::kChamberSettings, kChambersNext, "Chamber settings", config::kChamberFloats, real32,
+               read_chamber_float, write_chamber_float);
+inline constexpr auto kChamberTickRows =
+    field_rows(object::kChamberTicks, kChambersNext, "Chamber settings: ticks", config::kChamberTicks,
+               unsigned16, read_chamber_ticks, write_chamber_ticks);
+inline constexpr Entry kChamberChoiceRows[] = {
+    highest<2>(object::kChamberChoices, kChambersNext, "Chamber settings: choices"),
+    kept(value(object::kChamberChoices, 1, kChambersNext, "in_use", unsigned8, read_write, no,
+               {0.0F, 1.0F, true}, read_in_use, write_in_use)),
+    kept(value(object::kChamberChoices, 2, kChambersNext, "safe_output (0 null, 1 vent)", unsigned8,
+               read_write, no, {0.0F, 1.0F, true}, read_safe_output, write_safe_output)),
+};
+inline constexpr auto kBoardFloatRows =
+    field_rows(object::kBoardSettings, kOnce, "Board settings", config::kBoardFloats, real32,
+               read_board_float, write_board_float);
+inline constexpr auto kBoardTickRows =
+    field_rows(object::kBoardTicks, kOnce, "Board settings: ticks", config::kBoardTicks, unsigned16,
+               read_board_ticks, write_board_ticks);
+inline constexpr Entry kRefusalRows[] = {
+    highest<6>(object::kSettingRefusal, kOnce, "Last setting refused"),
+    value(object::kSettingRefusal, 1, kOnce, "Chamber from 1, 0: the board", unsigned8, read_only, no, kAny,
+          read_refusal),
+    value(object::kSettingRefusal, 2, kOnce,
+          "Reason (0 none, 1 not finite, 2 out of range, 3 contradicts others)", unsigned8, read_only, no,
+          kAny, read_refusal),
+    at_sub(3, bytes(object::kSettingRefusal, kOnce, "Field", visible_string, read_only, read_refused_field)),
+    value(object::kSettingRefusal, 4, kOnce, "Refused value", real32, read_only, no, kAny, read_refusal),
+    value(object::kSettingRefusal, 5, kOnce, "Low limit left by the others", real32, read_only, no, kAny,
+          read_refusal),
+    value(object::kSettingRefusal, 6, kOnce, "High limit left by the others", real32, read_only, no, kAny,
+          read_refusal),
+};
+
+}  // namespace plenum::canopen::dictionary

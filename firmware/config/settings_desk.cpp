@@ -1,0 +1,51 @@
+#include "firmware/config/settings_desk.hpp"
+
+namespace plenum::config {
+
+SettingVerdict SettingsDesk::set(const BoardSettings& settings) noexcept {
+  const SettingVerdict verdict = restoring_ ? SettingVerdict{} : validate(settings);
+  if (verdict) {
+    board_ = settings;
+  } else {
+    refusal_ = {0, verdict};
+  }
+  return verdict;
+}
+
+SettingVerdict SettingsDesk::set(std::size_t chamber, const ChamberSettings& settings) noexcept {
+  const SettingVerdict verdict = restoring_ ? SettingVerdict{} : validate(settings);
+  if (verdict) {
+    chamber_[chamber] = settings;
+    changed_ = static_cast<std::uint8_t>(changed_ | 1U << chamber);
+  } else {
+    refusal_ = {static_cast<std::uint8_t>(chamber + 1), verdict};
+  }
+  return verdict;
+}
+
+void SettingsDesk::begin_restore() noexcept {
+  board_before_ = board_;
+  chamber_before_ = chamber_;
+  restoring_ = true;
+}
+
+bool SettingsDesk::end_restore() noexcept {
+  restoring_ = false;
+  const BoardSettings board = board_;
+  board_ = board_before_;
+  bool all_kept = static_cast<bool>(set(board));
+  for (std::size_t c = 0; c < kChambers; ++c) {
+    const ChamberSettings chamber = chamber_[c];
+    chamber_[c] = chamber_before_[c];
+    all_kept = static_cast<bool>(set(c, chamber)) && all_kept;
+  }
+  return all_kept;
+}
+
+std::uint8_t SettingsDesk::take_changed() noexcept {
+  const std::uint8_t changed = changed_;
+  changed_ = 0;
+  return changed;
+}
+
+}  // namespace plenum::config

@@ -1,0 +1,72 @@
+#include "firmware/config/settings_desk.hpp"
+
+#include <gtest/gtest.h>
+
+namespace plenum::config {
+namespace {
+
+ChamberSettings with_limits(float high_kPa, float over_kPa) {
+  ChamberSettings settings;
+  settings.pressure_high_kPa = high_kPa;
+  settings.over_pressure_kPa = over_kPa;
+  return settings;
+}
+
+TEST(SettingsDesk, TakesWhatIsAdmissibleAndTellsOnceWhichChambersChanged) {
+  SettingsDesk desk;
+  EXPECT_EQ(desk.take_changed(), 0);
+  EXPECT_TRUE(desk.set(2, with_limits(500.0F, 600.0F)));
+  EXPECT_TRUE(desk.set(7, with_limits(700.0F, 750.0F)));
+  EXPECT_EQ(desk.chamber(2).over_pressure_kPa, 600.0F);
+  EXPECT_EQ(desk.take_changed(), 0b1000'0100);
+  EXPECT_EQ(desk.take_changed(), 0);
+  EXPECT_EQ(desk.refusal().verdict.error, SettingError::none);
+}
+
+TEST(SettingsDesk, RefusesWhatContradictsItselfAndRemembersWhy) {
+  SettingsDesk desk;
+  EXPECT_FALSE(desk.set(4, with_limits(850.0F, 800.0F)));
+  EXPECT_EQ(desk.chamber(4).pressure_high_kPa, ChamberSettings{}.pressure_high_kPa);
+  EXPECT_EQ(desk.take_changed(), 0);
+  EXPECT_EQ(desk.refusal().chamber, 5);
+  EXPECT_STREQ(desk.refusal().verdict.field, "over_pressure_kPa");
+  BoardSettings board;
+  board.supply_gain_kPa_per_V = 0.0F;
+  EXPECT_FALSE(desk.set(board));
+  EXPECT_EQ(desk.refusal().chamber, 0);
+  EXPECT_STREQ(desk.refusal().verdict.field, "supply_gain_kPa_per_V");
+}
+
+TEST(SettingsDesk, RestoresASetWhoseFieldsContradictTheOldOnesOnTheWay) {
+  SettingsDesk desk;
+  desk.begin_restore();
+  // field by field: 950 kPa lies beyond the trip of 900 kPa that still stands
+  ChamberSettings settings = desk.chamber(0);
+  settings.pressure_high_kPa = 950.0F;
+  EXPECT_TRUE(desk.set(0, settings));
+  settings.over_pressure_kPa = 980.0F;
+  EXPECT_TRUE(desk.set(0, settings));
+  EXPECT_TRUE(desk.end_restore());
+  EXPECT_EQ(desk.chamber(0).pressure_high_kPa, 950.0F);
+  EXPECT_EQ(desk.chamber(0).over_pressure_kPa, 980.0F);
+}
+
+TEST(SettingsDesk, PutsBackTheChamberWhoseRestoredSettingsAreNotAdmissible) {
+  SettingsDesk desk;
+  ASSERT_TRUE(desk.set(1, with_limits(400.0F, 500.0F)));
+  desk.begin_restore();
+  desk.set(0, with_limits(300.0F, 350.0F));
+  desk.set(1, with_limits(600.0F, 550.0F));
+  BoardSettings board;
+  board.supply_ticks = 0;
+  desk.set(board);
+  EXPECT_FALSE(desk.end_restore());
+  EXPECT_EQ(desk.chamber(0).pressure_high_kPa, 300.0F);
+  EXPECT_EQ(desk.chamber(1).pressure_high_kPa, 400.0F);
+  EXPECT_EQ(desk.board().supply_ticks, BoardSettings{}.supply_ticks);
+  EXPECT_EQ(desk.refusal().chamber, 2);
+  EXPECT_FALSE(desk.set(1, with_limits(600.0F, 550.0F))) << "from now on each change is judged";
+}
+
+}  // namespace
+}  // namespace plenum::config
