@@ -5,6 +5,7 @@
 namespace plenum {
 
 void Board::start() noexcept {
+  controller_.prepare();
   keeper_.start(controller_);
   controller_.show_store(keeper_.image());
 }

@@ -68,6 +68,9 @@ class Controller {
   Controller(const Controller&) = delete;
   Controller& operator=(const Controller&) = delete;
 
+  /// Before the first step: what would take long in one.
+  void prepare() noexcept { node_.prepare(); }
+
   /// Before the first step: a model image from the parameter store. Refused images leave the chamber without
   /// a model.
   config::ImageVerdict restore(std::uint8_t chamber, std::span<const std::uint8_t> image) noexcept;

@@ -24,6 +24,9 @@ class Node {
   Node(const Node&) = delete;
   Node& operator=(const Node&) = delete;
 
+  /// Before the first tick: what would take long in one (about a millisecond: the size of the data sheet).
+  void prepare() noexcept { sheet_.size(); }
+
   /// Takes one frame, at any time between ticks. Bounded work: an SDO request finds its
   /// object by halving the table. A frame that is foreign, malformed, remote, extended or carries a refused value changes
   /// nothing but a counter.

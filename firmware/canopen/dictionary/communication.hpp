@@ -2,6 +2,7 @@
 #pragma once
 
 #include "firmware/canopen/dictionary/rows.hpp"
+#include "firmware/canopen/eds.hpp"
 
 namespace plenum::canopen::dictionary {
 
@@ -96,6 +97,17 @@ Abort node_cob_id(const Device& device, Place, std::uint32_t& bits) noexcept {
   return Abort::none;
 }
 
+// ---- electronic data sheet ----
+
+inline std::size_t read_sheet(Device& device, Place, std::uint32_t offset,
+                              std::span<std::uint8_t> bytes) noexcept {
+  return device.sheet.read(offset, bytes);
+}
+
+inline std::uint32_t sheet_size(const Device& device, Place) noexcept {
+  return device.sheet.size();
+}
+
 inline constexpr Entry kCommunicationRows[] = {
     value(0x1000, 0, kOnce, "Device type", unsigned32, constant, no, kAny, fixed<kDeviceType>),
     value(0x1001, 0, kOnce, "Error register", unsigned8, read_only, transmit, kAny, read_error_register),
@@ -132,6 +144,8 @@ inline constexpr Entry kCommunicationRows[] = {
           read_identity<&Identity::serial>),
     kept(value(0x1019, 0, kOnce, "Synchronous counter overflow value", unsigned8, read_write, no, kAny,
                read_communication<&Communication::sync_overflow>, write_sync_overflow)),
+    stream(0x1021, "Store EDS", domain, read_sheet, sheet_size),
+    value(0x1022, 0, kOnce, "Store format", unsigned8, constant, no, kAny, fixed<0>),  // plain text
     highest<1>(0x1029, kOnce, "Error behaviour"),
     kept(value(0x1029, 1, kOnce, "Communication error", unsigned8, read_write, no, {0.0F, 2.0F, true},
                read_communication<&Communication::error_behaviour>,
