@@ -26,11 +26,12 @@ constexpr auto joined(const Entry (&... areas)[sizes]) {
   return rows;
 }
 
-constexpr auto kTable = joined(
-    dictionary::kCommunicationRows, dictionary::kPdoRows, dictionary::kModelRows, dictionary::kStoreRows,
-    dictionary::kProcessRows, dictionary::kCaptureRows, dictionary::kChamberFloatRows.row,
-    dictionary::kChamberTickRows.row, dictionary::kChamberChoiceRows, dictionary::kBoardFloatRows.row,
-    dictionary::kBoardTickRows.row, dictionary::kRefusalRows, dictionary::kFluidPowerRows);
+constexpr auto kTable =
+    joined(dictionary::kCommunicationRows, dictionary::kPdoRows, dictionary::kModelRows,
+           dictionary::kStoreRows, dictionary::kModelParameterRows, dictionary::kProcessRows,
+           dictionary::kCaptureRows, dictionary::kChamberFloatRows.row, dictionary::kChamberTickRows.row,
+           dictionary::kChamberChoiceRows, dictionary::kBoardFloatRows.row, dictionary::kBoardTickRows.row,
+           dictionary::kRefusalRows, dictionary::kFluidPowerRows);
 
 constexpr bool before(const Entry& a, const Entry& b) {
   return a.index < b.index || (a.index == b.index && a.sub < b.sub);

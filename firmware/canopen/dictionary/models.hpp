@@ -128,6 +128,18 @@ inline Abort release_upload_session(Device& device, Place, std::uint32_t token) 
   return device.desk.upload_session().release(token) ? Abort::none : Abort::device_state;
 }
 
+constexpr std::size_t kParametersBegin = 28;  // layout of config/model_image.hpp
+constexpr std::size_t kTrailingCrcBytes = 4;
+
+/// Sub-index k is the k-th parameter of the model's schema, as it stands in the image in force.
+inline Abort read_model_parameter(const Device& device, Place at, std::uint32_t& bits) noexcept {
+  const std::span<const std::uint8_t> image = device.desk.active_image(at.instance);
+  const std::size_t begin = kParametersBegin + 4U * (at.sub - 1U);
+  if (begin + 4 + kTrailingCrcBytes > image.size()) return Abort::no_data;
+  bits = load_le(image.subspan(begin, 4));
+  return Abort::none;
+}
+
 inline constexpr Entry kModelRows[] = {
     highest<3>(0x2100, kOnce, "Model schema"),
     value(0x2100, 1, kOnce, "Schema hash", unsigned32, constant, no, kAny, read_schema_hash),
@@ -165,6 +177,12 @@ inline constexpr Entry kModelRows[] = {
           read_set_state),
     value(0x2128, 13, kChambersNext, "Serial number expected", unsigned32, read_only, no, kAny,
           read_set_state),
+};
+
+inline constexpr Entry kModelParameterRows[] = {
+    highest<config::kMaxParameters>(0x2140, kChambersNext, "Parameters of the active model"),
+    value(0x2140, {1, config::kMaxParameters}, kChambersNext, "Parameter", real32, read_only, no, kAny,
+          read_model_parameter),
 };
 
 }  // namespace plenum::canopen::dictionary

@@ -23,6 +23,22 @@ TEST(UploadSessionObject, KnowsNoToken0) {
   EXPECT_EQ(bench.answer("605 23 21 21 01 00 00 00 00"), "585 80 21 21 01 30 00 09 06");
 }
 
+TEST(ModelParameters, AreThoseOfTheImageInForce) {
+  Bench bench;
+  EXPECT_EQ(bench.answer("605 40 43 21 01 00 00 00 00"), "585 80 43 21 01 24 00 00 08") << "no model";
+  std::vector<std::uint8_t> image(28 + 2 * 4 + 4, 0xAA);
+  image[28 + 3] = 0x3F;  // first parameter 3FAAAAAAh
+  image[32 + 3] = 0x40;  // second 40AAAAAAh
+  bench.desk.active[3] = image;
+  EXPECT_EQ(bench.answer("605 40 43 21 00 00 00 00 00"), "585 4F 43 21 00 20 00 00 00");
+  EXPECT_EQ(bench.answer("605 40 43 21 01 00 00 00 00"), "585 43 43 21 01 AA AA AA 3F");
+  EXPECT_EQ(bench.answer("605 40 43 21 02 00 00 00 00"), "585 43 43 21 02 AA AA AA 40");
+  EXPECT_EQ(bench.answer("605 40 43 21 03 00 00 00 00"), "585 80 43 21 03 24 00 00 08")
+      << "the CRC is no parameter";
+  EXPECT_EQ(bench.answer("605 40 44 21 01 00 00 00 00"), "585 80 44 21 01 24 00 00 08")
+      << "another chamber's";
+}
+
 TEST(SetState, ShowsTheShadowRunInPascal) {
   Bench bench;  // worse, 3.5 kPa and 1.25 kPa: 3500.0 = 455AC000h, 1250.0 = 449C4000h
   EXPECT_EQ(bench.answer("605 40 2A 21 09 00 00 00 00"), "585 4F 2A 21 09 04 00 00 00");
