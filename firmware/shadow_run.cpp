@@ -19,6 +19,11 @@ float square(float x) noexcept {
   return x * x;
 }
 
+bool usable(const telemetry::Row& row) noexcept {
+  return row.has(telemetry::row_flag::kMeasured) && numeric::is_finite(row.pressure_Pa) &&
+         numeric::is_finite(row.volume_m3);
+}
+
 std::uint8_t bit(std::size_t chamber) noexcept {
   return static_cast<std::uint8_t>(1U << chamber);
 }
@@ -105,9 +110,7 @@ bool ShadowRun::take_row() noexcept {
   if (!held || end_ - next_ < 2) return false;
   const telemetry::Row& row = recorder_.row(next_, chamber_);
   const telemetry::Row& next = recorder_.row(next_ + 1, chamber_);
-  const bool whole = row.has(telemetry::row_flag::kMeasured) && next.has(telemetry::row_flag::kMeasured) &&
-                     next.has(telemetry::row_flag::kFollows);
-  if (whole) {
+  if (usable(row) && usable(next) && next.has(telemetry::row_flag::kFollows)) {
     compare(tick_from(next_), pressure_kPa(row));
   } else {
     stretch_ticks_ = 0;

@@ -14,6 +14,7 @@ namespace {
 struct Options {
   BoardChoice board;
   unsigned chamber = 0;
+  bool force = false;
   std::vector<std::string> files;
   Output output;
 };
@@ -55,7 +56,7 @@ int run(const Options& options) {
   const std::string& store = options.board.store;
   if (options.board.simulated()) require_folder(store);
   BoardAccess board(options.board);
-  board.session().upload_models(uploads);
+  board.session().upload_models(uploads, options.force ? client::Doubted::force : client::Doubted::refuse);
   // The session has read back and compared; what is left is that the board keeps them.
   client::await_stored(board.session());
   for (const Json& one : list) {
@@ -76,6 +77,10 @@ Command add_upload(CLI::App& program) {
   app->add_option("--chamber", options->chamber,
                   "Chamber of the board, from 1 (default: the one in the file)")
       ->check(CLI::Range(1, 8));
+  app->add_flag(
+      "--force", options->force,
+      "Also models that the board doubts: they predict its log worse than those in force, or are of "
+      "another valve or sensor");
   app->add_option("MODEL", options->files, "Model files")->type_name("MODEL.json")->required();
   options->output.add_to(*app);
   app->footer(example("  plenum upload --store board model-1.json model-2.json"));

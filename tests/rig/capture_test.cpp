@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 
@@ -228,6 +229,40 @@ TEST(Follow, AfterAFaultOnlyAResetLetsTheBoardGoOn) {
   session.reset_fault();
   EXPECT_EQ(watched.rig.board(0).controller().state(), safety::State::disabled);
   EXPECT_EQ(client::follow(session, same_for_both(reference_Pa), {.chambers = kFollowed}).size(), 50U);
+}
+
+// ---- the board's own comparison of models, by what it captured
+
+client::ModelUpload with_scaled(const client::ModelUpload& upload, std::size_t parameter, float factor) {
+  plenum::config::ModelParameters parameters;
+  if (!plenum::config::decode(upload.image, parameters)) throw std::logic_error("the fitted image is none");
+  parameters.value.at(parameter) *= factor;
+  client::ModelUpload scaled = upload;
+  plenum::config::encode(parameters, scaled.image);
+  return scaled;
+}
+
+TEST(Upload, RefusesAWorseModelAfterACaptureUnlessForced) {
+  constexpr std::size_t kC1 = 0, kC7 = 6;
+  WatchedRig watched(mpye_rig(followed_rig(0.2)));
+  Session session(watched, 1);
+  const std::vector<client::ModelUpload> fitted = fitted_models(0.2);
+  session.upload_models(fitted);  // no log yet: taken as they are
+  client::capture(session, {.seconds = 12.0, .seed = 7, .chambers = kFollowed});
+
+  for (const auto& worse : {with_scaled(fitted[0], kC1, 1.05F), with_scaled(fitted[1], kC7, 1.4F),
+                            with_scaled(fitted[1], kC7, 2.0F)}) {
+    EXPECT_THROW(session.upload_models(std::array{worse}), client::Refused)
+        << "chamber " << int{worse.chamber};
+    EXPECT_EQ(session.download_model(worse.chamber), fitted[worse.chamber].image);
+  }
+  session.upload_models(
+      fitted);  // the log of a capture does not speak against what was fitted to another one
+  const client::ModelUpload worse = with_scaled(fitted[1], kC7, 1.4F);
+  session.upload_models(std::array{worse}, client::Doubted::force);
+  EXPECT_EQ(session.download_model(1), worse.image);
+  session.upload_models(fitted);
+  EXPECT_EQ(session.download_model(1), fitted[1].image) << "and the better one after it without force";
 }
 
 }  // namespace
