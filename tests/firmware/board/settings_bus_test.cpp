@@ -1,6 +1,8 @@
 // What a setting written over the bus does to the board.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "firmware/canopen/objects.hpp"
 #include "tests/firmware/board/bench.hpp"
 
@@ -58,6 +60,28 @@ TEST(SettingsOnTheBus, BoundTheCommandOfAModelInForce) {
     }
   }
   EXPECT_EQ(bench.state(), safety::State::active);
+}
+
+TEST(SettingsOnTheBus, WidenTheCommandsOfAModelInForce) {
+  Bench bench;
+  wake(bench);
+  bench.session.write<float>(object::kChamberSettings + 1, kCommandHigh, 9.0F);
+  bench.setpoint_kPa = 550.0;
+  bench.put(0, {1, 0});
+  bench.tick();
+  bench.streaming = true;
+  float highest_V = 0.0F;
+  float others_V = 0.0F;
+  for (const std::uint16_t word : Words{0x1, 0x3, 0x7}) {
+    bench.control(word);
+    for (int i = 0; i < 20; ++i) {
+      bench.tick();
+      highest_V = std::max(highest_V, bench.analog_out.held_V[1]);
+      others_V = std::max(others_V, bench.analog_out.held_V[0]);
+    }
+  }
+  EXPECT_GT(highest_V, 7.5F) << "the model inverts over the new range";
+  EXPECT_LE(others_V, 7.0F);
 }
 
 TEST(SettingsOnTheBus, MoveTheTripOfOverPressure) {
