@@ -17,6 +17,8 @@ inline constexpr std::uint32_t kRpdo1 = 0x200;  ///< RPDOn at 200h + 100h (n - 1
 inline constexpr std::uint32_t kSdoResponse = 0x580;
 inline constexpr std::uint32_t kSdoRequest = 0x600;
 inline constexpr std::uint32_t kHeartbeat = 0x700;
+inline constexpr std::uint32_t kLssResponse = 0x7E4;  ///< without a node id, as the next
+inline constexpr std::uint32_t kLssRequest = 0x7E5;
 
 inline constexpr std::uint32_t kInvalid =
     0x8000'0000U;  ///< bit 31 of a PDO's or the EMCY's COB-ID: does not exist
@@ -27,6 +29,7 @@ inline constexpr std::uint32_t kIdMask = 0x7FF;
 }  // namespace cob
 
 inline constexpr std::uint8_t kMaxNodeId = 127;
+inline constexpr std::uint8_t kUnconfiguredNodeId = 255;  ///< CiA 305: such a node is silent but for LSS
 
 enum class NmtCommand : std::uint8_t {
   start = 1,

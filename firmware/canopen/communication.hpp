@@ -8,6 +8,7 @@
 #include "firmware/canopen/heartbeat_consumer.hpp"
 #include "firmware/canopen/objects.hpp"
 #include "firmware/canopen/process_image.hpp"
+#include "firmware/config/lss_settings.hpp"
 #include "firmware/config/model_desk.hpp"
 #include "firmware/config/settings_desk.hpp"
 #include "firmware/telemetry/recorder.hpp"
@@ -29,7 +30,7 @@ struct Identity {
 };
 
 struct Config {
-  std::uint8_t node_id = 1;  ///< 1..127
+  std::uint8_t node_id = 1;  ///< 1..127, or kUnconfiguredNodeId: LSS gives it one
   Identity identity{};
   std::uint32_t sdo_timeout_us = 1'000'000;  ///< silence after which a segmented transfer is aborted
   std::uint32_t store_timeout_us =
@@ -123,14 +124,15 @@ Communication default_communication(const Config& config) noexcept;
 
 /// Work on the parameter store that no tick can wait for. One order stands at a time.
 ///
-/// The bus orders (1010h, 1011h): it finds `what` at none, sets it and its details, and returns Abort::pending. The owner
+/// The bus orders (1010h, 1011h, LSS): it finds `what` at none, sets it and its details, and returns Abort::pending. The owner
 /// of the store sees the order between two ticks, does it at his leisure, and sets `result`, then `done`. Whoever ordered
 /// answers, and takes the order away. An order is carried out even when the client that gave it has gone.
 struct StoreOrder {
-  enum class What : std::uint8_t { none, store, restore };
+  enum class What : std::uint8_t { none, store, restore, lss };
 
   What what = What::none;
-  std::uint8_t sub = 0;  ///< of 1010h or 1011h: 1 all, 2 communication, 3 application parameters
+  std::uint8_t sub = 0;       ///< of 1010h or 1011h: 1 all, 2 communication, 3 application parameters
+  config::LssSettings lss{};  ///< of `lss`: what takes the place of the stored ones
   bool done = false;
   Abort result = Abort::none;  ///< valid when done: none, cannot_store (the store failed), device_state
 };

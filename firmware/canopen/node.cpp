@@ -14,6 +14,14 @@ std::uint32_t add_saturating(std::uint32_t a, std::uint32_t b) {
                                                            : a + b;
 }
 
+CanFrame eight_bytes(std::uint32_t id, const SdoServer::Bytes& bytes) {
+  CanFrame frame;
+  frame.id = id;
+  frame.length = 8;
+  frame.data = bytes;
+  return frame;
+}
+
 bool is_synchronous(const PdoParameters& parameters) {
   return parameters.transmission_type <= 240;
 }
@@ -59,7 +67,8 @@ void Node::receive(const CanFrame& frame) noexcept {
   if (frame.extended || frame.remote) return;
   if (frame.id == cob::kNmt) return receive_nmt(frame);
   if (frame.id > cob::kHeartbeat && frame.id <= cob::kHeartbeat + kMaxNodeId) return receive_heartbeat(frame);
-  if (state_ == NmtState::stopped) return;
+  if (frame.id == cob::kLssRequest) return receive_lss(frame);
+  if (state_ == NmtState::stopped || state_ == NmtState::initialising) return;
   if (frame.id == cob::kSdoRequest + config_.node_id) return receive_sdo(frame);
   if (frame.id == device_.communication.sync_cob_id) return receive_sync(frame);
   if (state_ != NmtState::operational) return;
@@ -77,7 +86,10 @@ void Node::receive_nmt(const CanFrame& frame) noexcept {
   }
   if (frame.data[1] != 0 && frame.data[1] != config_.node_id) return;
   ++device_.counters.received;
-  switch (static_cast<NmtCommand>(frame.data[0])) {
+  const auto command = static_cast<NmtCommand>(frame.data[0]);
+  const bool is_reset = command == NmtCommand::reset_node || command == NmtCommand::reset_communication;
+  if (state_ == NmtState::initialising && !is_reset) return;  // without a node id
+  switch (command) {
     case NmtCommand::start:
       return enter(NmtState::operational);
     case NmtCommand::stop:
@@ -119,18 +131,34 @@ void Node::enter(NmtState state) noexcept {
 }
 
 void Node::reset_communication() noexcept {
+  if (lss_.given_node_id() != 0) config_.node_id = lss_.given_node_id();
   device_.communication = default_communication(config_);
   sdo_.reset();
   queue_.clear();
   since_heartbeat_us_ = 0;
   reported_code_ = 0;
   reported_chamber_ = 0;
+  if (config_.node_id == kUnconfiguredNodeId) return enter(NmtState::initialising);
   CanFrame boot_up;
   boot_up.id = cob::kHeartbeat + config_.node_id;
   boot_up.length = 1;
   boot_up.data[0] = static_cast<std::uint8_t>(NmtState::initialising);
   queue_.push_heartbeat(boot_up);  // the queue has just been emptied
   enter(NmtState::pre_operational);
+}
+
+void Node::receive_lss(const CanFrame& frame) noexcept {
+  if (state_ == NmtState::operational) return;  // who regulates is not renamed
+  if (frame.length != 8) {
+    ++device_.counters.rejected;
+    return;
+  }
+  ++device_.counters.received;
+  SdoServer::Bytes response;
+  if (lss_.request(device_, frame.data, response)) send(cob::kLssResponse, response);
+  const std::uint8_t given = lss_.given_node_id();
+  const bool is_named = given != 0 && given != kUnconfiguredNodeId;
+  if (state_ == NmtState::initialising && lss_.is_waiting() && is_named) reset_communication();
 }
 
 void Node::receive_sdo(const CanFrame& frame) noexcept {
@@ -140,26 +168,18 @@ void Node::receive_sdo(const CanFrame& frame) noexcept {
   }
   ++device_.counters.received;
   SdoServer::Bytes response;
-  if (sdo_.request(device_, frame.data, response)) send_sdo(response);
+  if (sdo_.request(device_, frame.data, response)) send(cob::kSdoResponse + config_.node_id, response);
 }
 
-void Node::send_sdo(const SdoServer::Bytes& bytes) noexcept {
-  if (!queue_.push_sdo(sdo_frame(bytes))) ++device_.counters.queue_overflow;
-}
-
-CanFrame Node::sdo_frame(const SdoServer::Bytes& bytes) const noexcept {
-  CanFrame frame;
-  frame.id = cob::kSdoResponse + config_.node_id;
-  frame.length = 8;
-  frame.data = bytes;
-  return frame;
+void Node::send(std::uint32_t id, const SdoServer::Bytes& bytes) noexcept {
+  if (!queue_.push_sdo(eight_bytes(id, bytes))) ++device_.counters.queue_overflow;
 }
 
 bool Node::next_frame(CanFrame& frame) noexcept {
   if (queue_.pop(frame)) return true;
   SdoServer::Bytes segment;
   if (!sdo_.next_segment(device_, segment)) return false;
-  frame = sdo_frame(segment);
+  frame = eight_bytes(cob::kSdoResponse + config_.node_id, segment);
   return true;
 }
 
@@ -235,11 +255,14 @@ void Node::tick(std::uint32_t elapsed_us) noexcept {
   watch_setpoints(elapsed_us);
   device_.image.heartbeat_lost = device_.communication.heartbeats.elapse(elapsed_us);
   obey_error_behaviour();
+  SdoServer::Bytes lss_response;
+  if (lss_.elapse(device_, elapsed_us, lss_response)) send(cob::kLssResponse, lss_response);
+  if (state_ == NmtState::initialising) return;
   beat(elapsed_us);
   if (state_ != NmtState::stopped) {
     report_error();
     SdoServer::Bytes response;
-    if (sdo_.elapse(device_, elapsed_us, response)) send_sdo(response);
+    if (sdo_.elapse(device_, elapsed_us, response)) send(cob::kSdoResponse + config_.node_id, response);
   }
   if (state_ == NmtState::operational) {
     for (std::size_t number = 0; number < kTpdos; ++number) transmit_pdo(number, elapsed_us);

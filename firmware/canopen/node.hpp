@@ -9,6 +9,7 @@
 #include "firmware/canopen/cia301.hpp"
 #include "firmware/canopen/communication.hpp"
 #include "firmware/canopen/eds.hpp"
+#include "firmware/canopen/lss.hpp"
 #include "firmware/canopen/object_dictionary.hpp"
 #include "firmware/canopen/sdo_server.hpp"
 #include "firmware/canopen/transmit_queue.hpp"
@@ -17,7 +18,8 @@ namespace plenum::canopen {
 
 class Node {
  public:
-  /// Queues the boot-up message; the node is then pre-operational. `image`, `desk` and `recorder` must outlive it.
+  /// Queues the boot-up message; the node is then pre-operational. Without a node id it is silent and waits for
+  /// LSS. `image`, `desk` and `recorder` must outlive it.
   Node(const Config& config, ProcessImage& image, config::ModelDesk& desk, config::SettingsDesk& settings,
        telemetry::Recorder& recorder) noexcept;
 
@@ -49,6 +51,7 @@ class Node {
   void receive_nmt(const ports::CanFrame& frame) noexcept;
   void receive_heartbeat(const ports::CanFrame& frame) noexcept;
   void receive_sync(const ports::CanFrame& frame) noexcept;
+  void receive_lss(const ports::CanFrame& frame) noexcept;
   void receive_sdo(const ports::CanFrame& frame) noexcept;
   void receive_pdo(Rpdo& rpdo, const ports::CanFrame& frame) noexcept;
   void apply(Rpdo& rpdo) noexcept;
@@ -59,13 +62,13 @@ class Node {
   void report_error() noexcept;
   void beat(std::uint32_t elapsed_us) noexcept;
   void transmit_pdo(std::size_t number, std::uint32_t elapsed_us) noexcept;
-  void send_sdo(const SdoServer::Bytes& bytes) noexcept;
-  ports::CanFrame sdo_frame(const SdoServer::Bytes& bytes) const noexcept;
+  void send(std::uint32_t id, const SdoServer::Bytes& bytes) noexcept;
 
   Config config_;
   DataSheet sheet_;
   Device device_;
   SdoServer sdo_;
+  LssSlave lss_;
   TransmitQueue queue_;
   NmtState state_ = NmtState::initialising;
   bool communication_failed_ = false;  ///< as of the last tick: bus-off, or a heartbeat lost

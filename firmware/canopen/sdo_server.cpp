@@ -71,7 +71,8 @@ bool SdoServer::conclude(Device& device, Abort abort, Bytes& response) noexcept 
 
 bool SdoServer::elapse(Device& device, std::uint32_t elapsed_us, Bytes& response) noexcept {
   share_ = kSegmentsATick;
-  if (device.order.done || state_ == State::waiting) return end_wait(device, elapsed_us, response);
+  const bool done = device.order.done && device.order.what != StoreOrder::What::lss;
+  if (done || state_ == State::waiting) return end_wait(device, elapsed_us, response);
   if (state_ == State::idle) return false;
   const std::uint32_t timeout_us = device.config.sdo_timeout_us;
   const bool was_patient = silence_us_ < timeout_us / 2;
