@@ -49,6 +49,9 @@ class Board {
   /// nothing is to be stored.
   void store_changed() noexcept;
 
+  /// What LSS has stored: the bit rate to run the bus at, once start() has read it.
+  const config::LssSettings& lss() const noexcept { return keeper_.lss(); }
+
   const Controller& controller() const noexcept { return controller_; }
 
   static constexpr int kFramesAtOnce = 64;

@@ -84,6 +84,10 @@ class Controller {
   /// The next frame to send. Returns false when there is none.
   bool next_frame(ports::CanFrame& frame) noexcept { return node_.next_frame(frame); }
 
+  /// The values of the object dictionary, for the stored set.
+  canopen::Node& node() noexcept { return node_; }
+  const canopen::Node& node() const noexcept { return node_; }
+
   /// What 2130h shows from now on.
   void show_store(const canopen::StoreImage& store) noexcept { image_.store = store; }
 

@@ -5,11 +5,33 @@
 namespace plenum {
 namespace {
 
+using canopen::Kept;
+using canopen::StoreOrder;
 using config::RecordRow;
+
+// Rows below the object dictionary: index 0.
+constexpr std::uint8_t kNodeIdSub = 1;   ///< LSS: U8
+constexpr std::uint8_t kBitRateSub = 2;  ///< LSS: U16 [kbit/s]
+constexpr std::uint8_t kSavedIdSub = 3;  ///< the node id when communication parameters were saved: U8
+
+constexpr std::uint8_t kMaxNodeId = 127;
 
 bool is_model(const RecordRow& row) noexcept {
   return row.index >= canopen::object::kActiveModel &&
-         row.index < canopen::object::kActiveModel + config::kChambers;
+         row.index < canopen::object::kActiveModel + config::kChambers && row.sub == 0;
+}
+
+void add(config::RowWriter& rows, std::uint8_t sub, std::uint32_t value, std::size_t size) noexcept {
+  std::array<std::uint8_t, 4> bytes{};
+  canopen::store_le(value, bytes);
+  rows.add({.index = 0, .sub = sub, .value = std::span(bytes).first(size)});
+}
+
+/// 1010h:1 and 1011h:1 are of all parameters, :2 and :3 of one group.
+bool is_of(const StoreOrder& order, StoreOrder::What what, Kept group) noexcept {
+  constexpr std::uint8_t kAll = 1;
+  const std::uint8_t sub = group == Kept::communication ? 2 : 3;
+  return order.what == what && (order.sub == kAll || order.sub == sub);
 }
 
 }  // namespace
@@ -20,52 +42,106 @@ void ParameterKeeper::start(Controller& controller) noexcept {
   size_ = loaded.size;
   loss_ = loaded_ == config::LoadResult::fell_back || loaded_ == config::LoadResult::lost;
   config::RowReader rows(kept());
-  for (RecordRow row; rows.next(row);) restore(controller, row);
-}
-
-void ParameterKeeper::restore(Controller& controller, const RecordRow& row) noexcept {
-  if (is_model(row) &&
-      controller.restore(static_cast<std::uint8_t>(row.index - canopen::object::kActiveModel), row.value)) {
-    return;
+  for (RecordRow row; rows.next(row);) {
+    if (is_model(row)) {
+      const auto chamber = static_cast<std::uint8_t>(row.index - canopen::object::kActiveModel);
+      if (!controller.restore(chamber, row.value)) skipped_.skip(row.index, row.sub);
+    } else if (canopen::group_of_row(row.index) == Kept::no) {
+      read_lss(row);
+    }
   }
-  if (skipped_ == 0) first_skipped_ = std::uint32_t{row.index} << 8 | row.sub;
-  if (skipped_ < 0xFFFF) ++skipped_;
+  hand_to(controller);
+  const canopen::Restored values = controller.node().restart(lss_.node_id);
+  if (skipped_.skipped == 0) skipped_.first_skipped = values.first_skipped;
+  skipped_.skipped = static_cast<std::uint16_t>(skipped_.skipped + values.skipped);
 }
 
-void ParameterKeeper::compose(const Controller& controller) noexcept {
-  // kMaxBodyBytes holds all that can be stored: no row is turned away
+void ParameterKeeper::read_lss(const RecordRow& row) noexcept {
+  const std::uint32_t value = canopen::load_le(row.value);
+  const bool byte = row.index == 0 && row.value.size() == 1 && value <= kMaxNodeId;
+  if (byte && row.sub == kNodeIdSub) {
+    lss_.node_id = static_cast<std::uint8_t>(value);
+  } else if (byte && row.sub == kSavedIdSub) {
+    saved_id_ = static_cast<std::uint8_t>(value);
+  } else if (row.index == 0 && row.sub == kBitRateSub && row.value.size() == 2) {
+    lss_.bit_rate_kbit = static_cast<std::uint16_t>(value);
+  } else {
+    skipped_.skip(row.index, row.sub);
+  }
+}
+
+void ParameterKeeper::hand_to(Controller& controller) noexcept {
+  controller.node().keep(kept(), saved_id_);
+}
+
+bool ParameterKeeper::compose(const Controller& controller, const StoreOrder& order) noexcept {
   config::RowWriter next(body_[1 - in_force_]);
+  next_lss_ = order.what == StoreOrder::What::lss ? order.lss : lss_;
+  next_saved_id_ = saved_id_;
+  add(next, kNodeIdSub, next_lss_.node_id, 1);
+  add(next, kBitRateSub, next_lss_.bit_rate_kbit, 2);
   for (std::uint8_t c = 0; c < config::kChambers; ++c) {
     const std::span<const std::uint8_t> image = controller.active_image(c);
     const auto index = static_cast<std::uint16_t>(canopen::object::kActiveModel + c);
     if (!image.empty()) next.add({.index = index, .sub = 0, .value = image});
   }
+  collect(controller, Kept::communication, order, next);
+  collect(controller, Kept::application, order, next);
+  add(next, kSavedIdSub, next_saved_id_, 1);
   next_size_ = next.size();
+  return !next.overflowed();
 }
 
-void ParameterKeeper::step(const Controller& controller) noexcept {
+/// A group is saved as it stands, left out, or carried over from the set in force, rows of other firmware with it.
+void ParameterKeeper::collect(const Controller& controller, Kept group, const StoreOrder& order,
+                              config::RowWriter& next) noexcept {
+  if (is_of(order, StoreOrder::What::store, group)) {
+    controller.node().collect(group, next);
+    if (group == Kept::communication) next_saved_id_ = controller.node().node_id();
+  } else if (!is_of(order, StoreOrder::What::restore, group)) {
+    config::RowReader rows(kept());
+    for (RecordRow row; rows.next(row);) {
+      if (canopen::group_of_row(row.index) == group) next.add(row);
+    }
+  }
+}
+
+void ParameterKeeper::step(Controller& controller) noexcept {
   if (writing_) {
     const ports::StoreResult result = store_.step();
-    if (result != ports::StoreResult::busy) finish(result);
-  } else if (unsaved_) {
-    compose(controller);
-    store_.begin(std::span(body_[1 - in_force_]).first(next_size_));
-    unsaved_ = false;
-    writing_ = true;
-  }
-}
-
-void ParameterKeeper::finish(ports::StoreResult result) noexcept {
-  writing_ = false;
-  if (result == ports::StoreResult::done) {
-    in_force_ = 1 - in_force_;
-    size_ = next_size_;
-    failures_on_end_ = 0;
+    if (result != ports::StoreResult::busy) finish(controller, result);
     return;
   }
-  unsaved_ = true;
-  ++failures_;
-  if (failures_on_end_ < kFailuresForFault) ++failures_on_end_;
+  const StoreOrder& order = controller.node().order();
+  ordered_ = order.what != StoreOrder::What::none && !order.done;
+  if (!ordered_ && !unsaved_) return;
+  models_written_ = unsaved_;
+  unsaved_ = false;
+  writing_ = true;
+  if (!compose(controller, ordered_ ? order : StoreOrder{}))
+    return finish(controller, ports::StoreResult::failed);
+  store_.begin(std::span(body_[1 - in_force_]).first(next_size_));
+}
+
+void ParameterKeeper::finish(Controller& controller, ports::StoreResult result) noexcept {
+  writing_ = false;
+  const bool done = result == ports::StoreResult::done;
+  if (done) {
+    in_force_ = 1 - in_force_;
+    size_ = next_size_;
+    lss_ = next_lss_;
+    saved_id_ = next_saved_id_;
+    failures_on_end_ = 0;
+    hand_to(controller);
+  } else {
+    unsaved_ = unsaved_ || models_written_;
+    ++failures_;
+    if (failures_on_end_ < kFailuresForFault) ++failures_on_end_;
+  }
+  if (!ordered_) return;
+  StoreOrder& order = controller.node().order();
+  order.result = done ? canopen::Abort::none : canopen::Abort::hardware_error;
+  order.done = true;
 }
 
 bool ParameterKeeper::take_loss() noexcept {
@@ -76,12 +152,13 @@ bool ParameterKeeper::take_loss() noexcept {
 
 canopen::StoreImage ParameterKeeper::image() const noexcept {
   canopen::StoreImage image;
-  if (writing_ || unsaved_) image.phase = canopen::StorePhase::writing;
-  if (failures_on_end_ != 0) image.phase = canopen::StorePhase::failing;
+  if (writing_ || unsaved_) {
+    image.phase = failures_on_end_ != 0 ? canopen::StorePhase::failing : canopen::StorePhase::writing;
+  }
   image.loaded = loaded_;
   image.generation = store_.generation();
-  image.skipped_rows = skipped_;
-  image.first_skipped = first_skipped_;
+  image.skipped_rows = skipped_.skipped;
+  image.first_skipped = skipped_.first_skipped;
   image.failures = failures_;
   return image;
 }

@@ -1,7 +1,9 @@
-// What a board keeps across power cycles: the models in force, as one set with one generation.
+// What a board keeps across power cycles, as one set with one generation: the models in force, the values that 1010h
+// saved last, and how the node is reached (LSS).
 //
 // A set is composed at once and written in pieces, one a call, so that no tick waits for the medium and no change
-// of a model can mix into a set that is being written.
+// can mix into a set that is being written. Models are stored when they come into force; everything else on an order
+// (canopen::StoreOrder), which is answered when the set is durable.
 #pragma once
 
 #include <array>
@@ -33,10 +35,11 @@ class ParameterKeeper {
 
   /// Between two ticks: one bounded piece of work. A set that could not be written is composed anew with the next
   /// call, and tried again.
-  void step(const Controller& controller) noexcept;
+  void step(Controller& controller) noexcept;
 
   /// True once, after a start that found a set or a slot damaged.
   bool take_loss() noexcept;
+  const config::LssSettings& lss() const noexcept { return lss_; }
   bool failing() const noexcept { return failures_on_end_ >= kFailuresForFault; }
   /// What object 2130h shows.
   canopen::StoreImage image() const noexcept;
@@ -45,9 +48,13 @@ class ParameterKeeper {
   using Body = std::array<std::uint8_t, config::kMaxBodyBytes>;
 
   std::span<const std::uint8_t> kept() const noexcept { return std::span(body_[in_force_]).first(size_); }
-  void restore(Controller& controller, const config::RecordRow& row) noexcept;
-  void compose(const Controller& controller) noexcept;
-  void finish(ports::StoreResult result) noexcept;
+  void read_lss(const config::RecordRow& row) noexcept;
+  void hand_to(Controller& controller) noexcept;
+  /// Returns false when the set is larger than a slot.
+  bool compose(const Controller& controller, const canopen::StoreOrder& order) noexcept;
+  void collect(const Controller& controller, canopen::Kept group, const canopen::StoreOrder& order,
+               config::RowWriter& next) noexcept;
+  void finish(Controller& controller, ports::StoreResult result) noexcept;
 
   config::RecordStore store_;
   std::array<Body, 2> body_{};  ///< the set in force, and the one being written
@@ -56,11 +63,17 @@ class ParameterKeeper {
   std::size_t next_size_ = 0;  ///< of the other
   bool unsaved_ = false;
   bool writing_ = false;
+  bool models_written_ = false;  ///< what is being written is to make unsaved models durable
+  bool ordered_ = false;         ///< ... and carries out the order
+
+  config::LssSettings lss_;
+  config::LssSettings next_lss_;
+  std::uint8_t saved_id_ = 0;  ///< the node id when communication parameters were saved; 0: never
+  std::uint8_t next_saved_id_ = 0;
 
   config::LoadResult loaded_ = config::LoadResult::empty;
   bool loss_ = false;
-  std::uint16_t skipped_ = 0;
-  std::uint32_t first_skipped_ = 0;  ///< index << 8 | sub
+  canopen::Restored skipped_;  ///< at the start
   std::uint32_t failures_ = 0;
   std::uint8_t failures_on_end_ = 0;
 };

@@ -58,6 +58,7 @@ enum class Abort : std::uint32_t {
   not_mappable = 0x0604'0041U,
   pdo_length_exceeded = 0x0604'0042U,
   parameter_incompatible = 0x0604'0043U,
+  hardware_error = 0x0606'0000U,
   length_mismatch = 0x0607'0010U,
   length_too_high = 0x0607'0012U,
   length_too_low = 0x0607'0013U,
@@ -68,6 +69,10 @@ enum class Abort : std::uint32_t {
   device_state = 0x0800'0022U,
   no_data = 0x0800'0024U,
 };
+
+/// What has to be written to 1010h and 1011h, so that nothing is stored or lost by chance: "save" and "load".
+inline constexpr std::uint32_t kSaveSignature = 0x6576'6173U;
+inline constexpr std::uint32_t kLoadSignature = 0x6461'6F6CU;
 
 /// Numbers of the static data types 0001h..000Fh, as an EDS names them.
 enum class DataType : std::uint8_t {

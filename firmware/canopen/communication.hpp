@@ -114,7 +114,6 @@ struct Communication {
   ErrorBehaviour error_behaviour = ErrorBehaviour::pre_operational;
   std::array<Rpdo, kRpdos> rpdo{};
   std::array<Tpdo, kTpdos> tpdo{};
-  float volume_lsb_m3 = kVolumeLsb_m3;
   std::uint8_t commit_mask = 0;
   std::uint32_t commit_crc = 0;
 };
@@ -134,7 +133,7 @@ struct StoreOrder {
   std::uint8_t sub = 0;       ///< of 1010h or 1011h: 1 all, 2 communication, 3 application parameters
   config::LssSettings lss{};  ///< of `lss`: what takes the place of the stored ones
   bool done = false;
-  Abort result = Abort::none;  ///< valid when done: none, cannot_store (the store failed), device_state
+  Abort result = Abort::none;  ///< valid when done: none, or hardware_error (the store failed)
 };
 
 /// All that the objects of the dictionary are bound to.

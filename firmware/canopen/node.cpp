@@ -60,7 +60,7 @@ Node::Node(const Config& config, ProcessImage& image, config::ModelDesk& desk, c
     : config_(config),
       sheet_(config_.identity, desk, recorder),
       device_{config_, image, desk, settings, recorder, sheet_, default_communication(config_), {}, {}, {}} {
-  reset_communication();
+  restart(config_.node_id);
 }
 
 void Node::receive(const CanFrame& frame) noexcept {
@@ -96,24 +96,50 @@ void Node::receive_nmt(const CanFrame& frame) noexcept {
       return enter(NmtState::stopped);
     case NmtCommand::enter_pre_operational:
       return enter(NmtState::pre_operational);
-    case NmtCommand::reset_node: {
-      // what the bus wrote goes back to its power-on value; what the controller says stays its own
-      ProcessImage& image = device_.image;
-      const ProcessImage fresh;
-      image.control_word = fresh.control_word;
-      image.control_mode = fresh.control_mode;
-      image.excitation = fresh.excitation;
-      image.preview_ticks = fresh.preview_ticks;
-      for (ChamberImage& chamber : image.chamber) {
-        chamber.setpoint_Pa = 0.0F;
-        chamber.hold_setpoint_Pa = 0.0F;
-      }
-      return reset_communication();
-    }
+    case NmtCommand::reset_node:
+      return reset_node();
     case NmtCommand::reset_communication:
       return reset_communication();
   }
   ++device_.counters.rejected;
+}
+
+void Node::keep(std::span<const std::uint8_t> rows, std::uint8_t saved_id) noexcept {
+  kept_ = rows;
+  saved_id_ = saved_id;
+}
+
+Restored Node::restart(std::uint8_t node_id) noexcept {
+  if (node_id >= 1 && node_id <= 127) config_.node_id = node_id;
+  Restored restored;
+  if (!kept_.empty()) restore_application(restored);
+  reset_communication(restored);
+  return restored;
+}
+
+void Node::restore_application(Restored& restored) noexcept {
+  config::SettingsDesk& settings = device_.settings;
+  settings.begin_restore();
+  restore_kept(device_, Kept::application, kept_, saved_id_, restored);
+  if (settings.end_restore()) return;
+  const std::uint8_t chamber = settings.refusal().chamber;
+  restored.skip(static_cast<std::uint16_t>(chamber == 0 ? 0x2418 : 0x2400 + chamber - 1), 0);
+}
+
+/// What the bus wrote goes back to its power-on value or to the stored one; what the controller says stays its own.
+void Node::reset_node() noexcept {
+  ProcessImage& image = device_.image;
+  const ProcessImage fresh;
+  image.control_word = fresh.control_word;
+  image.control_mode = fresh.control_mode;
+  image.excitation = fresh.excitation;
+  image.volume_lsb_m3 = fresh.volume_lsb_m3;
+  image.preview_ticks = fresh.preview_ticks;
+  for (ChamberImage& chamber : image.chamber) {
+    chamber.setpoint_Pa = 0.0F;
+    chamber.hold_setpoint_Pa = 0.0F;
+  }
+  restart(config_.node_id);
 }
 
 void Node::enter(NmtState state) noexcept {
@@ -131,8 +157,14 @@ void Node::enter(NmtState state) noexcept {
 }
 
 void Node::reset_communication() noexcept {
+  Restored counted_at_start;
+  reset_communication(counted_at_start);
+}
+
+void Node::reset_communication(Restored& restored) noexcept {
   if (lss_.given_node_id() != 0) config_.node_id = lss_.given_node_id();
   device_.communication = default_communication(config_);
+  restore_kept(device_, Kept::communication, kept_, saved_id_, restored);
   sdo_.reset();
   queue_.clear();
   since_heartbeat_us_ = 0;

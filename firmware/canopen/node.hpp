@@ -9,6 +9,7 @@
 #include "firmware/canopen/cia301.hpp"
 #include "firmware/canopen/communication.hpp"
 #include "firmware/canopen/eds.hpp"
+#include "firmware/canopen/kept_values.hpp"
 #include "firmware/canopen/lss.hpp"
 #include "firmware/canopen/object_dictionary.hpp"
 #include "firmware/canopen/sdo_server.hpp"
@@ -44,6 +45,15 @@ class Node {
   /// What the bus wants of the parameter store: for its owner, between two ticks.
   StoreOrder& order() noexcept { return device_.order; }
 
+  /// The stored rows, which take effect with each reset, and the node id they were saved at; the bytes stay where they
+  /// are until the next call.
+  void keep(std::span<const std::uint8_t> rows, std::uint8_t saved_id) noexcept;
+  /// Begins anew, with the boot-up message, the stored rows in force, and `node_id` where it is 1..127.
+  Restored restart(std::uint8_t node_id) noexcept;
+  /// Adds the values in force of `group`.
+  void collect(Kept group, config::RowWriter& rows) const noexcept { collect_kept(device_, group, rows); }
+  std::uint8_t node_id() const noexcept { return config_.node_id; }
+
   NmtState state() const noexcept { return state_; }
   const Counters& counters() const noexcept { return device_.counters; }
 
@@ -56,6 +66,9 @@ class Node {
   void receive_pdo(Rpdo& rpdo, const ports::CanFrame& frame) noexcept;
   void apply(Rpdo& rpdo) noexcept;
   void enter(NmtState state) noexcept;
+  void restore_application(Restored& restored) noexcept;
+  void reset_node() noexcept;
+  void reset_communication(Restored& restored) noexcept;
   void reset_communication() noexcept;
   void watch_setpoints(std::uint32_t elapsed_us) noexcept;
   void obey_error_behaviour() noexcept;
@@ -70,6 +83,8 @@ class Node {
   SdoServer sdo_;
   LssSlave lss_;
   TransmitQueue queue_;
+  std::span<const std::uint8_t> kept_;
+  std::uint8_t saved_id_ = 0;
   NmtState state_ = NmtState::initialising;
   bool communication_failed_ = false;  ///< as of the last tick: bus-off, or a heartbeat lost
   std::uint32_t since_heartbeat_us_ = 0;

@@ -11,6 +11,7 @@
 #include "firmware/canopen/dictionary/process.hpp"
 #include "firmware/canopen/dictionary/settings.hpp"
 #include "firmware/canopen/dictionary/store.hpp"
+#include "firmware/config/parameter_record.hpp"
 
 namespace plenum::canopen {
 
@@ -37,6 +38,20 @@ constexpr bool before(const Entry& a, const Entry& b) {
   return a.index < b.index || (a.index == b.index && a.sub < b.sub);
 }
 static_assert(std::is_sorted(kTable.begin(), kTable.end(), before), "find() halves the table");
+
+/// What the kept values take of a stored set.
+constexpr std::size_t kept_bytes() {
+  std::size_t bytes = 0;
+  for (const Entry& row : kTable) {
+    const std::size_t values = std::size_t{row.instances} * (row.last_sub - row.sub + 1U);
+    if (row.kept != Kept::no) bytes += values * (config::kRowHeaderBytes + size_of(row.type));
+  }
+  return bytes;
+}
+constexpr std::size_t kModelBytes = config::kChambers * (config::kRowHeaderBytes + config::kMaxImageBytes);
+constexpr std::size_t kLssBytes = 32;
+static_assert(kept_bytes() + kModelBytes + kLssBytes <= config::kMaxBodyBytes,
+              "all that is kept fits a slot");
 
 }  // namespace
 

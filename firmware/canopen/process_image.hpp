@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 
+#include "firmware/canopen/objects.hpp"
 #include "firmware/config/limits.hpp"
 #include "firmware/config/record_store.hpp"
 
@@ -50,7 +51,7 @@ struct ExcitationImage {
 enum class StorePhase : std::uint8_t {
   idle = 0,     ///< the stored set is the one in force
   writing = 1,  ///< a set waits to be stored, or is being written
-  failing = 2   ///< the last attempt failed; it is tried again
+  failing = 2   ///< as writing, after an attempt that failed
 };
 
 /// The parameter store, as 2130h shows it.
@@ -74,7 +75,8 @@ struct ProcessImage {
   std::uint32_t setpoint_count = 0;  ///< counts set-point PDOs accepted: the watchdog's food
   bool setpoint_lost = false;        ///< the RPDO event timer (1400h:5) ran out while 6040h asks for ACTIVE
   bool heartbeat_lost = false;       ///< a node of 1016h has fallen silent
-  std::uint8_t preview_ticks = 0;    ///< 2160h: a set point is to be met this many ticks after its SYNC
+  float volume_lsb_m3 = kVolumeLsb_m3;  ///< 2228h:2
+  std::uint8_t preview_ticks = 0;       ///< 2160h: a set point is to be met this many ticks after its SYNC
   // to the bus
   std::uint16_t status_word = 0;    ///< 6041h
   std::uint16_t error_code = 0;     ///< 604Eh, as in the emergency message

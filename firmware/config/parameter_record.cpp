@@ -8,7 +8,6 @@ namespace plenum::config {
 namespace {
 
 constexpr std::uint32_t kMagic = 0x31534C50U;  // "PLS1"
-constexpr std::size_t kRowHeaderBytes = 4;
 constexpr std::size_t kVouchedBytes = kRecordHeaderBytes - 4;
 
 void put(HeaderBytes& bytes, std::size_t at, std::uint32_t x) noexcept {
@@ -49,7 +48,10 @@ HeaderState decode_header(const HeaderBytes& bytes, RecordHeader& header) noexce
 
 bool RowWriter::add(const RecordRow& row) noexcept {
   const std::size_t length = row.value.size();
-  if (length > 0xFF || kRowHeaderBytes + length > body_.size() - size_) return false;
+  if (length > 0xFF || kRowHeaderBytes + length > body_.size() - size_) {
+    overflowed_ = true;
+    return false;
+  }
   const std::span<std::uint8_t> to = body_.subspan(size_, kRowHeaderBytes + length);
   to[0] = static_cast<std::uint8_t>(row.index);
   to[1] = static_cast<std::uint8_t>(row.index >> 8);

@@ -18,6 +18,7 @@
 namespace plenum::config {
 
 inline constexpr std::size_t kRecordHeaderBytes = 24;
+inline constexpr std::size_t kRowHeaderBytes = 4;
 inline constexpr std::size_t kMaxBodyBytes = 16 * 1024;
 inline constexpr std::size_t kMaxSlotBytes = kRecordHeaderBytes + kMaxBodyBytes;
 inline constexpr std::uint32_t kRecordVersion = 1;
@@ -59,10 +60,13 @@ class RowWriter {
   /// Returns false, writing nothing, when the row does not fit.
   bool add(const RecordRow& row) noexcept;
   std::size_t size() const noexcept { return size_; }
+  /// A row did not fit.
+  bool overflowed() const noexcept { return overflowed_; }
 
  private:
   std::span<std::uint8_t> body_;
   std::size_t size_ = 0;
+  bool overflowed_ = false;
 };
 
 class RowReader {

@@ -41,6 +41,7 @@ class SettingsDesk {
   /// A stored set comes back field by field, in an order that knows nothing of the relations between fields: from here on
   /// nothing is judged ...
   void begin_restore() noexcept;
+  bool restoring() const noexcept { return restoring_; }
   /// ... until here. Chambers, or the board, whose settings are not admissible get back those of before. Returns true when
   /// all could be kept.
   bool end_restore() noexcept;

@@ -91,6 +91,22 @@ inline Abort write_emergency_cob_id(Device& device, Place, std::uint32_t bits) n
   return abort;
 }
 
+// ---- storing ----
+
+/// Bit 0: on command. Nothing is stored on its own but models.
+constexpr std::uint32_t kOnCommand = 1;
+
+template <StoreOrder::What what, std::uint32_t signature>
+Abort order_store(Device& device, Place at, std::uint32_t bits) noexcept {
+  if (bits != signature) return Abort::cannot_store;
+  if (device.order.what != StoreOrder::What::none) return Abort::device_state;
+  device.order = {.what = what, .sub = at.sub};
+  return Abort::pending;
+}
+
+constexpr WriteValue kOrderSave = order_store<StoreOrder::What::store, kSaveSignature>;
+constexpr WriteValue kOrderLoad = order_store<StoreOrder::What::restore, kLoadSignature>;
+
 template <std::uint32_t base>
 Abort node_cob_id(const Device& device, Place, std::uint32_t& bits) noexcept {
   bits = base + device.config.node_id;
@@ -125,6 +141,20 @@ inline constexpr Entry kCommunicationRows[] = {
           read_string<&Identity::hardware_version>),
     bytes(0x100A, kOnce, "Manufacturer software version", visible_string, constant,
           read_string<&Identity::software_version>),
+    highest<3>(0x1010, kOnce, "Store parameters"),
+    value(0x1010, 1, kOnce, "Save all parameters", unsigned32, read_write, no, kAny, fixed<kOnCommand>,
+          kOrderSave),
+    value(0x1010, 2, kOnce, "Save communication parameters", unsigned32, read_write, no, kAny,
+          fixed<kOnCommand>, kOrderSave),
+    value(0x1010, 3, kOnce, "Save application parameters", unsigned32, read_write, no, kAny,
+          fixed<kOnCommand>, kOrderSave),
+    highest<3>(0x1011, kOnce, "Restore default parameters"),
+    value(0x1011, 1, kOnce, "Restore all default parameters", unsigned32, read_write, no, kAny,
+          fixed<kOnCommand>, kOrderLoad),
+    value(0x1011, 2, kOnce, "Restore communication default parameters", unsigned32, read_write, no, kAny,
+          fixed<kOnCommand>, kOrderLoad),
+    value(0x1011, 3, kOnce, "Restore application default parameters", unsigned32, read_write, no, kAny,
+          fixed<kOnCommand>, kOrderLoad),
     kept(of_node(value(0x1014, 0, kOnce, "COB-ID EMCY", unsigned32, read_write, no, kAny,
                        read_communication<&Communication::emergency_cob_id>, write_emergency_cob_id))),
     highest<HeartbeatConsumer::kWatches>(0x1016, kOnce, "Consumer heartbeat time"),

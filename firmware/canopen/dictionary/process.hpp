@@ -29,17 +29,17 @@ inline Abort read_command_code(const Device& device, Place at, std::uint32_t& bi
 }
 
 inline Abort read_volume_code(const Device& device, Place at, std::uint32_t& bits) noexcept {
-  bits = code_bits(device.image.chamber[at.instance].volume_m3, device.communication.volume_lsb_m3);
+  bits = code_bits(device.image.chamber[at.instance].volume_m3, device.image.volume_lsb_m3);
   return Abort::none;
 }
 
 inline Abort read_volume_lsb(const Device& device, Place, std::uint32_t& bits) noexcept {
-  bits = bits_of(device.communication.volume_lsb_m3);
+  bits = bits_of(device.image.volume_lsb_m3);
   return Abort::none;
 }
 
 inline Abort write_volume_lsb(Device& device, Place, std::uint32_t bits) noexcept {
-  device.communication.volume_lsb_m3 = std::bit_cast<float>(bits);
+  device.image.volume_lsb_m3 = std::bit_cast<float>(bits);
   return Abort::none;
 }
 

@@ -124,7 +124,7 @@ inline Settings bench_settings() {
 }
 
 /// The board, its drivers and chambers, and the bus as a link for a client::Session.
-class Bench final : public host::client::Link {
+class Bench : public host::client::Link {
  public:
   static constexpr std::uint32_t kNode = 5;
 
@@ -184,6 +184,7 @@ class Bench final : public host::client::Link {
     }
     board.handle_frames();
     board.tick(late);
+    if (storing) board.store_changed();
     ++ticks;
   }
   void run(int count) {
@@ -192,10 +193,12 @@ class Bench final : public host::client::Link {
 
   using Images = std::array<std::vector<std::uint8_t>, kChambers>;
 
-  /// Puts these models into the store, as a board would have left them; an empty image is none.
-  void store_models(const Images& images = images_of(100)) {
+  /// Puts these models and values into the store, as a board would have left them; an empty image is none.
+  void store_models(const Images& images = images_of(100),
+                    const std::vector<config::RecordRow>& values = {}) {
     std::vector<std::uint8_t> body(config::kMaxBodyBytes);
     config::RowWriter rows(body);
+    for (const config::RecordRow& row : values) rows.add(row);
     for (std::size_t c = 0; c < kChambers; ++c) {
       const auto index = static_cast<std::uint16_t>(canopen::object::kActiveModel + c);
       if (!images[c].empty()) rows.add({.index = index, .sub = 0, .value = images[c]});
@@ -264,6 +267,7 @@ class Bench final : public host::client::Link {
   /// Readings that stand in place of the true ones: pressures, positions, supply.
   std::array<std::optional<ports::AnalogReading>, kAnalogInputs> forced{};
   bool streaming = false;
+  bool storing = false;  ///< the board has time to store after each tick
   double setpoint_kPa = 300.0;
   bool late = false;
   int ticks = 0;

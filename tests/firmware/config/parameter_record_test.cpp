@@ -99,6 +99,7 @@ TEST(RecordRows, ThatDoNotFitAreNotWrittenByHalf) {
   const std::vector<std::uint8_t> value(7, 1), long_value(256, 1);
   EXPECT_FALSE(writer.add({.index = 1, .sub = 0, .value = value}));
   EXPECT_EQ(writer.size(), 0U);
+  EXPECT_TRUE(writer.overflowed());
   EXPECT_THAT(body, ::testing::Each(0xEE));
   EXPECT_TRUE(writer.add({.index = 1, .sub = 0, .value = std::span(value).first(6)}));
   EXPECT_FALSE(writer.add({}));
