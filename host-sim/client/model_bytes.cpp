@@ -8,6 +8,7 @@
 
 #include "firmware/canopen/objects.hpp"
 #include "host-sim/client/session.hpp"
+#include "host-sim/client/shortest_decimal.hpp"
 
 namespace plenum::host::client {
 namespace {
@@ -15,16 +16,15 @@ namespace {
 using plenum::config::ModelKind;
 using plenum::config::ModelParameters;
 
-/// The shortest decimal of the float, or its exact value where rounding twice would miss the float.
-double decimal_of(float value) {
+}  // namespace
+
+double shortest_decimal(float value) {
   std::array<char, 32> digits{};
   const auto written = std::to_chars(digits.data(), digits.data() + digits.size(), value);
   double decimal = 0.0;
   std::from_chars(digits.data(), written.ptr, decimal);
   return static_cast<float>(decimal) == value ? decimal : static_cast<double>(value);
 }
-
-}  // namespace
 
 std::vector<std::uint8_t> encode_tassa9(std::span<const double> parameters, const ModelOrigin& origin) {
   const std::size_t expected = plenum::config::parameter_schema(ModelKind::tassa9).size();
@@ -51,11 +51,12 @@ DecodedModel decode_tassa9(std::span<const std::uint8_t> image) {
                                     plenum::config::describe(verdict.error)));
   }
   DecodedModel decoded;
-  decoded.origin = {.fit_error_kPa = decimal_of(model.fit_error_kPa),
+  decoded.origin = {.fit_error_kPa = shortest_decimal(model.fit_error_kPa),
                     .fit_date_s = model.fit_date_s,
                     .valve_serial = model.valve_serial,
                     .sensor_serial = model.sensor_serial};
-  for (std::size_t i = 0; i < model.count; ++i) decoded.parameters.push_back(decimal_of(model.value[i]));
+  for (std::size_t i = 0; i < model.count; ++i)
+    decoded.parameters.push_back(shortest_decimal(model.value[i]));
   return decoded;
 }
 

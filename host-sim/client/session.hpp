@@ -69,6 +69,9 @@ class Session {
   /// Who gets every frame that is no answer to this session. Replaces the one before.
   void subscribe(std::function<void(const Arrival&)> subscriber) { subscriber_ = std::move(subscriber); }
 
+  /// Hands a frame that somebody else took from the link to the subscriber.
+  void hear(const CanFrame& frame) { dispatch(frame); }
+
   /// Hands on what arrives for `duration_s`.
   void listen(double duration_s);
 

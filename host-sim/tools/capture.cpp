@@ -3,6 +3,7 @@
 #include <memory>
 #include <utility>
 
+#include "host-sim/client/board_facts.hpp"
 #include "host-sim/client/board_log.hpp"
 #include "host-sim/tools/board_access.hpp"
 #include "host-sim/tools/command.hpp"
@@ -24,6 +25,7 @@ int run(const Options& options) {
   const trace::RigDescription description = options.board.rig.description();
   if (!options.board.store.empty()) options.board.require_stored();
   BoardAccess board(options.board);
+  client::require_compatible(board.session());
   const unsigned chambers = options.board.rig.chambers;
   if (options.closed_loop) require_models(board.session(), options.board);
   require_folder(options.out);

@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 
+#include "host-sim/client/board_facts.hpp"
 #include "host-sim/client/references.hpp"
 #include "host-sim/tools/board_access.hpp"
 #include "host-sim/tools/command.hpp"
@@ -43,6 +44,7 @@ int run(const Options& options) {
                                              chambers, options.seconds);
   options.board.require_stored();
   BoardAccess board(options.board);
+  client::require_compatible(board.session());
   require_models(board.session(), options.board);
   require_folder(options.out);
   std::vector<client::CapturedRow> rows;

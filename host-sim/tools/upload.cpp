@@ -1,5 +1,6 @@
 #include <memory>
 
+#include "host-sim/client/board_facts.hpp"
 #include "host-sim/client/storing.hpp"
 #include "host-sim/tools/board_access.hpp"
 #include "host-sim/tools/command.hpp"
@@ -56,6 +57,7 @@ int run(const Options& options) {
   const std::string& store = options.board.store;
   if (options.board.simulated()) require_folder(store);
   BoardAccess board(options.board);
+  client::require_compatible(board.session());
   board.session().upload_models(uploads, options.force ? client::Doubted::force : client::Doubted::refuse);
   // The session has read back and compared; what is left is that the board keeps them.
   client::await_stored(board.session());

@@ -25,7 +25,7 @@ MAY_INCLUDE = {
     "host-sim/identify": ["host-sim/plant", "host-sim/effects", "host-sim/trace"],
     "host-sim/diagnose": ["host-sim/identify", "host-sim/effects", "host-sim/plant", "host-sim/trace"],
     # The socketcand and SocketCAN doors: the driver of the board is the one exception.
-    "host-sim/client": ["firmware/canopen", "firmware/telemetry", "firmware/ports", "host-sim/wire", "board/drivers"],
+    "host-sim/client": ["firmware/canopen", "firmware/safety", "firmware/telemetry", "firmware/ports", "host-sim/wire", "board/drivers"],
     "host-sim/dictionary": ["firmware"],
     "host-sim/report": ["host-sim/trace"],
     "host-sim/reproduce": ["host-sim/plant", "host-sim/effects", "host-sim/trace", "host-sim/identify", "host-sim/report"],

@@ -13,7 +13,8 @@ import unittest
 from pathlib import Path
 
 PROGRAM = TOP = None
-COMMANDS = ["demo", "sim", "capture", "identify", "diagnose", "effects", "upload", "download", "regulate", "reproduce"]
+COMMANDS = ["demo", "sim", "capture", "identify", "diagnose", "effects", "upload", "download", "regulate", "reproduce",
+            "scan", "info", "faults", "reset", "diff", "backup", "restore"]
 SMALL = ["--chambers", "2"]
 
 
@@ -75,7 +76,7 @@ class Usage(Plenum):
 
     def test_wrong_usage_is_exit_2_and_one_line(self):
         self.refused(2, says=["--help"])
-        self.refused(2, "scan", says=["'scan'", "demo, sim"])
+        self.refused(2, "frobnicate", says=["'frobnicate'", "demo, sim"])
         self.refused(2, "sim", "--frobnicate", says=["--frobnicate", "plenum sim --help"])
         self.refused(2, "sim", "--seconds", "0", says=["--seconds", "0", "range"])
         self.refused(2, "sim", "--chambers", "9", says=["--chambers", "9", "8"])

@@ -1,0 +1,165 @@
+#include "host-sim/client/board_facts.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace plenum::host::client {
+namespace {
+
+using plenum::config::ModelKind;
+using plenum::config::SetPhase;
+namespace object = canopen::object;
+namespace word = canopen::word;
+
+constexpr unsigned kScalarFormats = 2;  ///< both carry models as REAL32
+
+}  // namespace
+
+Identity read_identity(Session& session) {
+  return {.vendor_id = session.read<std::uint32_t>(object::kIdentity, 1),
+          .product_code = session.read<std::uint32_t>(object::kIdentity, 2),
+          .revision = session.read<std::uint32_t>(object::kIdentity, 3),
+          .serial = session.read<std::uint32_t>(object::kIdentity, 4)};
+}
+
+Versions read_versions(Session& session) {
+  return {.device = session.read_text(object::kDeviceName),
+          .hardware = session.read_text(object::kHardwareVersion),
+          .software = session.read_text(object::kSoftwareVersion),
+          .schema_hash = session.read<std::uint32_t>(object::kSchema, 1),
+          .parameter_count = session.read<std::uint16_t>(object::kSchema, 2),
+          .scalar_format = session.read<std::uint8_t>(object::kSchema, 3)};
+}
+
+std::uint32_t own_schema_hash() {
+  return plenum::config::schema_hash(ModelKind::tassa9);
+}
+
+unsigned own_parameter_count() {
+  return static_cast<unsigned>(plenum::config::parameter_schema(ModelKind::tassa9).size());
+}
+
+void require_compatible(Session& session) {
+  const auto type = session.read<std::uint32_t>(object::kDeviceTypeIndex, 0);
+  if (type != canopen::kDeviceType) {
+    throw Refused(
+        fmt::format("node {}: device type {:08X}h in 1000h, expected {:08X}h, that of a Plenum board",
+                    session.node_id(), type, canopen::kDeviceType));
+  }
+  const Identity identity = read_identity(session);
+  const Versions versions = read_versions(session);
+  const bool fits = versions.schema_hash == own_schema_hash() &&
+                    versions.parameter_count == own_parameter_count() && versions.scalar_format >= 1 &&
+                    versions.scalar_format <= kScalarFormats;
+  if (fits) return;
+  throw Refused(fmt::format(
+      "node {}: firmware {} (product {:X}h, revision {:X}h) has models of schema {:08X}h with {} parameters "
+      "in scalar "
+      "format {}, expected {:08X}h with {} in format 1 or 2: firmware and program are of different releases",
+      session.node_id(), versions.software, identity.product_code, identity.revision, versions.schema_hash,
+      versions.parameter_count, versions.scalar_format, own_schema_hash(), own_parameter_count()));
+}
+
+const char* state_name(std::uint16_t status_word, std::uint16_t error_code) {
+  switch (status_word & (word::kStateMask | word::kReady)) {
+    case 0x8:
+      return "INIT";
+    case 0x9:
+      return "DISABLED";
+    case 0xB:
+      return "HOLD";
+    case 0xF:
+      return "ACTIVE";
+    case 0x7:
+      return "FAULT_REACTION";
+    case 0x3:
+      return "FAULT_HOLD";
+    case 0x1:
+      return "FAULT_DISABLED";
+    case 0x0:
+      return error_code != 0 ? "FAULT_INIT" : "NOT_READY";
+    default:
+      return "unknown";
+  }
+}
+
+bool is_regulating(std::uint16_t status_word) {
+  return (status_word & word::kHold & ~word::kDisabled) != 0;
+}
+
+const char* nmt_name(canopen::NmtState state) {
+  switch (state) {
+    case canopen::NmtState::initialising:
+      return "initialising";
+    case canopen::NmtState::stopped:
+      return "stopped";
+    case canopen::NmtState::operational:
+      return "operational";
+    case canopen::NmtState::pre_operational:
+      return "pre-operational";
+  }
+  return "unknown";
+}
+
+const char* phase_name(SetPhase phase) {
+  switch (phase) {
+    case SetPhase::empty:
+      return "empty";
+    case SetPhase::active:
+      return "active";
+    case SetPhase::staged:
+      return "staged";
+    case SetPhase::committed:
+      return "committed";
+    case SetPhase::refused:
+      return "refused";
+    case SetPhase::checking:
+      return "checking";
+    case SetPhase::doubted:
+      return "doubted";
+  }
+  return "unknown";
+}
+
+const plenum::safety::FaultSpec* fault_spec(std::uint16_t code) {
+  const auto table = plenum::safety::fault_table();
+  const auto row =
+      std::find_if(table.begin(), table.end(), [code](const auto& one) { return one.code == code; });
+  return row == table.end() ? nullptr : &*row;
+}
+
+std::string fault_name(std::uint16_t code) {
+  const auto* spec = fault_spec(code);
+  return spec == nullptr ? "a fault that this program does not know" : spec->name;
+}
+
+std::optional<FaultEntry> read_fault(Session& session) {
+  const auto code = session.read<std::uint16_t>(object::kErrorCode, 0);
+  if (code == 0) return std::nullopt;
+  // the newest line of the history says which chamber, as long as it is about this fault
+  const std::vector<FaultEntry> history = read_fault_history(session);
+  const auto same =
+      std::find_if(history.begin(), history.end(), [&](const auto& one) { return one.code == code; });
+  return FaultEntry{code, same == history.end() ? 0 : same->chamber};
+}
+
+std::vector<FaultEntry> read_fault_history(Session& session) {
+  std::vector<FaultEntry> history;
+  const auto count = session.read<std::uint8_t>(object::kErrorHistoryIndex, 0);
+  for (unsigned sub = 1; sub <= count; ++sub) {
+    const auto bits = session.read<std::uint32_t>(object::kErrorHistoryIndex, static_cast<std::uint8_t>(sub));
+    history.push_back({static_cast<std::uint16_t>(bits & 0xFFFFU), bits >> 16U & 0xFFU});
+  }
+  return history;
+}
+
+ModelSet read_model_set(Session& session, std::uint8_t chamber) {
+  const auto state = static_cast<std::uint16_t>(object::kSetState + chamber);
+  return {.phase = static_cast<SetPhase>(session.read<std::uint8_t>(state, 1)),
+          .crc = session.read<std::uint32_t>(state, 3),
+          .generation = session.read<std::uint32_t>(state, 4),
+          .image = session.download_model(chamber)};
+}
+
+}  // namespace plenum::host::client

@@ -1,0 +1,77 @@
+// What a board says of itself, and the words for it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "firmware/safety/faults.hpp"
+#include "host-sim/client/model_bytes.hpp"
+#include "host-sim/client/session.hpp"
+
+namespace plenum::host::client {
+
+/// Object 1018h.
+struct Identity {
+  std::uint32_t vendor_id = 0;
+  std::uint32_t product_code = 0;
+  std::uint32_t revision = 0;
+  std::uint32_t serial = 0;
+};
+
+/// Objects 1008h..100Ah and 2100h.
+struct Versions {
+  std::string device;
+  std::string hardware;
+  std::string software;
+  std::uint32_t schema_hash = 0;
+  unsigned parameter_count = 0;
+  unsigned scalar_format = 0;  ///< 1: IEEE 754 binary32, 2: fixed point
+};
+
+/// Each throws as Session does.
+Identity read_identity(Session& session);
+Versions read_versions(Session& session);
+
+/// The model schema that this program writes.
+std::uint32_t own_schema_hash();
+unsigned own_parameter_count();
+
+/// To be asked before a board is changed: throws Refused when its firmware and this program do not fit each other, or it
+/// is no board of this project.
+void require_compatible(Session& session);
+
+/// "DISABLED", "ACTIVE", "FAULT_HOLD" ... by 6041h and 604Eh.
+const char* state_name(std::uint16_t status_word, std::uint16_t error_code);
+/// The state is one in which outputs are regulated: HOLD, ACTIVE, FAULT_REACTION or FAULT_HOLD.
+bool is_regulating(std::uint16_t status_word);
+const char* nmt_name(canopen::NmtState state);
+const char* phase_name(plenum::config::SetPhase phase);
+
+/// A fault as 604Eh, 1003h and the emergency message have it.
+struct FaultEntry {
+  std::uint16_t code = 0;
+  unsigned chamber = 0;  ///< from 1; 0: the whole board
+};
+/// The row of the fault table with this code; null for a code that is not in it.
+const plenum::safety::FaultSpec* fault_spec(std::uint16_t code);
+/// "set-point timeout", or that the code is unknown here.
+std::string fault_name(std::uint16_t code);
+
+/// The standing fault; empty when there is none.
+std::optional<FaultEntry> read_fault(Session& session);
+/// Object 1003h, the newest first.
+std::vector<FaultEntry> read_fault_history(Session& session);
+
+/// A chamber's parameter set: 2128h+c and 2118h+c.
+struct ModelSet {
+  plenum::config::SetPhase phase = plenum::config::SetPhase::empty;
+  std::uint32_t crc = 0;
+  std::uint32_t generation = 0;
+  std::vector<std::uint8_t> image;  ///< empty when no model is in force
+};
+ModelSet read_model_set(Session& session, std::uint8_t chamber);
+
+}  // namespace plenum::host::client

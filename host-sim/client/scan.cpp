@@ -1,0 +1,108 @@
+#include "host-sim/client/scan.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "host-sim/client/sdo_frames.hpp"
+
+namespace plenum::host::client {
+namespace {
+
+namespace cob = canopen::cob;
+namespace object = canopen::object;
+
+constexpr std::uint8_t kLastNode = 127;
+
+class Roll {
+ public:
+  void take(const CanFrame& frame) {
+    if (frame.extended || frame.remote) return;
+    const std::uint32_t function = frame.id & ~std::uint32_t{kLastNode};
+    const std::uint32_t id = frame.id & kLastNode;
+    if (id == 0) return;
+    if (function == cob::kHeartbeat && frame.length == 1) {
+      node_[id].seen = true;
+      node_[id].nmt = static_cast<canopen::NmtState>(frame.data[0] & 0x7FU);
+    } else if (function == cob::kSdoResponse && frame.length == 8) {
+      node_[id].seen = true;
+    }
+  }
+
+  struct Node {
+    bool seen = false;
+    std::optional<canopen::NmtState> nmt;
+  };
+  const Node& operator[](std::size_t id) const { return node_[id]; }
+
+ private:
+  std::array<Node, kLastNode + 1> node_{};
+};
+
+std::string text_or_nothing(Session& session, std::uint16_t index) {
+  try {
+    return session.read_text(index);
+  } catch (const SdoAbort&) {
+    return {};
+  }
+}
+
+BoardSummary summarise(Session& session) {
+  BoardSummary board;
+  board.status_word = session.status_word();
+  board.fault = read_fault(session);
+  board.compatible = session.read<std::uint32_t>(object::kSchema, 1) == own_schema_hash();
+  for (std::uint16_t chamber = 0; chamber < kChambers; ++chamber) {
+    const auto state = static_cast<std::uint16_t>(object::kSetState + chamber);
+    if (session.read<std::uint32_t>(state, 3) != 0) ++board.models;
+  }
+  return board;
+}
+
+void ask(Session& session, ScannedNode& node) {
+  node.device_type = session.read<std::uint32_t>(object::kDeviceTypeIndex, 0);
+  node.identity = read_identity(session);
+  node.name = text_or_nothing(session, object::kDeviceName);
+  node.software = text_or_nothing(session, object::kSoftwareVersion);
+  if (node.device_type == canopen::kDeviceType) node.board = summarise(session);
+}
+
+}  // namespace
+
+std::vector<ScannedNode> scan(Link& link, double timeout_s) {
+  Roll roll;
+  for (std::uint8_t id = 1; id <= kLastNode; ++id) {
+    link.send(
+        {.id = cob::kSdoRequest + id, .length = 8, .data = sdo::request(0x40, object::kDeviceTypeIndex, 0)});
+  }
+  const double end_s = link.now_s() + timeout_s;
+  for (double left_s = timeout_s; left_s > 0.0; left_s = end_s - link.now_s()) {
+    const auto frame = link.receive(left_s);
+    if (!frame) break;
+    roll.take(*frame);
+  }
+  std::vector<ScannedNode> found;
+  for (std::uint8_t id = 1; id <= kLastNode; ++id) {
+    if (!roll[id].seen) continue;
+    ScannedNode node;
+    node.node_id = id;
+    node.nmt = roll[id].nmt;
+    Session session(link, id);
+    session.subscribe([&](const Arrival& arrival) { roll.take(arrival.frame); });
+    try {
+      ask(session, node);
+    } catch (const SdoAbort& error) {
+      node.trouble = error.what();
+    } catch (const Timeout& error) {
+      node.trouble = error.what();
+    } catch (const ProtocolError& error) {
+      node.trouble = error.what();
+    }
+    found.push_back(node);
+  }
+  for (ScannedNode& node : found) {
+    if (!node.nmt) node.nmt = roll[node.node_id].nmt;  // heard while others were asked
+  }
+  return found;
+}
+
+}  // namespace plenum::host::client

@@ -1,0 +1,51 @@
+#include <memory>
+
+#include "host-sim/tools/backup_file.hpp"
+#include "host-sim/tools/board_access.hpp"
+#include "host-sim/tools/command.hpp"
+#include "host-sim/trace/whole_file.hpp"
+
+namespace plenum::host::tools {
+namespace {
+
+struct Options {
+  BoardChoice board;
+  std::string out = "backup.json";
+  Output output;
+};
+
+int run(const Options& options) {
+  require_writable(options.out);
+  BoardAccess access(options.board);
+  client::require_compatible(access.session());
+  Backup backup;
+  {
+    Progress progress("reading the board");
+    backup = read_backup(access.session(), [&](std::size_t done, std::optional<std::size_t> total) {
+      progress(static_cast<double>(done) / static_cast<double>(total.value_or(1)));
+    });
+  }
+  trace::write_whole_file(options.out, backup_json(backup).dump(2) + '\n');
+  options.output.print("node {}: {} settings, {} models: {}\n", backup.node, backup.settings.size(),
+                       backup.models.size(), options.out);
+  options.output.finish({{"file", options.out},
+                         {"node", backup.node},
+                         {"settings", backup.settings.size()},
+                         {"models", backup.models.size()}});
+  return kDone;
+}
+
+}  // namespace
+
+Command add_backup(CLI::App& program) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* app =
+      program.add_subcommand("backup", "Save a whole board, its settings and models, to one file");
+  options->board.add_to(*app);
+  app->add_option("-o,--out", options->out, "The file")->type_name("FILE.json")->capture_default_str();
+  options->output.add_to(*app);
+  app->footer(example("  plenum backup --bus socketcand:127.0.0.1:29536/can0 --node 5 -o node-5.json"));
+  return {app, [options] { return run(*options); }};
+}
+
+}  // namespace plenum::host::tools

@@ -1,0 +1,22 @@
+// What a board says of itself, as JSON; the same names in every command.
+#pragma once
+
+#include "host-sim/client/board_facts.hpp"
+#include "host-sim/tools/output.hpp"
+
+namespace plenum::host::tools {
+
+/// Object indices, codes and CRCs are text: "8250h", so that a person finds them in the standard.
+std::string hex(std::uint32_t value, int digits);
+
+Json identity_json(const client::Identity& identity);
+Json versions_json(const client::Versions& versions);
+/// Null when there is no fault.
+Json fault_json(const std::optional<client::FaultEntry>& fault);
+
+/// "8250h set-point timeout", with its chamber where it has one.
+std::string fault_text(const client::FaultEntry& fault);
+/// One sentence: what to look at, and how it clears.
+std::string fault_advice(std::uint16_t code);
+
+}  // namespace plenum::host::tools

@@ -1,0 +1,87 @@
+#include <memory>
+
+#include "host-sim/tools/board_access.hpp"
+#include "host-sim/tools/board_json.hpp"
+#include "host-sim/tools/command.hpp"
+#include "host-sim/tools/output.hpp"
+
+namespace plenum::host::tools {
+namespace {
+
+struct Options {
+  BoardChoice board;
+  bool fault = false;
+  bool restart = false;
+  bool communication = false;
+  Output output;
+};
+
+constexpr double kBoot_s = 10.0;  ///< a board that starts anew says so within this
+
+/// NMT reset, and the boot-up message that answers it.
+void reset_by_nmt(client::Session& session, canopen::NmtCommand command) {
+  session.nmt(command);
+  const double end_s = session.link().now_s() + kBoot_s;
+  while (true) {
+    const double left_s = end_s - session.link().now_s();
+    if (left_s <= 0.0) {
+      throw client::Timeout(
+          fmt::format("node {}: no boot-up message within {:g} s after the reset, expected one",
+                      session.node_id(), kBoot_s));
+    }
+    if (session.wait_heartbeat(left_s) == canopen::NmtState::initialising) return;
+  }
+}
+
+int run(const Options& options) {
+  if (int{options.fault} + int{options.restart} + int{options.communication} != 1) {
+    throw std::invalid_argument("nothing is said to be reset, expected one of --fault, --restart, --communication");
+  }
+  BoardAccess access(options.board);
+  client::Session& session = access.session();
+  Json result{{"node", session.node_id()}};
+  if (options.fault) {
+    client::require_compatible(session);
+    const auto before = client::read_fault(session);
+    result["fault_before"] = fault_json(before);
+    if (before) {
+      try {
+        session.reset_fault();
+      } catch (const client::Refused&) {
+        const auto left = client::read_fault(session).value_or(*before);
+        throw client::Refused(fmt::format("node {}: fault {} still stands, expected its cause to be gone; {}",
+                                          session.node_id(), fault_text(left), fault_advice(left.code)));
+      }
+    }
+    options.output.print("{}\n",
+                         before ? fmt::format("{} is cleared; the board is DISABLED", fault_text(*before))
+                                : std::string("no fault stands: nothing to reset"));
+  } else {
+    reset_by_nmt(session, options.restart ? canopen::NmtCommand::reset_node
+                                          : canopen::NmtCommand::reset_communication);
+    options.output.print("node {} has started anew\n", session.node_id());
+  }
+  result["reset"] = options.fault ? "fault" : options.restart ? "node" : "communication";
+  options.output.finish(result);
+  return kDone;
+}
+
+}  // namespace
+
+Command add_reset(CLI::App& program) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* app =
+      program.add_subcommand("reset", "Clear a board's fault, or start the board or its communication anew");
+  options->board.add_to(*app);
+  app->add_flag("--fault", options->fault,
+                "Clear the standing fault once its cause is gone; the board is DISABLED then");
+  app->add_flag("--restart", options->restart,
+                "NMT reset node: outputs go to their safe state, the board starts anew");
+  app->add_flag("--communication", options->communication,
+                "NMT reset communication: identifiers and PDOs as stored, outputs go to their safe state");
+  options->output.add_to(*app);
+  app->footer(example("  plenum reset --fault --bus socketcand:127.0.0.1:29536/can0 --node 5"));
+  return {app, [options] { return run(*options); }};
+}
+
+}  // namespace plenum::host::tools

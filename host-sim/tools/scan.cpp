@@ -1,0 +1,100 @@
+#include "host-sim/client/scan.hpp"
+
+#include <memory>
+
+#include "host-sim/tools/board_access.hpp"
+#include "host-sim/tools/board_json.hpp"
+#include "host-sim/tools/command.hpp"
+#include "host-sim/tools/output.hpp"
+
+namespace plenum::host::tools {
+namespace {
+
+struct Options {
+  BoardChoice board;
+  double seconds = 1.2;  // a heartbeat comes once a second by default
+  Output output;
+};
+
+std::string identity_text(const client::Identity& identity) {
+  return fmt::format("{:X}/{:X}/{:X}/{}", identity.vendor_id, identity.product_code, identity.revision,
+                     identity.serial);
+}
+
+Json json_of(const client::ScannedNode& node) {
+  Json result{{"node", node.node_id}, {"nmt", node.nmt ? Json(client::nmt_name(*node.nmt)) : Json(nullptr)}};
+  result["device_type"] = node.device_type ? Json(hex(*node.device_type, 8)) : Json(nullptr);
+  result["identity"] = node.device_type ? identity_json(node.identity) : Json(nullptr);
+  result["device"] = node.name;
+  result["software"] = node.software;
+  result["board"] = nullptr;
+  if (node.board) {
+    result["board"] = {
+        {"state", client::state_name(node.board->status_word,
+                                     node.board->fault ? node.board->fault->code : std::uint16_t{0})},
+        {"models", node.board->models},
+        {"compatible", node.board->compatible},
+        {"fault", fault_json(node.board->fault)}};
+  }
+  result["trouble"] = node.trouble.empty() ? Json(nullptr) : Json(node.trouble);
+  return result;
+}
+
+void print_row(const Output& output, const client::ScannedNode& node) {
+  const char* nmt = node.nmt ? client::nmt_name(*node.nmt) : "-";
+  if (!node.board) {
+    const std::string rest = node.device_type ? "not a Plenum board" : "does not answer SDO";
+    output.print("{:>4}  {:<15}  {:<22}  {:<18}  {:<10}  {}\n", node.node_id, nmt,
+                 node.name.empty() ? "-" : node.name, node.device_type ? identity_text(node.identity) : "-",
+                 node.software.empty() ? "-" : node.software, rest);
+    return;
+  }
+  const client::BoardSummary& board = *node.board;
+  const std::string state =
+      client::state_name(board.status_word, board.fault ? board.fault->code : std::uint16_t{0});
+  output.print("{:>4}  {:<15}  {:<22}  {:<18}  {:<10}  {:<14}  {:>6}  {}{}\n", node.node_id, nmt, node.name,
+               identity_text(node.identity), node.software, state,
+               fmt::format("{}/{}", board.models, client::kChambers),
+               board.fault ? fault_text(*board.fault) : "-",
+               board.compatible ? "" : "; models of another release");
+}
+
+int run(const Options& options) {
+  BoardAccess access(options.board);
+  const std::vector<client::ScannedNode> nodes = client::scan(access.link(), options.seconds);
+  Json list = Json::array();
+  if (!nodes.empty()) {
+    options.output.print("{:>4}  {:<15}  {:<22}  {:<18}  {:<10}  {:<14}  {:>6}  {}\n", "node", "NMT",
+                         "device", "vendor/prod/rev/sn", "software", "state", "models", "fault");
+  }
+  for (const client::ScannedNode& node : nodes) {
+    print_row(options.output, node);
+    list.push_back(json_of(node));
+  }
+  if (nodes.empty()) {
+    options.output.print(
+        "no node answered on {} within {:g} s, expected one of 1..127: is the bit rate right, is it "
+        "powered?\n",
+        options.board.bus, options.seconds);
+  }
+  options.output.finish({{"bus", options.board.bus}, {"nodes", list}});
+  return nodes.empty() ? kFailure : kDone;
+}
+
+}  // namespace
+
+Command add_scan(CLI::App& program) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* app = program.add_subcommand(
+      "scan", "Find the nodes of a bus: identity, state, models, faults. Asks all of 1..127 at once");
+  options->board.add_to(*app);
+  app->add_option("--seconds", options->seconds,
+                  "How long to listen; a node whose heartbeat is slower shows no NMT state [s]")
+      ->check(CLI::Range(0.05, 60.0))
+      ->capture_default_str();
+  options->output.add_to(*app);
+  app->footer(example("  plenum scan --bus socketcand:127.0.0.1:29536/can0"));
+  return {app, [options] { return run(*options); }};
+}
+
+}  // namespace plenum::host::tools

@@ -1,0 +1,217 @@
+// What a board says of itself, who is on a bus, and settings read and written, against the real node on the simulated bus.
+#include "host-sim/client/board_facts.hpp"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "host-sim/client/scan.hpp"
+#include "host-sim/client/settings.hpp"
+#include "tests/client/board_on_bus.hpp"
+#include "tests/client/scripted_link.hpp"
+#include "tests/firmware/config/tassa9_sample.hpp"
+
+namespace plenum::host::client {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+namespace object = canopen::object;
+
+// ---- versions ----
+
+/// Answers the reads that require_compatible() makes, with the given type, schema hash and count.
+std::string refusal_of(std::uint32_t type, std::uint32_t hash, std::uint16_t count, std::uint8_t format) {
+  const auto bytes = [](std::uint32_t value) {
+    return fmt::format("{:02X} {:02X} {:02X} {:02X}", value & 0xFFU, value >> 8U & 0xFFU,
+                       value >> 16U & 0xFFU, value >> 24U);
+  };
+  std::deque<std::string> script{"585 43 00 10 00 " + bytes(type)};
+  for (int sub = 1; sub <= 4; ++sub) script.push_back(fmt::format("585 43 18 10 {:02X} 07 00 00 00", sub));
+  for (const char* text :
+       {"585 43 08 10 00 42 6F 61 72", "585 43 09 10 00 41 20 20 20", "585 43 0A 10 00 31 2E 30 20"})
+    script.emplace_back(text);
+  script.push_back("585 43 00 21 01 " + bytes(hash));
+  script.push_back(fmt::format("585 4B 00 21 02 {:02X} {:02X} 00 00", count & 0xFFU, count >> 8U));
+  script.push_back(fmt::format("585 4F 00 21 03 {:02X} 00 00 00", format));
+  ScriptedLink link(script);
+  Session session(link, 5);
+  try {
+    require_compatible(session);
+  } catch (const Refused& refusal) {
+    return refusal.what();
+  }
+  return "";
+}
+
+TEST(Compatible, IsAFirmwareWithTheSchemaOfThisProgram) {
+  const std::uint32_t type = canopen::kDeviceType;
+  EXPECT_EQ(refusal_of(type, own_schema_hash(), 12, 1), "");
+  EXPECT_EQ(refusal_of(type, own_schema_hash(), 12, 2), "") << "fixed point takes the same images";
+  EXPECT_THAT(refusal_of(0x00020192, own_schema_hash(), 12, 1),
+              AllOf(HasSubstr("node 5"), HasSubstr("00020192h")));
+  EXPECT_THAT(refusal_of(type, 0x12345678, 12, 1),
+              AllOf(HasSubstr("firmware 1.0"), HasSubstr("12345678h"), HasSubstr("expected")));
+  EXPECT_THAT(refusal_of(type, own_schema_hash(), 13, 1), HasSubstr("13 parameters"));
+  EXPECT_THAT(refusal_of(type, own_schema_hash(), 12, 3), HasSubstr("format 3"));
+  BoardOnBus world;
+  Session session(world, 5);
+  EXPECT_NO_THROW(require_compatible(session));
+}
+
+// ---- words ----
+
+TEST(StateName, IsThatOfTheTableOfCia408) {
+  EXPECT_STREQ(state_name(0x0, 0), "NOT_READY");
+  EXPECT_STREQ(state_name(0x8, 0), "INIT");
+  EXPECT_STREQ(state_name(0x9, 0), "DISABLED");
+  EXPECT_STREQ(state_name(0xB, 0), "HOLD");
+  EXPECT_STREQ(state_name(0xF, 0), "ACTIVE");
+  EXPECT_STREQ(state_name(0x7, 0x8250), "FAULT_REACTION");
+  EXPECT_STREQ(state_name(0x3, 0x8250), "FAULT_HOLD");
+  EXPECT_STREQ(state_name(0x1, 0x8250), "FAULT_DISABLED");
+  EXPECT_STREQ(state_name(0x0, 0x8250), "FAULT_INIT");
+  for (const std::uint16_t at_rest : std::initializer_list<std::uint16_t>{0x0, 0x1, 0x8, 0x9}) EXPECT_FALSE(is_regulating(at_rest)) << at_rest;
+  for (const std::uint16_t at_work : std::initializer_list<std::uint16_t>{0x3, 0x7, 0xB, 0xF}) EXPECT_TRUE(is_regulating(at_work)) << at_work;
+}
+
+TEST(Faults, AreReadWithTheirChamberAndNamedFromTheFirmwaresTable) {
+  BoardOnBus world;
+  Session session(world, 5);
+  EXPECT_FALSE(read_fault(session));
+  EXPECT_THAT(read_fault_history(session), IsEmpty());
+  world.image.error_code = 0x8302;
+  world.image.fault_chamber = 3;
+  world.run_ticks(2);
+  const auto fault = read_fault(session);
+  ASSERT_TRUE(fault);
+  EXPECT_EQ(fault->code, 0x8302);
+  EXPECT_EQ(fault->chamber, 3U);
+  EXPECT_EQ(read_fault_history(session).size(), 1U);
+  EXPECT_EQ(fault_name(0x8250), "set-point timeout");
+  EXPECT_THAT(fault_name(0x1234), HasSubstr("does not know"));
+}
+
+// ---- scan ----
+
+TEST(Scan, FindsTheBoardWithIdentityStateAndFault) {
+  BoardOnBus world(77);
+  world.image.error_code = 0x3412;
+  const auto nodes = scan(world, 1.2);
+  ASSERT_EQ(nodes.size(), 1U);
+  EXPECT_EQ(nodes[0].node_id, 77);
+  EXPECT_EQ(nodes[0].nmt, canopen::NmtState::pre_operational);
+  EXPECT_EQ(nodes[0].device_type, canopen::kDeviceType);
+  EXPECT_EQ(nodes[0].identity.vendor_id, 1U);
+  EXPECT_EQ(nodes[0].identity.product_code, 2U);
+  EXPECT_EQ(nodes[0].name, "Plenum valve board");
+  ASSERT_TRUE(nodes[0].board);
+  EXPECT_TRUE(nodes[0].board->compatible);
+  EXPECT_EQ(nodes[0].board->models, 0U);
+  ASSERT_TRUE(nodes[0].board->fault);
+  EXPECT_EQ(nodes[0].board->fault->code, 0x3412);
+  EXPECT_LT(world.now_s(), 1.5) << "one time-out, not 127";
+}
+
+TEST(Scan, ShowsAStoppedNodeByItsHeartbeatAlone) {
+  BoardOnBus world;
+  Session session(world, 5);
+  session.nmt(canopen::NmtCommand::stop);
+  const auto nodes = scan(world, 1.2);
+  ASSERT_EQ(nodes.size(), 1U);
+  EXPECT_EQ(nodes[0].nmt, canopen::NmtState::stopped);
+  EXPECT_FALSE(nodes[0].device_type);
+  EXPECT_THAT(nodes[0].trouble, HasSubstr("no answer"));
+}
+
+TEST(Scan, FindsNobodyOnAnEmptyBus) {
+  BoardOnBus world;
+  world.deaf = true;
+  EXPECT_THAT(scan(world, 0.5), IsEmpty());
+  EXPECT_LT(world.now_s(), 0.6);
+}
+
+// ---- settings ----
+
+std::uint32_t value_in(const std::vector<Setting>& settings, std::uint16_t index, std::uint8_t sub) {
+  for (const Setting& setting : settings) {
+    if (setting.id == SettingId{index, sub}) return setting.bits;
+  }
+  ADD_FAILURE() << "no setting " << index << ':' << int{sub};
+  return 0;
+}
+
+TEST(Settings, OfOneBoardMakeAnotherTheSame) {
+  BoardOnBus first;
+  Session from(first, 5);
+  from.configure_setpoints(SetpointFormat::pascal);
+  from.configure_stream({.largest_volume_m3 = 1e-3});
+  from.write<std::uint16_t>(object::kHeartbeatTime, 0, 250);
+  from.write<std::uint32_t>(object::kEmergencyCobId, 0, 0x8000'0000U);
+  from.write<std::uint32_t>(object::kEmergencyCobId, 0, 0x0FEU);
+  const std::vector<Setting> wanted = read_settings(from);
+  EXPECT_EQ(value_in(wanted, object::kHeartbeatTime, 0), 250U);
+  BoardOnBus second;
+  Session to(second, 5);
+  EXPECT_THAT(write_settings(to, wanted), IsEmpty());
+  const std::vector<Setting> got = read_settings(to);
+  ASSERT_EQ(got.size(), wanted.size());
+  for (std::size_t i = 0; i < got.size(); ++i) {
+    EXPECT_EQ(got[i].bits, wanted[i].bits) << std::hex << got[i].id.index << ':' << int{got[i].id.sub};
+  }
+  EXPECT_THAT(write_settings(to, wanted), IsEmpty()) << "once more changes nothing";
+}
+
+TEST(Settings, ThatABoardRefusesAreNamedAndTheRestIsWritten) {
+  BoardOnBus world;
+  Session session(world, 5);
+  std::vector<Setting> settings = read_settings(session);
+  for (Setting& setting : settings) {
+    if (setting.id == SettingId{object::kHeartbeatTime, 0}) setting.bits = 123;
+    if (setting.id == SettingId{object::kSyncCobId, 0}) setting.bits = 0x4000'0080U;  // no SYNC producer
+  }
+  settings.push_back({{0x5000, 1}, canopen::DataType::unsigned8, "of another firmware", 1});
+  const auto troubles = write_settings(session, settings);
+  ASSERT_EQ(troubles.size(), 2U);
+  EXPECT_EQ(troubles[0].setting.id.index, object::kSyncCobId);
+  EXPECT_THAT(troubles[0].reason, HasSubstr("06090030h"));
+  EXPECT_EQ(troubles[1].setting.id.index, 0x5000);
+  EXPECT_EQ(session.read<std::uint16_t>(object::kHeartbeatTime, 0), 123);
+}
+
+TEST(Settings, AreNumbersOfTheirTypes) {
+  using canopen::DataType;
+  EXPECT_EQ(bits_of(DataType::integer8, std::int64_t{-1}), 0xFFU);
+  EXPECT_EQ(bits_of(DataType::unsigned32, std::int64_t{4294967295}), 0xFFFFFFFFU);
+  EXPECT_EQ(bits_of(DataType::real32, 0.5), 0x3F000000U);
+  EXPECT_EQ(bits_of(DataType::real32, std::int64_t{2}), 0x40000000U) << "JSON writes 2.0 as 2";
+  EXPECT_THROW(bits_of(DataType::unsigned8, std::int64_t{256}), std::invalid_argument);
+  EXPECT_THROW(bits_of(DataType::unsigned16, std::int64_t{-1}), std::invalid_argument);
+  EXPECT_THROW(bits_of(DataType::integer16, 0.5), std::invalid_argument);
+  EXPECT_THROW(bits_of(DataType::real32, 1e39), std::invalid_argument);
+  EXPECT_THROW(bits_of(DataType::real32, std::numeric_limits<double>::quiet_NaN()), std::invalid_argument);
+  EXPECT_EQ(std::get<std::int64_t>(number_of({{}, DataType::integer8, "", 0xFF})), -1);
+  EXPECT_EQ(std::get<double>(number_of({{}, DataType::real32, "", 0x3DCCCCCD})), 0.1)
+      << "as a person writes it";
+  for (const Setting& setting : known_settings()) EXPECT_EQ(type_of(type_name(setting.type)), setting.type);
+  EXPECT_THROW(type_of("DOMAIN"), std::invalid_argument);
+}
+
+TEST(Settings, AreStoredByTheSignatureAndABoardWithoutAStoreSaysSo) {
+  ScriptedLink stores({"585 60 10 10 01 00 00 00 00"});
+  Session one(stores, 5);
+  EXPECT_TRUE(store_settings(one));
+  EXPECT_EQ(stores.sent, std::vector<std::string>{"605 23 10 10 01 73 61 76 65"});
+  ScriptedLink none({"585 80 10 10 01 00 00 02 06"});
+  Session two(none, 5);
+  EXPECT_FALSE(store_settings(two));
+  ScriptedLink fails({"585 80 10 10 01 00 00 06 06"});
+  Session three(fails, 5);
+  EXPECT_THROW(store_settings(three), SdoAbort);
+}
+
+}  // namespace
+}  // namespace plenum::host::client

@@ -1,0 +1,135 @@
+"""The commands that speak to a board, as their user runs them. Called with: the program, the top of the tree, a test case."""
+
+import json
+import sys
+import unittest
+
+import plenum_test
+from plenum_test import Plenum
+
+MODEL = {
+    "schema": "plenum-model/1", "kind": "tassa9", "chamber": 2,
+    "parameters": {"c1_V": 5.02, "c2_per_V": 2.5, "c3_per_V3": 4.0, "c4_kPa_s_per_mL": -0.05, "c5_per_mL": 0.003,
+                   "c6_per_mL": 0.02, "c7_per_V_s": 40, "c8": 0.1, "c9_V": 0.08, "c_gamma_V": 0.1,
+                   "supply_kPa": 620, "ambient_kPa": 101.325},
+    "fit": {"date_s": 1700000000, "rms_one_step_kPa": 1.25, "valve_serial": 4711, "sensor_serial": 815},
+}
+HEARTBEAT = ("1017h", 0)
+
+
+class BoardCommands(Plenum):
+    def json_of(self, *arguments, code=0):
+        ran = self.plenum(*arguments, "--json", "-")
+        self.assertEqual((ran.returncode, ran.stderr), (code, ""), arguments)
+        return json.loads(ran.stdout)
+
+    def upload(self):
+        self.write("model-2.json", json.dumps(MODEL))
+        self.done("upload", "--store", "board", "model-2.json")
+
+    def changed(self, backup, setting, value):
+        """A copy of a backup file in which one setting is another."""
+        content = json.loads((self.folder / backup).read_text())
+        row, = [one for one in content["settings"] if (one["index"], one["sub"]) == setting]
+        row["value"] = value
+        return self.write("changed.json", json.dumps(content))
+
+
+class Looking(BoardCommands):
+    def test_scan_finds_the_node_and_says_how_it_is(self):
+        text = self.done("scan", "--node", 9)
+        self.assertRegex(text, r"\n +9 +pre-operational +Plenum valve board .* INIT +0/8 +-\n")
+        node, = self.json_of("scan", "--node", 9)["nodes"]
+        self.assertEqual((node["node"], node["device_type"], node["board"]["models"]), (9, "FFFF0198h", 0))
+        self.assertTrue(node["board"]["compatible"])
+
+    def test_info_shows_models_with_crc_date_error_and_serials(self):
+        self.upload()
+        text = self.done("info", "--store", "board")
+        self.assertRegex(text, r"\n +2 +active +[0-9A-F]{8}h +\d+ +2023-11-14 +1\.25 +4711 +815\n")
+        self.assertRegex(text, r"\n +1 +empty\n")
+        self.assertIn("Producer heartbeat time [ms]", text)
+        info = self.json_of("info", "--store", "board")
+        self.assertEqual(info["models"][1]["valve_serial"], 4711)
+        self.assertIsNone(info["models"][0]["crc"])
+        self.assertEqual(info["health"]["overruns"], 0)
+        self.assertIn({"index": "1017h", "sub": 0, "name": "Producer heartbeat time [ms]", "value": 1000}, info["settings"])
+
+    def test_faults_of_a_board_without_one(self):
+        self.assertIn("no fault stands", self.done("faults"))
+        self.assertEqual(self.json_of("faults"), {"fault": None, "history": [], "history_cleared": False})
+
+    def test_reset_wants_to_know_what(self):
+        self.refused(2, "reset", says=["--fault", "--restart", "--communication"])
+        self.refused(2, "reset", "--fault", "--restart", says=["one of"])
+        for kind in ["--restart", "--communication"]:
+            self.assertIn("has started anew", self.done("reset", kind))
+        self.assertEqual(self.json_of("reset", "--fault")["fault_before"], None)
+
+
+class Keeping(BoardCommands):
+    def test_a_backup_is_alike_the_board_it_came_from_and_restores_to_it(self):
+        self.upload()
+        said = self.json_of("backup", "--store", "board", "-o", "b.json")
+        self.assertEqual((said["models"], said["settings"] > 100), (1, True))
+        self.assertEqual(self.json_of("diff", "--store", "board", "b.json")["alike"], True)
+        restored = self.json_of("restore", "--store", "board", "b.json")
+        self.assertEqual((restored["models"], restored["not_written"]), (1, []))
+        self.done("backup", "--store", "board", "-o", "again.json")
+        self.assertEqual((self.folder / "b.json").read_text(), (self.folder / "again.json").read_text())
+
+    def test_a_board_that_lost_its_models_gets_them_back(self):
+        self.upload()
+        self.done("backup", "--store", "board", "-o", "b.json")
+        self.done("restore", "--store", "other", "b.json")
+        self.assertEqual(self.json_of("diff", "--store", "other", "model-2.json")["alike"], True)
+
+    def test_diff_names_what_differs(self):
+        self.upload()
+        MODEL2 = json.loads(json.dumps(MODEL))
+        MODEL2["parameters"]["c7_per_V_s"] = 41
+        self.write("other.json", json.dumps(MODEL2))
+        found = self.json_of("diff", "--store", "board", "other.json", code=1)
+        self.assertEqual(found["differences"], [{"what": "chamber 2 c7_per_V_s", "file": "41", "board": "40"}])
+        self.done("diff", "--store", "board", "model-2.json")
+        found = self.json_of("diff", "--store", "board", "model-2.json", "--chamber", "3", code=1)
+        self.assertEqual(found["differences"], [{"what": "chamber 3 model", "file": "there", "board": None}])
+        self.done("backup", "--store", "board", "-o", "b.json")
+        found = self.json_of("diff", "--store", "board", self.changed("b.json", HEARTBEAT, 500), code=1)
+        self.assertEqual([(one["file"], one["board"]) for one in found["differences"]], [("500", "1000")])
+
+    def test_what_a_board_refuses_is_named_and_exit_1(self):
+        self.done("backup", "-o", "b.json")
+        ran = self.plenum("restore", self.changed("b.json", ("1005h", 0), 0x40000080))
+        self.assertEqual((ran.returncode, ran.stderr), (1, ""))
+        self.assertRegex(ran.stdout, r"not written: 1005h:0 COB-ID SYNC: .*06090030h")
+
+    def test_a_backup_that_cannot_be_meant_is_refused(self):
+        self.refused(2, "restore", "missing.json", says=["missing.json", "No such file"])
+        self.write("text.json", "PLM1")
+        self.refused(2, "restore", "text.json", says=["text.json", "JSON"])
+        self.done("backup", "-o", "b.json")
+        self.refused(2, "restore", "--node", 2, "b.json", says=["node 1", "node 2"])
+        content = json.loads((self.folder / "b.json").read_text())
+        for change, says in [({"schema": "plenum-model/1"}, ["schema", "plenum-backup/1"]),
+                             ({"node": "one"}, ["node", "\"one\""]),
+                             ({"settings": [{"index": "10", "sub": 0}]}, ["settings[0]", "index", "\"10\""]),
+                             ({"settings": 2 * [content["settings"][0]]}, ["1005h:0", "twice"]),
+                             ({"settings": [content["settings"][0] | {"value": -1}]}, ["settings[0]", "-1", "UNSIGNED32"]),
+                             ({"models": [{"chamber": 9, "image": "00"}]}, ["models[0]", "chamber", "9"]),
+                             ({"models": [{"chamber": 1, "image": "0x"}]}, ["models[0]", "image"])]:
+            self.write("bad.json", json.dumps(content | change))
+            self.refused(2, "restore", "bad.json", says=["bad.json", *says])
+
+    def test_models_of_another_schema_are_left_alone_only_when_asked(self):
+        self.done("backup", "-o", "b.json")
+        content = json.loads((self.folder / "b.json").read_text())
+        content["versions"]["schema_hash"] = "12345678h"
+        self.write("old.json", json.dumps(content))
+        self.refused(2, "restore", "old.json", says=["old.json", "12345678h", "--settings-only"])
+        self.done("restore", "--settings-only", "old.json")
+
+
+if __name__ == "__main__":
+    plenum_test.PROGRAM, plenum_test.TOP, case = sys.argv[1], sys.argv[2], sys.argv[3]
+    unittest.main(argv=[sys.argv[0], case], verbosity=2)
