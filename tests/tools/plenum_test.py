@@ -14,7 +14,7 @@ from pathlib import Path
 
 PROGRAM = TOP = None
 COMMANDS = ["demo", "sim", "capture", "identify", "diagnose", "effects", "upload", "download", "regulate", "reproduce",
-            "scan", "info", "faults", "reset", "diff", "backup", "restore"]
+            "scan", "info", "faults", "reset", "diff", "backup", "restore", "monitor"]
 SMALL = ["--chambers", "2"]
 
 

@@ -1,0 +1,193 @@
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <thread>
+
+#include "host-sim/client/settings.hpp"
+#include "host-sim/client/watch.hpp"
+#include "host-sim/tools/board_access.hpp"
+#include "host-sim/tools/command.hpp"
+#include "host-sim/tools/monitor_views.hpp"
+#include "host-sim/tools/output.hpp"
+#include "host-sim/tools/stop_signal.hpp"
+
+namespace plenum::host::tools {
+namespace {
+
+namespace object = canopen::object;
+
+struct Options {
+  BoardChoice board;
+  double seconds = 0.0;
+  double rate_Hz = 10.0;
+  bool stream = false;
+  double largest_volume_mL = 3000.0;
+  int web_port = -1;
+  std::string web_address = "127.0.0.1";
+  std::string udp;
+  CLI::Option* web = nullptr;
+  Output output;
+};
+
+constexpr int kDefaultPort = 8408;
+
+/// The board's TPDOs 5 to 12 as a stream, and as they were once it goes.
+class BorrowedStream {
+ public:
+  BorrowedStream(client::Session& session, const Options& options) : session_(session) {
+    client::require_compatible(session);
+    for (client::Setting& setting : client::read_settings(session)) {
+      const std::uint16_t index = setting.id.index;
+      const bool communication =
+          index >= object::kTpdoCommunication + 4 && index < object::kTpdoCommunication + 12;
+      const bool mapping = index >= object::kTpdoMapping + 4 && index < object::kTpdoMapping + 12;
+      if (communication || mapping || index == object::kCodeScale) before_.push_back(std::move(setting));
+    }
+    stream_.emplace(session.configure_stream(
+        {.chambers = static_cast<std::uint8_t>((1U << options.board.rig.chambers) - 1U),
+         .largest_volume_m3 = 1e-6 * options.largest_volume_mL}));
+  }
+  const client::Stream& stream() const { return *stream_; }
+
+  /// Throws Refused when the board does not take back what it had.
+  void give_back() {
+    const auto troubles = client::write_settings(session_, before_);
+    if (troubles.empty()) return;
+    throw client::Refused(fmt::format("node {}: {} of the stream's settings are not as they were before: {}",
+                                      session_.node_id(), troubles.size(), troubles.front().reason));
+  }
+
+ private:
+  client::Session& session_;
+  std::vector<client::Setting> before_;
+  std::optional<client::Stream> stream_;
+};
+
+/// A simulated board has no other master: it is excited, and gets its SYNC, in real time.
+class OwnMaster {
+ public:
+  explicit OwnMaster(client::Session& session) : session_(session) {
+    session.write(object::kControlMode, 0, static_cast<std::int8_t>(canopen::ControlMode::excitation));
+    session.nmt(canopen::NmtCommand::start);
+    session.enable();
+    next_s_ = session.link().now_s();
+    begin_s_ = next_s_;
+  }
+  /// Up to 10 ms of the board's life, which take as long for who watches.
+  void cycle() {
+    constexpr double kCycle_s = 0.01;
+    session_.send_sync();
+    next_s_ += kCycle_s;
+    session_.listen(next_s_ - session_.link().now_s());
+    std::this_thread::sleep_until(begin_ + std::chrono::duration<double>(next_s_ - begin_s_));
+  }
+
+ private:
+  client::Session& session_;
+  double begin_s_ = 0.0;
+  double next_s_ = 0.0;
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+};
+
+int run(const Options& options) {
+  const StopSignal stop;  // the stream has to be given back
+  BoardAccess access(options.board);
+  client::Session& session = access.session();
+  client::Link& link = access.link();
+  const std::uint8_t node = session.node_id();
+  const unsigned chambers = options.board.rig.chambers;
+
+  std::optional<UdpView> udp;
+  if (!options.udp.empty()) udp.emplace(options.udp);
+  std::optional<WebView> web;
+  if (options.web->count() > 0) {
+    const int port = options.web_port < 0 ? kDefaultPort : options.web_port;
+    web.emplace(options.web_address, static_cast<std::uint16_t>(port), monitor_page(node, chambers));
+    fmt::print(stderr, "live page: {} (Ctrl-C ends)\n", web->url());
+  }
+
+  client::Watch watch(node);
+  session.subscribe([&](const client::Arrival& arrival) { watch.take(arrival.time_s, arrival.frame); });
+  std::optional<BorrowedStream> stream;
+  if (options.stream) {
+    stream.emplace(session, options);
+    watch.follow(stream->stream());
+  }
+  std::optional<OwnMaster> master;
+  if (options.board.simulated()) master.emplace(session);
+
+  const double begin_s = link.now_s();
+  const double period_s = 1.0 / options.rate_Hz;
+  constexpr double kSlice_s = 0.02;  // how long a browser waits at most before it is looked after
+  TerminalView terminal;
+  std::uint64_t shown = 0;
+  Json newest;
+  while (!stop.asked()) {
+    const double elapsed_s = link.now_s() - begin_s;
+    if (options.seconds > 0.0 && elapsed_s >= options.seconds) break;
+    if (elapsed_s >= static_cast<double>(shown) * period_s) {
+      newest = view_json(watch.view(), node, chambers, elapsed_s);
+      options.output.print("{}", terminal.text(watch.view(), node, chambers, elapsed_s));
+      std::fflush(stdout);
+      if (udp) udp->show(newest);
+      if (web) web->show(newest);
+      shown = static_cast<std::uint64_t>(elapsed_s / period_s) + 1;
+    }
+    if (master) {
+      master->cycle();
+    } else {
+      session.listen(std::min(kSlice_s, period_s));
+    }
+    if (web) web->serve();
+  }
+  if (stream) stream->give_back();
+  options.output.finish(
+      {{"seconds", link.now_s() - begin_s}, {"frames", watch.view().frames}, {"last", newest}});
+  return watch.view().frames > 0 ? kDone : kFailure;
+}
+
+}  // namespace
+
+Command add_monitor(CLI::App& program) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* app = program.add_subcommand(
+      "monitor",
+      "Watch a board live, in the terminal, a browser or PlotJuggler. It listens to what the board sends by "
+      "default and "
+      "changes nothing, unless --stream asks for more; exit code 1 when nothing was heard");
+  options->board.add_to(*app);
+  app->add_option("--seconds", options->seconds, "How long; 0: until Ctrl-C [s]")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  app->add_option("--rate", options->rate_Hz, "How often it is shown [Hz]")
+      ->check(CLI::Range(0.1, 100.0))
+      ->capture_default_str();
+  app->add_flag(
+      "--stream", options->stream,
+      "Let the board send command and volume, too: borrows its TPDOs 5 to 12 and gives them back at the end");
+  app->add_option("--largest-volume", options->largest_volume_mL, "What the stream's volume can show [mL]")
+      ->check(CLI::Range(1.0, 6'500'000.0))
+      ->capture_default_str();
+  options->web =
+      app->add_option(
+             "--web", options->web_port,
+             fmt::format("Serve one live page on this port (default: {}; 0: any free one)", kDefaultPort))
+          ->type_name("PORT")
+          ->expected(0, 1)
+          ->check(CLI::Range(0, 65535));
+  app->add_option("--web-address", options->web_address,
+                  "Of this machine, for the page: others can read it then")
+      ->type_name("IPV4")
+      ->capture_default_str();
+  app->add_option("--udp", options->udp,
+                  "Send each view as a JSON datagram; PlotJuggler: UDP server, JSON, timestamp")
+      ->type_name("HOST:PORT");
+  options->output.add_to(*app);
+  app->footer(example(
+      "  plenum monitor --bus socketcand:127.0.0.1:29536/can0 --node 5\n"
+      "  plenum monitor --bus socketcand:127.0.0.1:29536/can0 --node 5 --stream --web --udp 127.0.0.1:9870"));
+  return {app, [options] { return run(*options); }};
+}
+
+}  // namespace plenum::host::tools

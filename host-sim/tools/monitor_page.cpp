@@ -1,0 +1,92 @@
+#include <fmt/format.h>
+
+#include <string>
+
+#include "host-sim/report/assets.hpp"
+#include "host-sim/tools/monitor_views.hpp"
+
+namespace plenum::host::tools {
+namespace {
+
+constexpr const char* kStyle = R"(
+body { max-width: 1400px; padding-top: 1.25rem; }
+header { display: flex; flex-wrap: wrap; gap: .5rem 1.5rem; align-items: baseline; }
+header h1 { margin: 0; font-size: 1.4rem; }
+#state { font-weight: 600; }
+#fault.stands, #link.lost { color: var(--missed); font-weight: 600; }
+.live { height: 300px; margin: .75rem 0; background: var(--card); border: 1px solid var(--line); border-radius: 8px; }
+)";
+
+// The last minute of every chamber, in three charts that share their time.
+constexpr const char* kScript = R"(
+'use strict';
+const shown_s = 60;
+const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+if (matchMedia('(prefers-color-scheme: dark)').matches) document.documentElement.dataset.theme = 'dark';
+const chart_of = (id, title, unit) => {
+  const chart = echarts.init(document.getElementById(id));
+  const line = {lineStyle: {color: css('--line')}};
+  chart.setOption({
+    animation: false, title: {text: title, left: 12, top: 8, textStyle: {fontSize: 14, color: css('--ink')}},
+    legend: {right: 12, top: 8, textStyle: {color: css('--soft')}},
+    grid: {left: 64, right: 20, top: 44, bottom: 36},
+    tooltip: {trigger: 'axis', valueFormatter: (value) => value == null ? '-' : value.toFixed(2) + ' ' + unit},
+    xAxis: {type: 'value', min: 'dataMin', max: 'dataMax', axisLine: line, axisLabel: {color: css('--soft'), formatter: '{value} s'}, splitLine: {show: false}},
+    yAxis: {type: 'value', scale: true, name: unit, nameTextStyle: {color: css('--soft')}, axisLabel: {color: css('--soft')}, splitLine: {lineStyle: {color: css('--grid')}}},
+  });
+  addEventListener('resize', () => chart.resize());
+  return chart;
+};
+const charts = {pressure: chart_of('pressure', 'Pressure, absolute (dashed: set point)', 'kPa'),
+                command: chart_of('command', 'Valve command', 'V'), volume: chart_of('volume', 'Volume', 'mL')};
+echarts.connect(Object.values(charts));
+const rows = [];
+const series = (key, dashed) => Array.from({length: chambers}, (_, c) => ({
+  name: 'chamber ' + (c + 1), type: 'line', showSymbol: false, sampling: 'lttb', emphasis: {disabled: true},
+  color: css('--c' + c), lineStyle: {width: dashed ? 1 : 1.75, type: dashed ? 'dashed' : 'solid'},
+  data: rows.map((row) => [row.t, row.chamber[c][key]]),
+}));
+const draw = () => {
+  charts.pressure.setOption({series: [...series('actual_kPa', false), ...series('setpoint_kPa', true)]});
+  charts.command.setOption({series: series('command_V', false)});
+  charts.volume.setOption({series: series('volume_mL', false)});
+};
+const say = (id, text, bad, name) => {
+  const element = document.getElementById(id);
+  element.textContent = text;
+  element.classList.toggle(name, bad);
+};
+let drawing = false;
+const events = new EventSource('/events');
+events.onmessage = (event) => {
+  const message = JSON.parse(event.data);
+  const board = message['node' + node];
+  rows.push({t: Math.round(message.timestamp * 1000) / 1000, chamber: Array.from({length: chambers}, (_, c) => board['chamber' + (c + 1)])});
+  while (rows.length > 0 && rows[0].t < message.timestamp - shown_s) rows.shift();
+  document.getElementById('state').textContent = (board.state ?? 'no status word yet') + ' · ' + (board.nmt ?? 'no heartbeat yet');
+  say('fault', board.fault ?? 'no fault', board.fault !== null, 'stands');
+  document.getElementById('frames').textContent = board.frames + ' frames';
+  document.documentElement.dataset.events = rows.length;
+  if (!drawing) { drawing = true; requestAnimationFrame(() => { drawing = false; draw(); }); }
+};
+events.onopen = () => say('link', 'live', false, 'lost');
+events.onerror = () => say('link', 'the monitor does not answer', true, 'lost');
+)";
+
+}  // namespace
+
+std::string monitor_page(std::uint8_t node_id, unsigned chambers) {
+  return fmt::format(
+      "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<link rel=\"icon\" "
+      "href=\"data:,\">\n"
+      "<title>Plenum node {0}</title>\n<style>{2}{3}</style>\n</head>\n<body>\n"
+      "<header><h1>Node {0}</h1><span id=\"state\">waiting for the board</span><span id=\"fault\"></span>"
+      "<span id=\"frames\"></span><span id=\"link\"></span></header>\n"
+      "<div id=\"pressure\" class=\"live\"></div>\n<div id=\"command\" class=\"live\"></div>\n"
+      "<div id=\"volume\" class=\"live\"></div>\n"
+      "<script>{4}</script>\n<script>const node = {0}, chambers = {1};{5}</script>\n</body>\n</html>\n",
+      node_id, chambers, report::page_style(), kStyle, report::echarts_script(), kScript);
+}
+
+}  // namespace plenum::host::tools
