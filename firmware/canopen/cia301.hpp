@@ -114,10 +114,12 @@ constexpr std::uint32_t load_le(std::span<const std::uint8_t> bytes) noexcept {
   return bits;
 }
 
-/// Bits to little-endian bytes; `bytes` has at most four.
+/// Bits to little-endian bytes; of more than four the rest is zero.
 constexpr void store_le(std::uint32_t bits, std::span<std::uint8_t> bytes) noexcept {
-  for (std::size_t i = 0; i < bytes.size() && i < 4; ++i)
-    bytes[i] = static_cast<std::uint8_t>(bits >> (8 * i));
+  for (std::uint8_t& byte : bytes) {
+    byte = static_cast<std::uint8_t>(bits);
+    bits >>= 8;
+  }
 }
 
 /// One entry of a PDO mapping parameter.
