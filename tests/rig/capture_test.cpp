@@ -250,14 +250,14 @@ TEST(Upload, RefusesAWorseModelAfterACaptureUnlessForced) {
   session.upload_models(fitted);  // no log yet: taken as they are
   client::capture(session, {.seconds = 12.0, .seed = 7, .chambers = kFollowed});
 
-  for (const auto& worse : {with_scaled(fitted[0], kC1, 1.05F), with_scaled(fitted[1], kC7, 1.4F),
-                            with_scaled(fitted[1], kC7, 2.0F)}) {
+  for (const auto& worse : {with_scaled(fitted[0], kC1, 1.02F), with_scaled(fitted[1], kC7, 1.4F),
+                            with_scaled(fitted[0], kC7, 0.7F)}) {
     EXPECT_THROW(session.upload_models(std::array{worse}), client::Refused)
         << "chamber " << int{worse.chamber};
     EXPECT_EQ(session.download_model(worse.chamber), fitted[worse.chamber].image);
   }
-  session.upload_models(
-      fitted);  // the log of a capture does not speak against what was fitted to another one
+  // the log of a capture does not speak against what was fitted to another one
+  session.upload_models(fitted);
   const client::ModelUpload worse = with_scaled(fitted[1], kC7, 1.4F);
   session.upload_models(std::array{worse}, client::Doubted::force);
   EXPECT_EQ(session.download_model(1), worse.image);

@@ -177,7 +177,7 @@ TEST(ShadowRun, LetsTheCommandBeforeActForTheDelayOfTheValve) {
     chamber.pressure_kPa = 300.0;
     double mean_kPa = 300.0, before_V = kNull_V;
     for (std::size_t k = 0; k < kLogTicks; ++k) {
-      const double command_V = k % 40 < 20 ? 5.2 : 4.9;
+      const double command_V = k % 34 < 17 ? 5.2 : 4.9;
       rig.write(mean_kPa, command_V);
       mean_kPa = chamber.advance(before_V);  // a whole tick late
       before_V = static_cast<double>(static_cast<float>(command_V));
@@ -194,7 +194,7 @@ TEST(ShadowRun, HasNothingToCompareByWithoutALog) {
   rig.slots.stage(0, image_of(scaled(kC7, 0.5F)));
   EXPECT_EQ(rig.slots.state(0).phase, SetPhase::staged) << "at once";
   EXPECT_EQ(rig.slots.state(0).trial.outcome, Trial::not_compared);
-  rig.write_steps(4 * ShadowRun::kStretchTicks);
+  rig.write_steps(ShadowRun::kLeastMoved * ShadowRun::kStretchTicks);
   rig.slots.stage(0, image_of(scaled(kC7, 0.5F)));
   EXPECT_EQ(rig.slots.state(0).trial.outcome, Trial::not_compared) << "200 rows are 199 ticks";
 }
@@ -206,11 +206,11 @@ TEST(ShadowRun, ComparesNothingByAPressureThatStandsStill) {
   EXPECT_EQ(rig.slots.state(0).phase, SetPhase::staged);
 }
 
-TEST(ShadowRun, NeedsFourStretchesInWhichThePressureMoves) {
-  for (const std::size_t moving : {153U, 175U}) {
+TEST(ShadowRun, NeedsTenStretchesInWhichThePressureMoves) {
+  for (const std::size_t moving : {183U, 190U}) {
     Rig rig(kAt205);
     for (std::size_t k = 0; k < 600; ++k) rig.write(k < moving ? to_and_fro_kPa(k) : 205.0, kNull_V);
-    EXPECT_EQ(rig.compare(at_once(400.0F)).outcome == Trial::worse, moving > 153)
+    EXPECT_EQ(rig.compare(at_once(400.0F)).outcome == Trial::worse, moving > 183)
         << moving << " rows that move";
   }
 }
