@@ -3,6 +3,8 @@
 //   inproc                           a rig simulated inside the program
 //   socketcand:HOST:PORT/CHANNEL     a socketcand server, simulated or of a real bus; :PORT may be left out (29536),
 //                                    an IPv6 address stands in brackets
+//   can:IFACE                        a CAN interface of this machine (SocketCAN)
+//   slcan:TTY@BITRATE                a serial CAN adapter; @BITRATE may be left out (1000000)
 #pragma once
 
 #include <cstdint>
@@ -24,10 +26,19 @@ struct SocketcandAddress {
   std::string channel;
 };
 
-using BusAddress = std::variant<InprocAddress, SocketcandAddress>;
+struct CanAddress {
+  std::string interface;
+};
+
+struct SlcanAddress {
+  std::string device;
+  std::uint32_t bit_rate = 1'000'000;  ///< one that adapters have: wire::slcan_rate()
+};
+
+using BusAddress = std::variant<InprocAddress, SocketcandAddress, CanAddress, SlcanAddress>;
 
 /// The forms of a bus outside the program, for a help text.
-inline constexpr const char* kOutsideForms = "socketcand:HOST:PORT/CHANNEL";
+inline constexpr const char* kOutsideForms = "socketcand:HOST:PORT/CHANNEL, can:IFACE or slcan:TTY";
 
 /// Throws std::invalid_argument: what, where, what was expected.
 BusAddress parse_bus(std::string_view text);

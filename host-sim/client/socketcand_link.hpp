@@ -1,45 +1,33 @@
 // A link over a socketcand server: a daemon in front of a real bus, or `plenum sim`.
 //
-// No thread: bytes are taken and written while the caller sends or waits. The server's time stamps are not used, the
-// link's time is this machine's monotonic clock. Error frames of the server's bus are passed over.
+// No thread. The server's time stamps are not used, the link's time is this machine's monotonic clock. Error frames of the
+// server's bus are passed over.
 #pragma once
 
-#include <chrono>
-
 #include "host-sim/client/bus_address.hpp"
-#include "host-sim/wire/file_descriptor.hpp"
+#include "host-sim/client/byte_stream.hpp"
 
 namespace plenum::host::client {
 
 class SocketcandLink final : public Link {
  public:
-  /// Connects, opens the channel and switches to raw mode. Throws std::runtime_error when the server is not reached, says
-  /// no, or has not answered within `timeout_s`.
+  /// Connects, opens the channel and switches to raw mode. Throws std::runtime_error when the server is not reached,
+  /// says no, or has not answered within `timeout_s`.
   explicit SocketcandLink(const SocketcandAddress& address, double timeout_s = 5.0);
 
-  /// Throws std::runtime_error for a remote frame, which the protocol does not know, when the server is gone, and when it
-  /// has taken nothing for so long that kUnsentBytes wait.
+  /// Throws std::runtime_error for a remote frame, which the protocol does not know, when the server is gone, and when
+  /// it takes nothing.
   void send(const CanFrame& frame) override;
   /// Throws std::runtime_error when the server is gone or tells an error, once the frames before it are taken.
   std::optional<CanFrame> receive(double timeout_s) override;
-  double now_s() const override;
-
-  static constexpr std::size_t kUnsentBytes = 65536;
+  double now_s() const override { return stream_.now_s(); }
 
  private:
   void expect(const char* word, const std::string& after, double until_s);
   std::optional<std::string> next_message(double until_s);
-  bool wait(double until_s);
-  void take_bytes();
-  void flush();
-  [[noreturn]] void fail(const std::string& found) const;
 
-  std::string name_;
-  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
-  wire::FileDescriptor socket_;
+  ByteStream stream_;
   wire::MessageReader reader_;
-  std::string unsent_;
-  bool closed_ = false;
 };
 
 }  // namespace plenum::host::client

@@ -1,7 +1,6 @@
 #include "host-sim/ports/simulated_bus.hpp"
 
 #include <algorithm>
-#include <cstdio>
 #include <stdexcept>
 
 namespace plenum::host::ports {
@@ -140,27 +139,6 @@ SimulatedBus::IdentifierCounters SimulatedBus::identifier_counters(std::uint32_t
   if (!extended) return id < standard_.size() ? standard_[id] : IdentifierCounters{};
   const auto found = extended_.find(id);
   return found == extended_.end() ? IdentifierCounters{} : found->second;
-}
-
-std::string candump_line(std::uint64_t time_ns, const std::string& channel, const CanFrame& frame) {
-  std::array<char, 64> text{};
-  const std::uint64_t time_us = time_ns / 1000;
-  std::snprintf(text.data(), text.size(), "(%llu.%06llu) ",
-                static_cast<unsigned long long>(time_us / 1'000'000),
-                static_cast<unsigned long long>(time_us % 1'000'000));
-  std::string line = text.data() + channel;
-  std::snprintf(text.data(), text.size(), frame.extended ? " %08X#" : " %03X#", frame.id);
-  line += text.data();
-  if (frame.remote) {
-    line += 'R';
-    if (frame.length != 0) line += std::to_string(frame.length);
-    return line;
-  }
-  for (std::size_t i = 0; i < frame.length; ++i) {
-    std::snprintf(text.data(), text.size(), "%02X", frame.data[i]);
-    line += text.data();
-  }
-  return line;
 }
 
 }  // namespace plenum::host::ports

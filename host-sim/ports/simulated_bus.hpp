@@ -192,7 +192,4 @@ class SimulatedBus {
   std::unordered_map<std::uint32_t, IdentifierCounters> extended_;
 };
 
-/// One line of a candump log: "(12.345678) vcan0 181#0102".
-std::string candump_line(std::uint64_t time_ns, const std::string& channel, const CanFrame& frame);
-
 }  // namespace plenum::host::ports

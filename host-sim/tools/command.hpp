@@ -33,6 +33,8 @@ Command add_diff(CLI::App& program);
 Command add_backup(CLI::App& program);
 Command add_restore(CLI::App& program);
 Command add_monitor(CLI::App& program);
+Command add_record(CLI::App& program);
+Command add_decode(CLI::App& program);
 Command add_demo(CLI::App& program);
 Command add_blind(CLI::App& program);
 Command add_reproduce(CLI::App& program);

@@ -33,6 +33,12 @@ TEST(BusAddress, ThePortIs29536WhereNoneIsNamed) {
   EXPECT_EQ(socketcand("socketcand:[::1]/can0").port, 29536);
 }
 
+TEST(BusAddress, ASerialAdapterHasTheRateOfABoardUnlessOneIsNamed) {
+  EXPECT_EQ(std::get<SlcanAddress>(parse_bus("slcan:/dev/ttyUSB0")).bit_rate, 1'000'000U);
+  EXPECT_EQ(std::get<SlcanAddress>(parse_bus("slcan:/dev/by@id@250000")).device, "/dev/by@id");
+  EXPECT_EQ(std::get<CanAddress>(parse_bus("can:vcan1")).interface, "vcan1");
+}
+
 TEST(BusAddress, AnIpv6AddressStandsInBrackets) {
   const SocketcandAddress address = socketcand("socketcand:[fe80::1]:80/can0");
   EXPECT_EQ(address.host, "fe80::1");
@@ -41,16 +47,21 @@ TEST(BusAddress, AnIpv6AddressStandsInBrackets) {
 
 TEST(BusAddress, IsWrittenAsItIsRead) {
   EXPECT_TRUE(std::holds_alternative<InprocAddress>(parse_bus("inproc")));
-  for (const char* text : {"inproc", "socketcand:127.0.0.1:29536/can0", "socketcand:[::1]:1/c"}) {
+  for (const char* text : {"inproc", "socketcand:127.0.0.1:29536/can0", "socketcand:[::1]:1/c", "can:can0",
+                           "slcan:/dev/ttyACM0@500000"}) {
     EXPECT_EQ(format_bus(parse_bus(text)), text);
   }
 }
 
 TEST(BusAddress, ARefusalSaysWhatAndWhereAndWhatWasExpected) {
-  EXPECT_EQ(refusal("vcan0"), "--bus vcan0: no such bus, expected inproc or " + std::string(kOutsideForms));
+  EXPECT_EQ(refusal("vcan0"), "--bus vcan0: no such bus, expected inproc, " + std::string(kOutsideForms));
   EXPECT_EQ(refusal("socketcand:localhost:29536"),
             "--bus socketcand:localhost:29536: no channel, expected socketcand:HOST:PORT/CHANNEL, as in "
             "socketcand:127.0.0.1:29536/can0");
+  EXPECT_THAT(refusal("can:"), HasSubstr("no interface, expected can:IFACE"));
+  EXPECT_THAT(refusal("slcan:"), HasSubstr("no terminal, expected slcan:TTY"));
+  EXPECT_THAT(refusal("slcan:/dev/ttyACM0@83333"), HasSubstr("'83333' is no bit rate"));
+  EXPECT_THAT(refusal("slcan:/dev/ttyACM0@"), HasSubstr("'' is no bit rate"));
   EXPECT_THAT(refusal("socketcand:localhost:65536/can0"), HasSubstr("'65536' is no port"));
   EXPECT_THAT(refusal("socketcand:localhost:/can0"), HasSubstr("'' is no port"));
   EXPECT_THAT(refusal("socketcand:localhost:1x/can0"), HasSubstr("'1x' is no port"));

@@ -194,7 +194,7 @@ TEST(SocketcandLink, AServerThatTakesNothingEndsTheSendingWithAnError) {
   }
   done = true;
   done.notify_one();
-  EXPECT_THAT(found, HasSubstr("expected a server that takes them"));
+  EXPECT_THAT(found, HasSubstr("expected a peer that takes them"));
 }
 
 }  // namespace

@@ -282,11 +282,5 @@ RC_GTEST_PROP(SimulatedBus, GivesTheSameFramesWhateverTheStridesItIsRunIn, ()) {
   }
 }
 
-TEST(CandumpLine, IsWhatCandumpWrites) {
-  EXPECT_EQ(candump_line(12'345'678'999, "vcan0", frame_of(0x181, {1, 0xAB})), "(12.345678) vcan0 181#01AB");
-  EXPECT_EQ(candump_line(0, "can1", {.id = 0x12, .extended = true}), "(0.000000) can1 00000012#");
-  EXPECT_EQ(candump_line(0, "can1", {.id = 0x701, .length = 1, .remote = true}), "(0.000000) can1 701#R1");
-}
-
 }  // namespace
 }  // namespace plenum::host::ports

@@ -86,7 +86,7 @@ class Usage(Plenum):
         self.refused(2, "identify", "a.csv", "--c-gamma", "wide", says=["--c-gamma wide", "auto"])
 
     def test_a_bus_that_is_none_is_refused_by_its_name(self):
-        self.refused(2, "capture", "--bus", "canbus", says=["--bus canbus", "expected inproc or socketcand:HOST:PORT/CHANNEL"])
+        self.refused(2, "capture", "--bus", "canbus", says=["--bus canbus", "expected inproc, socketcand:HOST:PORT/CHANNEL, can:IFACE or slcan:TTY"])
         self.refused(2, "capture", "--bus", "socketcand:localhost", says=["no channel", "socketcand:127.0.0.1:29536/can0"])
         self.refused(2, "capture", "--node", "128", says=["--node", "128", "127"])
 
@@ -107,6 +107,17 @@ class Usage(Plenum):
         self.assertRegex(said, r"^serving socketcand:127\.0\.0\.1:\d+/can0: nodes 1, 2; 1 chambers each, 1000000 bit/s\n")
         served = json.loads((self.folder / "served.json").read_text(encoding="utf-8"))
         self.assertEqual((served["nodes"], served["seconds"], served["clients"]), ([1, 2], 2.0, 0))
+
+    def test_a_log_of_frames_is_read_whole_or_not_at_all(self):
+        self.refused(2, "decode", "missing.log", says=["missing.log", "candump"])
+        self.write("bad.log", "(1.000000) can0 705#05\n(1.1) can0 705#05\n")
+        self.refused(2, "decode", "bad.log", says=["bad.log: line 2", "(1.1) can0 705#05", "expected"])
+        self.write("good.log", "(1.000000) can0 705#05\n\n(1.250000) can0 080#\n")
+        self.assertEqual(self.done("decode", "good.log"),
+                         "0.000000 705 heartbeat   5  operational\n0.250000 080      SYNC      \n")
+        self.refused(2, "record", "--bus", "inproc", "-o", "a.log", says=["--bus inproc"])
+        self.refused(2, "record", "--bus", "socketcand:127.0.0.1:1/can0", "-o", "nowhere/a.log", says=["nowhere"])
+        self.refused(3, "record", "--bus", "socketcand:127.0.0.1:1/can0", "-o", "a.log", says=["127.0.0.1:1"])
 
     def test_a_bus_that_nobody_serves_is_exit_3(self):
         self.refused(3, "download", "--bus", "socketcand:127.0.0.1:1/can0", says=["127.0.0.1:1", "Connection refused", "expected a server"])

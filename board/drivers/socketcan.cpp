@@ -1,0 +1,157 @@
+#include "board/drivers/socketcan.hpp"
+
+#include <linux/can/error.h>
+#include <linux/can/raw.h>
+#include <net/if.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+#include <sys/time.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+#include <vector>
+
+namespace plenum::board::drivers {
+namespace {
+
+[[noreturn]] void refuse(const std::string& interface, const std::string& found,
+                         const std::string& expected) {
+  throw std::runtime_error("can:" + interface + ": " + found + ", expected " + expected);
+}
+
+template <class T>
+bool set(int socket, int level, int option, const T& value) {
+  return ::setsockopt(socket, level, option, &value, sizeof value) == 0;
+}
+
+std::vector<can_filter> kernel_filters(std::span<const CanFilter> filters) {
+  std::vector<can_filter> all;
+  for (const CanFilter& one : filters) {
+    const std::uint32_t kind = one.extended ? CAN_EFF_FLAG : 0U;
+    all.push_back({one.id | kind, one.mask | CAN_EFF_FLAG | CAN_RTR_FLAG});
+  }
+  return all;
+}
+
+}  // namespace
+
+SocketCan::SocketCan(const std::string& interface, std::span<const CanFilter> filters) {
+  socket_ = ::socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW);
+  if (socket_ < 0) {
+    const bool none = errno == EAFNOSUPPORT || errno == EPROTONOSUPPORT;
+    refuse(interface, none ? "no AF_CAN in this kernel" : std::strerror(errno),
+           "one with the modules can and can_raw (modprobe can_raw)");
+  }
+  const auto give_up = [&](const std::string& found, const std::string& expected) {
+    ::close(socket_);
+    refuse(interface, found, expected);
+  };
+  if (interface.empty() || interface.size() >= IFNAMSIZ)
+    give_up("no name of an interface", "1 to " + std::to_string(IFNAMSIZ - 1) + " characters");
+  const unsigned index = ::if_nametoindex(interface.c_str());
+  if (index == 0) give_up("no such interface", "one that `ip -brief link show type can` lists");
+
+  const std::vector<can_filter> kernel = kernel_filters(filters);
+  const auto filters_size = static_cast<socklen_t>(kernel.size() * sizeof(can_filter));
+  const can_err_mask_t errors = CAN_ERR_CRTL | CAN_ERR_BUSOFF | CAN_ERR_RESTARTED;
+  sockaddr_can address{};
+  address.can_family = AF_CAN;
+  address.can_ifindex = static_cast<int>(index);
+  const bool filtered =
+      kernel.empty() || ::setsockopt(socket_, SOL_CAN_RAW, CAN_RAW_FILTER, kernel.data(), filters_size) == 0;
+  if (!filtered || !set(socket_, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, errors) ||
+      !set(socket_, SOL_SOCKET, SO_TIMESTAMPNS, 1) || !set(socket_, SOL_SOCKET, SO_RXQ_OVFL, 1) ||
+      ::bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+    give_up(std::strerror(errno), "a CAN interface");
+  }
+}
+
+SocketCan::~SocketCan() {
+  ::close(socket_);
+}
+
+bool SocketCan::send(const CanFrame& frame) noexcept {
+  if (frame.length > CAN_MAX_DLEN || frame.id > (frame.extended ? CAN_EFF_MASK : CAN_SFF_MASK)) return false;
+  const can_frame kernel = to_kernel(frame);
+  ssize_t count = 0;
+  do {
+    count = ::write(socket_, &kernel, sizeof kernel);
+  } while (count < 0 && errno == EINTR);
+  if (count < 0 && (errno == ENETDOWN || errno == ENODEV || errno == ENXIO)) down_ = true;
+  return count == static_cast<ssize_t>(sizeof kernel);
+}
+
+bool SocketCan::receive(CanFrame& frame) noexcept {
+  constexpr int kErrorFrames = 64;  // taken on the way to a frame
+  for (int taken = 0; taken < kErrorFrames; ++taken) {
+    can_frame kernel{};
+    iovec part{&kernel, sizeof kernel};
+    alignas(cmsghdr) std::array<char, 256> control{};
+    msghdr message{};
+    message.msg_iov = &part;
+    message.msg_iovlen = 1;
+    message.msg_control = control.data();
+    message.msg_controllen = control.size();
+    const ssize_t count = ::recvmsg(socket_, &message, 0);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0 && (errno == ENETDOWN || errno == ENODEV)) down_ = true;
+    if (count != static_cast<ssize_t>(sizeof kernel)) return false;
+    for (cmsghdr* one = CMSG_FIRSTHDR(&message); one != nullptr; one = CMSG_NXTHDR(&message, one)) {
+      if (one->cmsg_level != SOL_SOCKET) continue;
+      if (one->cmsg_type == SO_RXQ_OVFL) {
+        std::memcpy(&lost_, CMSG_DATA(one), sizeof lost_);
+      } else if (one->cmsg_type == SO_TIMESTAMPNS) {
+        timespec time{};
+        std::memcpy(&time, CMSG_DATA(one), sizeof time);
+        received_ns_ = static_cast<std::uint64_t>(time.tv_sec) * 1'000'000'000U +
+                       static_cast<std::uint64_t>(time.tv_nsec);
+      }
+    }
+    down_ = false;
+    if (const std::optional<CanState> state = state_in(kernel)) state_ = *state;
+    if (const std::optional<CanFrame> data = from_kernel(kernel)) {
+      frame = *data;
+      return true;
+    }
+  }
+  return false;
+}
+
+can_frame to_kernel(const CanFrame& frame) noexcept {
+  can_frame kernel{};
+  kernel.can_id = frame.id | (frame.extended ? CAN_EFF_FLAG : 0U) | (frame.remote ? CAN_RTR_FLAG : 0U);
+  kernel.can_dlc = frame.length;
+  if (!frame.remote) std::copy_n(frame.data.begin(), frame.length, kernel.data);
+  return kernel;
+}
+
+std::optional<CanFrame> from_kernel(const can_frame& kernel) noexcept {
+  if ((kernel.can_id & CAN_ERR_FLAG) != 0) return std::nullopt;
+  CanFrame frame;
+  frame.extended = (kernel.can_id & CAN_EFF_FLAG) != 0;
+  frame.remote = (kernel.can_id & CAN_RTR_FLAG) != 0;
+  frame.id = kernel.can_id & (frame.extended ? CAN_EFF_MASK : CAN_SFF_MASK);
+  frame.length = std::min<std::uint8_t>(kernel.can_dlc, CAN_MAX_DLEN);
+  if (!frame.remote) std::copy_n(kernel.data, frame.length, frame.data.begin());
+  return frame;
+}
+
+std::optional<CanState> state_in(const can_frame& error_frame) noexcept {
+  const std::uint32_t id = error_frame.can_id;
+  if ((id & CAN_ERR_FLAG) == 0) return std::nullopt;
+  if ((id & CAN_ERR_BUSOFF) != 0) return CanState::bus_off;
+  if ((id & CAN_ERR_RESTARTED) != 0) return CanState::error_active;
+  if ((id & CAN_ERR_CRTL) == 0) return std::nullopt;
+  const unsigned controller = error_frame.data[1];
+  if ((controller & (CAN_ERR_CRTL_RX_PASSIVE | CAN_ERR_CRTL_TX_PASSIVE)) != 0) return CanState::error_passive;
+  // A warning is still error-active.
+  constexpr unsigned kActive = CAN_ERR_CRTL_ACTIVE | CAN_ERR_CRTL_RX_WARNING | CAN_ERR_CRTL_TX_WARNING;
+  if ((controller & kActive) != 0) return CanState::error_active;
+  return std::nullopt;
+}
+
+}  // namespace plenum::board::drivers

@@ -1,0 +1,281 @@
+#include "host-sim/client/decode.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+
+#include "firmware/canopen/object_dictionary.hpp"
+#include "host-sim/client/abort_text.hpp"
+#include "host-sim/client/emergency_text.hpp"
+#include "host-sim/client/session.hpp"
+
+namespace plenum::host::client {
+namespace {
+
+using canopen::DataType;
+namespace cob = canopen::cob;
+namespace object = canopen::object;
+
+constexpr std::uint32_t kStream = 0x680;
+constexpr double kPa_per_mbar = 100.0;
+
+/// "Actual pressure [Pa]" as the dictionary writes it: the name proper, and the unit.
+DecodedValue named(std::string_view text) {
+  const std::size_t open = text.rfind(" [");
+  if (open == std::string_view::npos || !text.ends_with(']')) return {std::string(text), 0.0, ""};
+  return {std::string(text.substr(0, open)), 0.0, std::string(text.substr(open + 2, text.size() - open - 3))};
+}
+
+double number(DataType type, std::span<const std::uint8_t> bytes) {
+  const std::uint32_t bits = canopen::load_le(bytes.first(std::min<std::size_t>(bytes.size(), 4)));
+  switch (type) {
+    case DataType::integer8:
+      return static_cast<std::int8_t>(bits);
+    case DataType::integer16:
+      return static_cast<std::int16_t>(bits);
+    case DataType::integer32:
+      return static_cast<std::int32_t>(bits);
+    case DataType::real32:
+      return static_cast<double>(std::bit_cast<float>(bits));
+    default:
+      return bits;
+  }
+}
+
+/// Whether the object is the value of a record in mbar: set point, actual value.
+bool in_millibar(const canopen::Entry& entry) {
+  return entry.index == object::kSetpoint || entry.index == object::kActual;
+}
+
+std::string bytes_text(std::span<const std::uint8_t> bytes) {
+  return fmt::format("{:02X}", fmt::join(bytes, " "));
+}
+
+/// "6381h:1 Actual value, chamber 2", or the index alone where the board has no such object.
+std::string object_text(std::uint16_t index, std::uint8_t sub) {
+  const canopen::Found found = canopen::find(index, sub);
+  std::string text = fmt::format("{:04X}h:{}", index, sub);
+  if (found.entry == nullptr) return text;
+  text += fmt::format(" {}", found.entry->name);
+  if (found.entry->instances > 1)
+    text += fmt::format(", {} {}", index < 0x2000 ? "PDO" : "chamber", found.place.instance + 1);
+  return text;
+}
+
+/// The value of an object in up to four bytes, or the bytes of an object that is no number.
+std::string value_text(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> bytes) {
+  const canopen::Found found = canopen::find(index, sub);
+  const bool is_number = found.entry != nullptr && found.entry->read_bytes == nullptr &&
+                         found.entry->write_bytes == nullptr && found.entry->read_stream == nullptr;
+  if (!is_number) return bytes_text(bytes);
+  return fmt::format("{:.9g} ({})", number(found.entry->type, bytes), bytes_text(bytes));
+}
+
+const char* command_text(std::uint8_t command) {
+  switch (static_cast<canopen::NmtCommand>(command)) {
+    case canopen::NmtCommand::start:
+      return "start";
+    case canopen::NmtCommand::stop:
+      return "stop";
+    case canopen::NmtCommand::enter_pre_operational:
+      return "enter pre-operational";
+    case canopen::NmtCommand::reset_node:
+      return "reset node";
+    case canopen::NmtCommand::reset_communication:
+      return "reset communication";
+  }
+  return "unknown command";
+}
+
+const char* state_text(std::uint8_t state) {
+  switch (static_cast<canopen::NmtState>(state)) {
+    case canopen::NmtState::initialising:
+      return "boot-up";
+    case canopen::NmtState::stopped:
+      return "stopped";
+    case canopen::NmtState::operational:
+      return "operational";
+    case canopen::NmtState::pre_operational:
+      return "pre-operational";
+  }
+  return "unknown state";
+}
+
+Decoded decode_emergency_text(const Emergency& emergency) {
+  const std::string where = emergency.chamber == 0 ? "" : fmt::format(", chamber {}", emergency.chamber);
+  return {"EMCY",
+          emergency.node_id,
+          fmt::format("{:04X}h {}{}, error register {:02X}h", emergency.code, emergency_text(emergency.code),
+                      where, emergency.error_register),
+          {}};
+}
+
+Decoded decode_stream(const CanFrame& frame) {
+  const std::span<const std::uint8_t> data(frame.data);
+  Decoded decoded{"stream", 0, "", {}};
+  const unsigned chamber = frame.id - kStream + 1;
+  decoded.values = {
+      {fmt::format("actual pressure, chamber {}", chamber), number(DataType::real32, data.first(4)), "Pa"},
+      {fmt::format("command, chamber {}", chamber), 10.0 / 65535.0 * canopen::load_le(data.subspan(4, 2)),
+       "V"},
+      {fmt::format("volume code, chamber {}", chamber),
+       static_cast<double>(canopen::load_le(data.subspan(6, 2))), ""}};
+  return decoded;
+}
+
+std::string values_text(const std::vector<DecodedValue>& values) {
+  std::string text;
+  for (const DecodedValue& one : values) {
+    text += fmt::format("{}{} = {:.6g}{}{}", text.empty() ? "" : "; ", one.name, one.value,
+                        one.unit.empty() ? "" : " ", one.unit);
+  }
+  return text;
+}
+
+}  // namespace
+
+Decoder::Decoder()
+    : defaults_(std::make_unique<canopen::Communication>(canopen::default_communication(canopen::Config{}))) {
+}
+Decoder::~Decoder() = default;
+
+Decoded Decoder::decode(const CanFrame& frame) {
+  const std::span data = std::span<const std::uint8_t>(frame.data).first(frame.length);
+  const std::uint32_t function = frame.id & 0x780U;
+  const unsigned node = frame.id & 0x7FU;
+  const Decoded other{"other", 0, frame.remote ? "remote frame" : bytes_text(data), {}};
+  if (frame.extended || frame.remote) return other;
+  if (frame.id == cob::kNmt && data.size() == 2)
+    return {"NMT", data[1], fmt::format("{}{}", command_text(data[0]), data[1] == 0 ? " all nodes" : ""), {}};
+  if (frame.id == cob::kSync && data.size() <= 1)
+    return {"SYNC", 0, data.empty() ? std::string() : fmt::format("counter {}", data[0]), {}};
+  if (const auto emergency = decode_emergency(frame)) return decode_emergency_text(*emergency);
+  if (frame.id >= kStream && frame.id < kStream + kChambers && data.size() == 8) {
+    Decoded decoded = decode_stream(frame);
+    decoded.text = values_text(decoded.values);
+    return decoded;
+  }
+  if (node == 0) return other;
+  if (function == cob::kHeartbeat && data.size() == 1) return {"heartbeat", node, state_text(data[0]), {}};
+  const bool request = function == cob::kSdoRequest;
+  if ((request || function == cob::kSdoResponse) && data.size() == 8)
+    return {"SDO", node, decode_sdo(frame, request, transfer_[node]), {}};
+  for (std::uint32_t n = 0; n < 4; ++n) {
+    if (function == cob::kTpdo1 + 0x100 * n)
+      return decode_pdo(frame, defaults_->tpdo[n].parameters, fmt::format("TPDO{}", n + 1), node);
+    if (function == cob::kRpdo1 + 0x100 * n)
+      return decode_pdo(frame, defaults_->rpdo[n].parameters, fmt::format("RPDO{}", n + 1), node);
+  }
+  return other;
+}
+
+Decoded Decoder::decode_pdo(const CanFrame& frame, const canopen::PdoParameters& pdo, std::string kind,
+                            unsigned node) const {
+  const std::span data = std::span<const std::uint8_t>(frame.data).first(frame.length);
+  const canopen::Mapping& mapping = pdo.mapping;
+  if (mapping.count == 0 || mapping.bytes != data.size()) {
+    return {std::move(kind), node, bytes_text(data) + " (not mapped so by default)", {}};
+  }
+  Decoded decoded{std::move(kind), node, "", {}};
+  std::size_t at = 0;
+  for (std::size_t i = 0; i < mapping.count; ++i) {
+    const canopen::MappedObject& mapped = mapping.object[i];
+    DecodedValue value = named(mapped.entry->name);
+    value.value = number(mapped.entry->type, data.subspan(at, mapped.bytes));
+    if (in_millibar(*mapped.entry)) {
+      value.value *= kPa_per_mbar;
+      value.unit = "Pa";
+    }
+    if (mapped.entry->instances > 1) value.name += fmt::format(", chamber {}", mapped.instance + 1);
+    at += mapped.bytes;
+    decoded.values.push_back(std::move(value));
+  }
+  decoded.text = values_text(decoded.values);
+  return decoded;
+}
+
+/// CiA 301, 7.2.4.3: the command specifier is in the first three bits; inside a block the first byte numbers a segment.
+std::string Decoder::decode_sdo(const CanFrame& frame, bool request, Transfer& transfer) {
+  const std::span<const std::uint8_t, 8> data(frame.data);
+  const std::uint8_t command = data[0];
+  const unsigned specifier = command >> 5;
+  const auto place = [&] { return object_text(transfer.index, transfer.sub); };
+  const auto open = [&](const char* doing) {
+    transfer = {static_cast<std::uint16_t>(canopen::load_le(data.subspan<1, 2>())), data[3], Blocks::none};
+    return fmt::format("{} {}", doing, place());
+  };
+  const auto expedited = [&] {
+    const std::size_t size = (command & 1U) != 0 ? 4U - ((command >> 2) & 3U) : 4U;
+    return value_text(transfer.index, transfer.sub, data.subspan(4, size));
+  };
+  const std::uint32_t last_word = canopen::load_le(data.subspan<4, 4>());
+  const auto segment = [&](const char* what, std::size_t unused) {
+    return fmt::format("{} of {}: {}", what, place(), bytes_text(data.subspan(1, 7 - unused)));
+  };
+
+  if (command == 0x80) {
+    const std::string text = open("abort");
+    return fmt::format("{}: {:08X}h, {}", text, last_word, abort_text(last_word));
+  }
+  if (transfer.blocks == (request ? Blocks::to_board : Blocks::from_board)) {
+    if ((command & 0x80U) != 0) transfer.blocks = Blocks::none;
+    return segment("block segment", 0);
+  }
+  if (request) {
+    switch (specifier) {
+      case 0:
+        return segment("segment", (command >> 1) & 7U);
+      case 1: {
+        const std::string text = open("write");
+        return (command & 2U) != 0 ? fmt::format("{} = {}", text, expedited())
+                                   : fmt::format("{}, {} bytes in segments", text, last_word);
+      }
+      case 2:
+        return open("read");
+      case 3:
+        return fmt::format("next segment of {}", place());
+      case 5:
+        if ((command & 3U) == 0) return open("read in blocks");
+        if ((command & 3U) == 1) return fmt::format("end of the blocks of {}", place());
+        transfer.blocks = Blocks::from_board;
+        return (command & 3U) == 3 ? fmt::format("begin the blocks of {}", place())
+                                   : fmt::format("block of {} taken up to segment {}", place(), data[1]);
+      case 6:
+        if ((command & 1U) == 0) return fmt::format("{}, {} bytes", open("write in blocks"), last_word);
+        return fmt::format("end of the blocks of {}", place());
+      default:
+        break;
+    }
+    return fmt::format("unknown command {:02X}h", command);
+  }
+  switch (specifier) {
+    case 0:
+      return segment("segment", (command >> 1) & 7U);
+    case 1:
+      return fmt::format("segment of {} taken", place());
+    case 2: {
+      const std::string text = open("answer");
+      return (command & 2U) != 0 ? fmt::format("{} = {}", text, expedited())
+                                 : fmt::format("{}, {} bytes in segments", text, last_word);
+    }
+    case 3:
+      return open("written");
+    case 5:
+      if ((command & 3U) == 1) return fmt::format("blocks of {} taken", place());
+      if ((command & 3U) == 0) {
+        const std::string text = open("ready for blocks of");
+        transfer.blocks = Blocks::to_board;
+        return text;
+      }
+      transfer.blocks = Blocks::to_board;
+      return fmt::format("block of {} taken up to segment {}", place(), data[1]);
+    case 6:
+      if ((command & 1U) == 0) return fmt::format("{}, {} bytes", open("answer in blocks"), last_word);
+      return fmt::format("end of the blocks of {}", place());
+    default:
+      return fmt::format("unknown command {:02X}h", command);
+  }
+}
+
+}  // namespace plenum::host::client

@@ -1,0 +1,106 @@
+#include "host-sim/client/slcan_link.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <termios.h>
+
+#include <cerrno>
+#include <cstring>
+#include <exception>
+#include <stdexcept>
+
+#include "host-sim/wire/slcan.hpp"
+
+namespace plenum::host::client {
+namespace {
+
+constexpr std::string_view kOpen = "O";
+constexpr double kAnswer_s = 0.1;       ///< that an adapter is given to answer a command
+constexpr std::size_t kLongest = 1024;  ///< bytes without a line's end that are no slcan
+
+wire::FileDescriptor open_terminal(const SlcanAddress& address) {
+  const auto refuse = [&](const char* found) {
+    throw std::runtime_error(
+        fmt::format("{}: {}, expected the terminal of a serial CAN adapter", format_bus(address), found));
+  };
+  wire::FileDescriptor terminal(::open(address.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  if (!terminal) refuse(std::strerror(errno));
+  termios settings{};
+  if (::tcgetattr(terminal.number(), &settings) != 0) refuse("is no terminal");
+  ::cfmakeraw(&settings);
+  settings.c_cflag |= CLOCAL | CREAD;
+  ::cfsetspeed(&settings, B115200);
+  if (::tcsetattr(terminal.number(), TCSANOW, &settings) != 0) refuse(std::strerror(errno));
+  return terminal;
+}
+
+}  // namespace
+
+SlcanLink::SlcanLink(const SlcanAddress& address) : stream_(format_bus(address), open_terminal(address)) {
+  command("C");  // refused by one that is closed already
+  const std::string rate{'S', wire::slcan_rate(address.bit_rate).value()};
+  if (command(rate) == Answer::refusal)
+    stream_.fail(
+        fmt::format("the adapter refuses {}, expected one that has {} bit/s", rate, address.bit_rate));
+  if (command(kOpen) == Answer::refusal)
+    stream_.fail("the adapter refuses to open its bus, expected one that is free");
+}
+
+SlcanLink::~SlcanLink() {
+  try {
+    stream_.write("C\r");
+  } catch (const std::exception&) {  // the adapter is gone: nothing is left to close
+  }
+}
+
+void SlcanLink::send(const CanFrame& frame) {
+  stream_.write(wire::slcan_line(frame));
+}
+
+std::optional<CanFrame> SlcanLink::receive(double timeout_s) {
+  const double until_s = now_s() + timeout_s;
+  while (const std::optional<std::string> line = next_line(until_s)) {
+    if (line->front() == wire::kSlcanRefused)
+      stream_.fail("the adapter refused a frame, expected room in its queue");
+    if (const std::optional<CanFrame> frame =
+            wire::parse_slcan(std::string_view(*line).substr(0, line->size() - 1)))
+      return frame;
+  }
+  return std::nullopt;
+}
+
+/// Frames that come before the bus is asked to open are of an earlier user; one that comes then says that it is open.
+SlcanLink::Answer SlcanLink::command(std::string_view text) {
+  stream_.write(std::string(text) + wire::kSlcanEnd);
+  const double until_s = now_s() + kAnswer_s;
+  while (const std::optional<std::string> line = next_line(until_s)) {
+    if (line->front() == wire::kSlcanRefused) return Answer::refusal;
+    if (line->size() == 1) return Answer::consent;
+    if (text == kOpen) {
+      buffer_.insert(0, *line);
+      return Answer::consent;
+    }
+  }
+  return Answer::silence;
+}
+
+/// The next line with its end, or a bell.
+std::optional<std::string> SlcanLink::next_line(double until_s) {
+  while (true) {
+    const std::size_t end = buffer_.find_first_of("\r\a");
+    if (end != std::string::npos) {
+      // A bell stands for itself, whatever was begun before it.
+      std::string line = buffer_[end] == wire::kSlcanRefused ? std::string(1, wire::kSlcanRefused)
+                                                             : buffer_.substr(0, end + 1);
+      buffer_.erase(0, end + 1);
+      return line;
+    }
+    if (buffer_.size() > kLongest)
+      stream_.fail(fmt::format("{} bytes without a line, expected a serial CAN adapter", kLongest));
+    const std::string bytes = stream_.read(until_s);
+    if (bytes.empty()) return std::nullopt;
+    buffer_ += bytes;
+  }
+}
+
+}  // namespace plenum::host::client

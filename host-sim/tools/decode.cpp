@@ -1,0 +1,80 @@
+#include "host-sim/client/decode.hpp"
+
+#include <fstream>
+#include <memory>
+
+#include "host-sim/tools/command.hpp"
+#include "host-sim/tools/output.hpp"
+#include "host-sim/trace/input_error.hpp"
+#include "host-sim/wire/candump.hpp"
+
+namespace plenum::host::tools {
+namespace {
+
+struct Options {
+  std::string file;
+  Output output;
+};
+
+Json json_of(const wire::LoggedFrame& logged, const client::Decoded& decoded) {
+  Json values = Json::array();
+  for (const client::DecodedValue& one : decoded.values)
+    values.push_back({{"name", one.name}, {"value", number(one.value)}, {"unit", one.unit}});
+  return {{"time_s", static_cast<double>(logged.time_us) * 1e-6},
+          {"channel", logged.channel},
+          {"id", logged.frame.id},
+          {"kind", decoded.kind},
+          {"node", decoded.node},
+          {"text", decoded.text},
+          {"values", values}};
+}
+
+int run(const Options& options) {
+  std::ifstream file(options.file);
+  if (!file)
+    throw trace::InputError(fmt::format("{}: cannot be read, expected a log of candump", options.file));
+  // The whole log is read before anything is said of it: a bad line is no half of an answer.
+  std::vector<wire::LoggedFrame> frames;
+  std::size_t row = 0;
+  for (std::string line; std::getline(file, line);) {
+    ++row;
+    if (line.find_first_not_of(" \r") == std::string::npos) continue;
+    auto logged = wire::parse_candump(line);
+    if (!logged) {
+      throw trace::InputError(
+          fmt::format("{}: line {}: '{}', expected '(SECONDS.MICROSECONDS) CHANNEL ID#BYTES'", options.file,
+                      row, line.substr(0, 80)));
+    }
+    frames.push_back(std::move(*logged));
+  }
+  client::Decoder decoder;
+  Json list = Json::array();
+  for (const wire::LoggedFrame& logged : frames) {
+    const client::Decoded decoded = decoder.decode(logged.frame);
+    const std::string node = decoded.node == 0 ? "" : fmt::format("{}", decoded.node);
+    options.output.print("{:.6f} {:03X} {:>9} {:>3}  {}\n",
+                         static_cast<double>(logged.time_us - frames.front().time_us) * 1e-6, logged.frame.id,
+                         decoded.kind, node, decoded.text);
+    list.push_back(json_of(logged, decoded));
+  }
+  options.output.finish({{"file", options.file}, {"frames", list}});
+  return kDone;
+}
+
+}  // namespace
+
+Command add_decode(CLI::App& program) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* app = program.add_subcommand(
+      "decode",
+      "Say what the frames of a log are as CANopen: NMT, SYNC, emergencies, PDOs in SI units, SDOs by name");
+  app->add_option("LOG", options->file, "A log of plenum record or candump -l")
+      ->type_name("FILE.log")
+      ->required();
+  options->output.add_to(*app);
+  app->footer(example(
+      "  plenum decode bus.log    # seconds since the first frame, identifier, kind, node, what it says"));
+  return {app, [options] { return run(*options); }};
+}
+
+}  // namespace plenum::host::tools

@@ -1,0 +1,89 @@
+#include <chrono>
+#include <cmath>
+#include <fstream>
+#include <memory>
+
+#include "host-sim/client/bus_address.hpp"
+#include "host-sim/tools/command.hpp"
+#include "host-sim/tools/output.hpp"
+#include "host-sim/tools/stop_signal.hpp"
+#include "host-sim/trace/input_error.hpp"
+#include "host-sim/wire/candump.hpp"
+
+namespace plenum::host::tools {
+namespace {
+
+struct Options {
+  std::string bus;
+  double seconds = 0.0;
+  std::string out;
+  Output output;
+};
+
+constexpr double kLook_s = 0.1;  ///< between two looks at the time while nothing comes
+
+std::uint64_t epoch_us() {
+  using namespace std::chrono;
+  return static_cast<std::uint64_t>(
+      duration_cast<microseconds>(system_clock::now().time_since_epoch()).count());
+}
+
+/// The name that the frames' bus has in the log.
+std::string channel_of(const client::BusAddress& address) {
+  if (const auto* socketcand = std::get_if<client::SocketcandAddress>(&address)) return socketcand->channel;
+  if (const auto* can = std::get_if<client::CanAddress>(&address)) return can->interface;
+  return "can0";
+}
+
+int run(const Options& options) {
+  require_writable(options.out);
+  const client::BusAddress address = client::parse_bus(options.bus);
+  const std::unique_ptr<client::Link> link = client::open_link(address);
+  std::ofstream log(options.out);
+  const auto written = [&] {
+    if (!log.flush())
+      throw trace::InputError(fmt::format("{}: cannot be written, expected room for a log", options.out));
+  };
+  written();
+  const StopSignal stop;
+  const std::string channel = channel_of(address);
+  const std::uint64_t begin_us = epoch_us();
+  const double begin_s = link->now_s();
+  const double end_s = options.seconds > 0.0 ? begin_s + options.seconds : HUGE_VAL;
+  options.output.announce(fmt::format("recording {} to {}", client::format_bus(address), options.out));
+  std::uint64_t frames = 0;
+  while (!stop.asked() && link->now_s() < end_s) {
+    const auto frame = link->receive(std::min(kLook_s, std::max(end_s - link->now_s(), 0.0)));
+    if (!frame) {
+      written();
+      continue;
+    }
+    const auto since_us = static_cast<std::uint64_t>(std::llround((link->now_s() - begin_s) * 1e6));
+    log << wire::candump_line(begin_us + since_us, channel, *frame) << '\n';
+    ++frames;
+  }
+  written();
+  const double seconds = link->now_s() - begin_s;
+  options.output.print("{} frames in {:.1f} s: {}\n", frames, seconds, options.out);
+  options.output.finish({{"frames", frames}, {"seconds", seconds}, {"file", options.out}});
+  return kDone;
+}
+
+}  // namespace
+
+Command add_record(CLI::App& program) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* app =
+      program.add_subcommand("record", "Record the frames of a bus, in the log format of can-utils");
+  app->add_option("--bus", options->bus, fmt::format("The bus to listen to: {}", client::kOutsideForms))
+      ->type_name("BUS")
+      ->required();
+  app->add_option("--seconds", options->seconds, "How long (default, and 0: until Ctrl-C)")
+      ->check(CLI::Range(0.0, 1e6));
+  app->add_option("-o,--out", options->out, "The log")->type_name("FILE.log")->required();
+  options->output.add_to(*app);
+  app->footer(example("  plenum record --bus socketcand:127.0.0.1:29536/can0 --seconds 10 -o bus.log"));
+  return {app, [options] { return run(*options); }};
+}
+
+}  // namespace plenum::host::tools

@@ -1,0 +1,82 @@
+#include "host-sim/wire/candump.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+
+namespace plenum::host::wire {
+namespace {
+
+template <class T>
+bool read_number(std::string_view text, T& value, int base) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, base);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
+/// Takes the text up to `mark` off the front, and the mark; false when there is none.
+bool take_until(std::string_view& text, char mark, std::string_view& taken) {
+  const std::size_t at = text.find(mark);
+  if (at == std::string_view::npos) return false;
+  taken = text.substr(0, at);
+  text.remove_prefix(at + 1);
+  return true;
+}
+
+/// "1700000000.123456", with six decimals.
+bool read_time(std::string_view text, std::uint64_t& time_us) {
+  std::string_view seconds_text;
+  std::uint64_t seconds = 0;
+  std::uint64_t us = 0;
+  constexpr std::uint64_t kLargest_s = UINT64_MAX / 1'000'000 - 1;
+  if (!take_until(text, '.', seconds_text) || text.size() != 6 || !read_number(seconds_text, seconds, 10) ||
+      !read_number(text, us, 10) || seconds > kLargest_s) {
+    return false;
+  }
+  time_us = seconds * 1'000'000 + us;
+  return true;
+}
+
+bool read_data(std::string_view text, CanFrame& frame) {
+  if (text.starts_with('R')) {
+    frame.remote = true;
+    return text.size() == 1 ||
+           (text.size() == 2 && read_number(text.substr(1), frame.length, 10) && frame.length <= 8);
+  }
+  if (text.size() % 2 != 0 || text.size() > 2 * frame.data.size()) return false;
+  for (; !text.empty(); text.remove_prefix(2)) {
+    if (!read_number(text.substr(0, 2), frame.data[frame.length++], 16)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+std::string candump_line(std::uint64_t time_us, const std::string& channel, const CanFrame& frame) {
+  std::string line = fmt::format("({:010}.{:06}) {} ", time_us / 1'000'000, time_us % 1'000'000, channel);
+  line += frame.extended ? fmt::format("{:08X}#", frame.id) : fmt::format("{:03X}#", frame.id);
+  if (frame.remote) return line + (frame.length == 0 ? "R" : fmt::format("R{}", frame.length));
+  for (std::size_t i = 0; i < frame.length; ++i) line += fmt::format("{:02X}", frame.data[i]);
+  return line;
+}
+
+std::optional<LoggedFrame> parse_candump(std::string_view line) {
+  LoggedFrame logged;
+  std::string_view time, channel, identifier;
+  if (!line.starts_with('(')) return std::nullopt;
+  line.remove_prefix(1);
+  if (!take_until(line, ')', time) || !line.starts_with(' ')) return std::nullopt;
+  line.remove_prefix(1);
+  if (!take_until(line, ' ', channel) || !take_until(line, '#', identifier)) return std::nullopt;
+  const std::string_view data = line.substr(0, line.find_first_of(" \r"));
+  CanFrame& frame = logged.frame;
+  frame.extended = identifier.size() == 8;
+  const std::uint32_t largest = frame.extended ? 0x1FFF'FFFFU : 0x7FFU;
+  if ((identifier.size() != 3 && !frame.extended) || !read_number(identifier, frame.id, 16) ||
+      frame.id > largest || channel.empty() || !read_time(time, logged.time_us) || !read_data(data, frame)) {
+    return std::nullopt;
+  }
+  logged.channel = channel;
+  return logged;
+}
+
+}  // namespace plenum::host::wire

@@ -1,0 +1,33 @@
+// The log format of can-utils (candump -l, canplayer, log2asc): one frame a line,
+//
+//   (1700000000.123456) can0 181#0102        seconds, channel, identifier in three or eight digits, bytes
+//   (1700000000.123456) can0 701#R1          a remote frame and its length
+//
+// Source: the lib of github.com/linux-can/can-utils, sprint_canframe().
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "firmware/ports/can_bus.hpp"
+
+namespace plenum::host::wire {
+
+using plenum::ports::CanFrame;
+
+struct LoggedFrame {
+  std::uint64_t time_us = 0;  ///< since the epoch, or since any other moment
+  std::string channel;
+  CanFrame frame;
+};
+
+/// Without the line's end. Seconds have ten digits at least, as candump writes them.
+std::string candump_line(std::uint64_t time_us, const std::string& channel, const CanFrame& frame);
+
+/// Empty for what is no line of a classic CAN data or remote frame: also for CAN FD frames (##) and error frames
+/// (identifiers above 29 bits).
+std::optional<LoggedFrame> parse_candump(std::string_view line);
+
+}  // namespace plenum::host::wire

@@ -1,0 +1,138 @@
+// Frames written by hand from CiA 301, and the words they must become.
+#include "host-sim/client/decode.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "firmware/safety/faults.hpp"
+#include "host-sim/client/emergency_text.hpp"
+
+namespace plenum::host::client {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+class Decode : public ::testing::Test {
+ protected:
+  Decoded decode(std::uint32_t id, std::vector<std::uint8_t> bytes) {
+    CanFrame frame{.id = id, .length = static_cast<std::uint8_t>(bytes.size())};
+    std::copy(bytes.begin(), bytes.end(), frame.data.begin());
+    return decoder_.decode(frame);
+  }
+  std::string text(std::uint32_t id, std::vector<std::uint8_t> bytes) {
+    return decode(id, std::move(bytes)).text;
+  }
+
+  Decoder decoder_;
+};
+
+TEST_F(Decode, NetworkManagementSyncAndHeartbeats) {
+  EXPECT_EQ(text(0x000, {0x01, 0x00}), "start all nodes");
+  EXPECT_EQ(text(0x000, {0x81, 0x05}), "reset node");
+  EXPECT_EQ(decode(0x000, {0x80, 0x05}).node, 5U);
+  EXPECT_EQ(decode(0x080, {}).kind, "SYNC");
+  EXPECT_EQ(text(0x080, {0x07}), "counter 7");
+  EXPECT_EQ(text(0x705, {0x00}), "boot-up");
+  EXPECT_EQ(text(0x705, {0x05}), "operational");
+  EXPECT_EQ(decode(0x705, {0x7F}).node, 5U);
+}
+
+TEST_F(Decode, EmergenciesHaveTheWordsOfTheirCodeAndChamber) {
+  const Decoded decoded = decode(0x085, {0x50, 0x82, 0x11, 0, 0, 0, 0, 0});
+  EXPECT_EQ(decoded.kind, "EMCY");
+  EXPECT_EQ(decoded.node, 5U);
+  EXPECT_EQ(decoded.text, "8250h set-point timeout, error register 11h");
+  EXPECT_EQ(text(0x085, {0x05, 0xFF, 0x81, 3, 0, 0, 0, 0}),
+            "FF05h pressure sensor out of range, chamber 3, error register 81h");
+  EXPECT_EQ(text(0x085, {0, 0, 0, 0, 0, 0, 0, 0}), "0000h no error, error register 00h");
+  EXPECT_EQ(text(0x085, {0x10, 0x42, 0x09, 0, 0, 0, 0, 0}), "4210h temperature, error register 09h");
+}
+
+TEST_F(Decode, EveryFaultOfTheFirmwareHasWordsOfItsOwn) {
+  for (const safety::FaultSpec& fault : safety::fault_table()) {
+    EXPECT_THAT(emergency_text(fault.code), HasSubstr(fault.name));
+  }
+}
+
+TEST_F(Decode, PdosHaveTheNamesOfTheDefaultMappingAndPascals) {
+  // 1013 mbar, -1 mbar, 7000 mbar, 0
+  const Decoded decoded = decode(0x181, {0xF5, 0x03, 0xFF, 0xFF, 0x58, 0x1B, 0, 0});
+  EXPECT_EQ(decoded.kind, "TPDO1");
+  EXPECT_EQ(decoded.node, 1U);
+  ASSERT_EQ(decoded.values.size(), 4U);
+  EXPECT_EQ(decoded.values[0].value, 101300.0);
+  EXPECT_EQ(decoded.values[1].value, -100.0);
+  EXPECT_EQ(decoded.values[2].value, 700000.0);
+  EXPECT_EQ(decoded.values[0].unit, "Pa");
+  EXPECT_THAT(decoded.values[3].name, HasSubstr("chamber 4"));
+  EXPECT_THAT(text(0x301, {0xE8, 0x03, 0, 0, 0, 0, 0, 0}), HasSubstr("chamber 5 = 100000 Pa"));
+  EXPECT_THAT(text(0x401, {0x07, 0x00}), HasSubstr("= 7"));
+  EXPECT_THAT(text(0x381, {0x0F, 0x00}), HasSubstr("= 15"));
+}
+
+TEST_F(Decode, APdoThatIsNotAsByDefaultIsShownInBytes) {
+  EXPECT_EQ(text(0x181, {0xF5, 0x03}), "F5 03 (not mapped so by default)");
+  EXPECT_EQ(text(0x481, {1, 2}), "01 02 (not mapped so by default)");
+}
+
+TEST_F(Decode, TheCaptureStreamIsInSiUnits) {
+  // 100000 Pa = 47C35000h; 7FFFh of 65535 is 4.99992 V
+  const Decoded decoded = decode(0x682, {0x00, 0x50, 0xC3, 0x47, 0xFF, 0x7F, 0x10, 0x27});
+  EXPECT_EQ(decoded.kind, "stream");
+  EXPECT_EQ(decoded.values[0].value, 100000.0);
+  EXPECT_DOUBLE_EQ(decoded.values[1].value, 10.0 / 65535.0 * 0x7FFF);
+  EXPECT_EQ(decoded.values[2].value, 10000.0);
+  EXPECT_THAT(decoded.text, HasSubstr("actual pressure, chamber 3 = 100000 Pa"));
+}
+
+TEST_F(Decode, ExpeditedTransfersNameTheirObjectAndSayItsValue) {
+  EXPECT_THAT(text(0x601, {0x40, 0x41, 0x60, 0, 0, 0, 0, 0}), StartsWith("read 6041h:0 "));
+  EXPECT_THAT(text(0x581, {0x4B, 0x41, 0x60, 0, 0x09, 0x00, 0, 0}), ::testing::EndsWith(" = 9 (09 00)"));
+  // 6394h of chamber 2 is 6B94h; FF 9C is -100 in 16 bits
+  EXPECT_THAT(text(0x601, {0x2B, 0x94, 0x6B, 1, 0x9C, 0xFF, 0, 0}), HasSubstr("chamber 2 = -100 (9C FF)"));
+  EXPECT_THAT(text(0x581, {0x60, 0x94, 0x6B, 1, 0, 0, 0, 0}), StartsWith("written 6B94h:1 "));
+}
+
+TEST_F(Decode, AbortsHaveTheirWords) {
+  EXPECT_THAT(text(0x581, {0x80, 0xFF, 0x5F, 0, 0, 0, 0x02, 0x06}), StartsWith("abort 5FFFh:0: 06020000h, "));
+}
+
+TEST_F(Decode, SegmentsNameTheObjectOfTheirTransfer) {
+  EXPECT_THAT(text(0x601, {0x40, 0x08, 0x10, 0, 0, 0, 0, 0}), StartsWith("read 1008h:0 "));
+  EXPECT_THAT(text(0x581, {0x41, 0x08, 0x10, 0, 9, 0, 0, 0}), HasSubstr(", 9 bytes in segments"));
+  EXPECT_THAT(text(0x601, {0x60, 0, 0, 0, 0, 0, 0, 0}), StartsWith("next segment of 1008h:0"));
+  EXPECT_THAT(text(0x581, {0x00, 'P', 'l', 'e', 'n', 'u', 'm', ' '}), HasSubstr("1008h:0"));
+  // the last segment: toggled, five bytes unused, no more
+  EXPECT_THAT(text(0x581, {0x1B, 'x', 'y', 0, 0, 0, 0, 0}), ::testing::EndsWith(": 78 79"));
+  // another node's transfer is not mixed with this one's
+  EXPECT_THAT(text(0x602, {0x40, 0x09, 0x10, 0, 0, 0, 0, 0}), StartsWith("read 1009h:0 "));
+  EXPECT_THAT(text(0x601, {0x70, 0, 0, 0, 0, 0, 0, 0}), StartsWith("next segment of 1008h:0"));
+}
+
+TEST_F(Decode, SegmentsOfABlockAreNoCommands) {
+  EXPECT_THAT(text(0x601, {0xA4, 0x18, 0x21, 0, 0x7F, 0, 0, 0}), StartsWith("read in blocks 2118h:0 "));
+  EXPECT_THAT(text(0x581, {0xC6, 0x18, 0x21, 0, 14, 0, 0, 0}), HasSubstr(", 14 bytes"));
+  EXPECT_THAT(text(0x601, {0xA3, 0, 0, 0, 0, 0, 0, 0}), StartsWith("begin the blocks of 2118h:0"));
+  EXPECT_THAT(text(0x581, {0x01, 1, 2, 3, 4, 5, 6, 7}), StartsWith("block segment of 2118h:0"));
+  EXPECT_THAT(text(0x581, {0x82, 8, 9, 10, 11, 12, 13, 14}), StartsWith("block segment of 2118h:0"));
+  EXPECT_THAT(text(0x601, {0xA2, 2, 0x7F, 0, 0, 0, 0, 0}), HasSubstr("taken up to segment 2"));
+}
+
+TEST_F(Decode, ABlockThatIsAbortedIsOver) {
+  decode(0x601, {0xC6, 0x10, 0x21, 0, 100, 0, 0, 0});
+  EXPECT_THAT(text(0x581, {0xA4, 0x10, 0x21, 0, 127, 0, 0, 0}), StartsWith("ready for blocks of 2110h:0"));
+  EXPECT_THAT(text(0x601, {0x01, 1, 2, 3, 4, 5, 6, 7}), StartsWith("block segment of 2110h:0"));
+  EXPECT_THAT(text(0x601, {0x80, 0x10, 0x21, 0, 0, 0, 0x04, 0x05}), StartsWith("abort 2110h:0"));
+  EXPECT_THAT(text(0x601, {0x40, 0x00, 0x10, 0, 0, 0, 0, 0}), StartsWith("read 1000h:0"));
+}
+
+TEST_F(Decode, WhatIsNoCanopenIsOther) {
+  EXPECT_EQ(decode(0x7FF, {1}).kind, "other");
+  EXPECT_EQ(decode(0x581, {0x40}).kind, "other");
+  EXPECT_EQ(decoder_.decode({.id = 0x701, .remote = true}).kind, "other");
+  EXPECT_EQ(decoder_.decode({.id = 0x181, .length = 8, .extended = true}).kind, "other");
+}
+
+}  // namespace
+}  // namespace plenum::host::client
