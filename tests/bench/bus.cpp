@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <deque>
 #include <vector>
 
 #include "firmware/config/model_image.hpp"
@@ -49,7 +50,7 @@ struct Load {
 Load loaded(unsigned boards) {
   rig::Rig rig(rig_of(boards));
   tools::RigLink link(rig);
-  std::vector<client::Session> sessions;
+  std::deque<client::Session> sessions;
   for (unsigned id = 1; id <= boards; ++id) {
     sessions.emplace_back(link, static_cast<std::uint8_t>(id));
     sessions.back().nmt(plenum::canopen::NmtCommand::start);

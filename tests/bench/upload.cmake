@@ -1,0 +1,3 @@
+add_executable(plenum_upload_bench ${CMAKE_CURRENT_LIST_DIR}/upload.cpp)
+target_link_libraries(plenum_upload_bench PRIVATE plenum_rig plenum_client plenum_warnings)
+plenum_bench(NAME upload COMMAND plenum_upload_bench)

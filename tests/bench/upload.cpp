@@ -1,0 +1,69 @@
+// What share of the wire's own limit a transfer moves: the bits that its bytes would take in full segments of seven bytes,
+// nothing else on the bus, over the bits that it took, requests, confirmations and stuffing included.
+//
+// The model image is one of nine parameters and their headers: eleven segments, and five frames around them that a block
+// transfer always has. The long value is the board's data sheet, read in blocks of 127 segments.
+#include <cstdio>
+#include <vector>
+
+#include "firmware/config/model_image.hpp"
+#include "host-sim/client/session.hpp"
+#include "host-sim/ports/can_frame_bits.hpp"
+#include "host-sim/rig/standard_rigs.hpp"
+#include "host-sim/tools/rig_link.hpp"
+
+namespace {
+
+using namespace plenum::host;
+
+std::vector<std::uint8_t> model_image() {
+  plenum::config::ModelParameters model;
+  model.kind = plenum::config::ModelKind::tassa9;
+  model.count = 12;
+  model.value = {5.02F, 2.5F, 4.0F, -0.05F, 0.003F, 0.02F, 40.0F, 0.1F, 0.08F, 0.1F, 620.0F, 101.325F};
+  std::vector<std::uint8_t> image(plenum::config::kMaxImageBytes);
+  image.resize(plenum::config::encode(model, image));
+  return image;
+}
+
+/// Bits of the bytes in segments, as they would follow each other; the last one is full, too.
+double least_bits(const std::vector<std::uint8_t>& bytes) {
+  constexpr std::size_t kSegment = 7;
+  double bits = 0.0;
+  for (std::size_t at = 0; at < bytes.size(); at += kSegment) {
+    plenum::ports::CanFrame frame{.id = 0x601, .length = 8};
+    frame.data[0] = static_cast<std::uint8_t>(at / kSegment % 127 + 1);
+    for (std::size_t i = 0; i < kSegment && at + i < bytes.size(); ++i) frame.data[1 + i] = bytes[at + i];
+    const double share = static_cast<double>(std::min(kSegment, bytes.size() - at)) / kSegment;
+    bits += share * (ports::frame_bits(frame) + ports::kIntermissionBits);
+  }
+  return bits;
+}
+
+void row(const char* name, double value, const char* target) {
+  std::printf(R"({"name": "upload.%s", "value": %.4g, "unit": "share", "better": "higher", "target": %s})"
+              "\n",
+              name, value, target);
+}
+
+}  // namespace
+
+int main() {
+  rig::Rig rig(rig::mpye_rig({.boards = 1, .chambers = 8}));
+  tools::RigLink link(rig);
+  client::Session session(link, 1);
+  session.write<std::uint16_t>(plenum::canopen::object::kHeartbeatTime, 0, 0);
+  session.listen(0.1);
+  const auto efficiency = [&](auto&& transfer) {
+    const std::uint64_t before = rig.bus().counters().bits;
+    const std::vector<std::uint8_t> bytes = transfer();
+    return least_bits(bytes) / static_cast<double>(rig.bus().counters().bits - before);
+  };
+  row("wire_efficiency", efficiency([&] {
+        const std::vector<std::uint8_t> image = model_image();
+        session.sdo_write(plenum::canopen::object::kStagedModel, 0, image);
+        return image;
+      }),
+      "0.95");
+  row("wire_efficiency_data_sheet", efficiency([&] { return session.sdo_read_domain(0x1021, 0); }), "null");
+}
