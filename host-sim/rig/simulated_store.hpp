@@ -13,8 +13,8 @@ namespace plenum::host::rig {
 
 class SimulatedStore final : public plenum::ports::ParameterStore {
  public:
-  /// With a folder, the slots are files in it, written in place and synced to the disk; both are made when they do not
-  /// exist. Throws trace::InputError when they cannot be.
+  /// With a folder, the slots are files in it, written in place and synced to the disk; the folder is made when it does
+  /// not exist, a slot when it is written first. Throws trace::InputError when they cannot be.
   explicit SimulatedStore(const std::optional<std::filesystem::path>& folder = std::nullopt);
   ~SimulatedStore();
   SimulatedStore(const SimulatedStore&) = delete;
@@ -26,10 +26,12 @@ class SimulatedStore final : public plenum::ports::ParameterStore {
   plenum::ports::StoreResult sync(std::uint8_t slot) noexcept override;
 
  private:
+  bool open(std::uint8_t slot, int flags) noexcept;
   void close() noexcept;
 
-  std::array<int, kSlots> file_{-1, -1};  ///< descriptors; -1: the slot lives in memory
-  std::array<std::vector<std::uint8_t>, kSlots> memory_;
+  std::optional<std::filesystem::path> folder_;
+  std::array<int, kSlots> file_{-1, -1};                  ///< descriptors; -1: no such file yet
+  std::array<std::vector<std::uint8_t>, kSlots> memory_;  ///< without a folder
 };
 
 }  // namespace plenum::host::rig
