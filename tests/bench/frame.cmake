@@ -1,0 +1,3 @@
+add_executable(plenum_frame_bench ${CMAKE_CURRENT_LIST_DIR}/frame.cpp)
+target_link_libraries(plenum_frame_bench PRIVATE plenum_firmware plenum_warnings)
+plenum_bench(NAME node.instructions_per_frame COMMAND ${Python3_EXECUTABLE} -B ${CMAKE_CURRENT_LIST_DIR}/frame.py plenum_frame_bench)

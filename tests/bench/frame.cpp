@@ -1,0 +1,358 @@
+// Instructions of one frame at a node, counted by callgrind (frame.py runs it).
+//
+// A frame is what Node::receive() does with it and next_frame() with its answer; a segment of a block upload,
+// which no frame asks for by itself, is its next_frame() alone. What a tick does is counted by tick.cpp. The
+// node stands on the slots, settings and recorder of a board, with the configuration that is dear for each type.
+#include <valgrind/callgrind.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstdio>
+#include <initializer_list>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "firmware/canopen/crc16.hpp"
+#include "firmware/canopen/node.hpp"
+#include "firmware/canopen/objects.hpp"
+#include "firmware/config/model_image.hpp"
+#include "firmware/config/parameter_record.hpp"
+#include "firmware/config/parameter_slots.hpp"
+#include "firmware/control/tassa9.hpp"
+#include "firmware/shadow_run.hpp"
+
+namespace {
+
+using namespace plenum;
+using Bytes = std::initializer_list<std::uint8_t>;
+
+constexpr std::uint8_t kNode = 1;
+constexpr std::uint32_t kRequest = canopen::cob::kSdoRequest + kNode;
+constexpr std::uint8_t kWatched = 99;
+
+ports::CanFrame frame_of(std::uint32_t id, std::span<const std::uint8_t> data) {
+  ports::CanFrame frame;
+  frame.id = id;
+  frame.length = static_cast<std::uint8_t>(data.size());
+  std::copy(data.begin(), data.end(), frame.data.begin());
+  return frame;
+}
+
+std::uint8_t byte_of(std::uint32_t value, unsigned number) {
+  return static_cast<std::uint8_t>(value >> (8 * number));
+}
+
+std::string name_of(std::uint16_t index, std::uint8_t sub) {
+  std::array<char, 16> text{};
+  std::snprintf(text.data(), text.size(), "%04Xh:%u", unsigned{index}, unsigned{sub});
+  return text.data();
+}
+
+class Bench {
+ public:
+  explicit Bench(std::uint8_t node_id = kNode)
+      : node_({.node_id = node_id,
+               .identity = {.vendor_id = 0x11, .product_code = 0x22, .revision = 0x33, .serial = 0x44}},
+              image_, slots_, settings_, recorder_) {
+    node_.prepare();
+    drain();
+  }
+
+  /// A frame that is counted, with all that it makes the node say.
+  void count(const std::string& label, const ports::CanFrame& frame) {
+    CALLGRIND_TOGGLE_COLLECT;
+    node_.receive(frame);
+    drain();
+    CALLGRIND_TOGGLE_COLLECT;
+    CALLGRIND_DUMP_STATS_AT(label.c_str());
+  }
+  void count(const std::string& label, std::uint32_t id, Bytes data) { count(label, frame_of(id, data)); }
+
+  void send(std::uint32_t id, Bytes data) {
+    node_.receive(frame_of(id, data));
+    drain();
+  }
+  void write(std::uint16_t index, std::uint8_t sub, std::uint32_t value, unsigned size) {
+    node_.receive(frame_of(kRequest, expedited(index, sub, value, size)));
+    drain();
+  }
+  void tick() {
+    node_.tick(config::kTick_us);
+    drain();
+  }
+  void start() { send(canopen::cob::kNmt, {1, kNode}); }
+
+  /// The segments of a block upload, each of them counted; in every second sub-block the last ones are lost.
+  void count_block_upload(const std::string& label, std::uint16_t index) {
+    constexpr std::uint8_t kBlock = 127;
+    send(kRequest, {0xA4, byte_of(index, 0), byte_of(index, 1), 0, kBlock, 0, 0, 0});
+    send(kRequest, {0xA3, 0, 0, 0, 0, 0, 0, 0});
+    bool is_last = false;
+    for (int sub_block = 0; !is_last; ++sub_block) {
+      std::uint8_t sequence = 0;
+      while (sequence < kBlock && !is_last) {
+        node_.tick(config::kTick_us);  // its share
+        ports::CanFrame frame;
+        while (sequence < kBlock && !is_last && count_segment(label, frame)) {
+          if (frame.id != canopen::cob::kSdoResponse + kNode) continue;
+          expect(frame.data[0] != 0x80, "an upload is not aborted");
+          sequence = frame.data[0] & 0x7FU;
+          is_last = (frame.data[0] & 0x80U) != 0;
+        }
+      }
+      const bool lost = sub_block % 2 == 1 && !is_last;
+      count_request(label + " confirmed", {0xA2, lost ? std::uint8_t{1} : sequence, kBlock, 0, 0, 0, 0, 0});
+    }
+    count(label + " ended", kRequest, {0xA1, 0, 0, 0, 0, 0, 0, 0});
+  }
+
+  /// Reads every value, and writes it back.
+  void count_expedited() {
+    for (const canopen::Entry& row : canopen::object_dictionary()) {
+      for (const unsigned instance : {0U, row.instances - 1U}) {
+        for (const std::uint8_t sub : {row.sub, row.last_sub}) {
+          count_object(row, static_cast<std::uint16_t>(row.index + row.stride * instance), sub);
+        }
+      }
+    }
+    count("SDO no object", frame_of(kRequest, std::array<std::uint8_t, 8>{0x40, 0xFF, 0xFF, 0xFF}));
+  }
+
+  /// A model image in blocks or segments, and its commit.
+  void count_models() {
+    std::array<std::uint8_t, config::kMaxImageBytes> bytes{};
+    const std::span<const std::uint8_t> image = std::span(bytes).first(config::encode(model(), bytes));
+    for (std::uint8_t chamber = 0; chamber < config::kChambers; ++chamber) {
+      const std::uint8_t low = byte_of(canopen::object::kStagedModel + std::uint32_t{chamber}, 0);
+      if (chamber % 2 == 0) {
+        count("block download", kRequest,
+              {0xC6, low, 0x21, 0, byte_of(static_cast<std::uint32_t>(image.size()), 0), 0, 0, 0});
+        count_block(image);
+      } else {
+        count("segmented download", kRequest,
+              {0x21, low, 0x21, 0, byte_of(static_cast<std::uint32_t>(image.size()), 0), 0, 0, 0});
+        count_segments(image);
+      }
+    }
+    std::array<std::uint32_t, config::kChambers> crcs{};
+    crcs.fill(config::trailing_crc(image));
+    write(canopen::object::kCommit, 1, 0xFF, 1);
+    write(canopen::object::kCommit, 2, config::commit_crc(crcs), 4);
+    count("commit of 8 models",
+          frame_of(kRequest, expedited(canopen::object::kCommit, 3, config::kForceKey, 4)));
+    expect(slots_.apply_at_tick_edge() == 0xFF, "eight models are committed");
+    send(kRequest, {0x40, byte_of(canopen::object::kActiveModel, 0), 0x21, 0, 0, 0, 0, 0});
+    std::uint8_t toggle = 0;
+    for (std::size_t done = 0; done < image.size(); done += 7, toggle ^= 0x10U) {
+      count("segmented upload", kRequest, {static_cast<std::uint8_t>(0x60U | toggle), 0, 0, 0, 0, 0, 0, 0});
+    }
+  }
+
+  void count_process_data() {
+    map_dearest_pdos();
+    start();
+    for (unsigned pdo = 0; pdo < canopen::kRpdos; ++pdo)
+      count("RPDO", frame_of(0x201 + 0x100 * pdo, std::array<std::uint8_t, 8>{0, 1, 0, 1, 0, 1, 0, 1}));
+    count("SYNC", 0x80, {});
+    tick();
+    for (unsigned pdo = 0; pdo < canopen::kRpdos; ++pdo)
+      count("RPDO out of range",
+            frame_of(0x201 + 0x100 * pdo, std::array<std::uint8_t, 8>{0, 1, 0, 1, 0, 1, 0, 0xFF}));
+    for (std::uint8_t number = 0; number < 8; ++number)
+      write(0x1016, static_cast<std::uint8_t>(number + 1), (kWatched - 7U + number) << 16 | 1000U, 4);
+    count("heartbeat", 0x700 + kWatched, {5});
+    count("foreign", 0x77F, {5});
+    count("foreign", 0x555, {1, 2, 3, 4, 5, 6, 7, 8});
+    count("foreign", 0x585, {1, 2, 3, 4, 5, 6, 7, 8});
+    count("malformed", kRequest, {0x40, 0, 0x10});
+    count("malformed", 0x80, {1, 2, 3});
+    count("malformed", canopen::cob::kNmt, {1});
+    count("malformed", 0x201, {1, 2, 3});
+  }
+
+  void count_nmt() {
+    config::RowWriter rows(kept_);
+    node_.collect(canopen::Kept::communication, rows);
+    node_.collect(canopen::Kept::application, rows);
+    node_.keep(std::span(kept_).first(rows.size()), kNode);
+    for (const std::uint8_t command : Bytes{2, 1, 128, 7}) count("NMT", canopen::cob::kNmt, {command, kNode});
+    count("NMT reset communication", canopen::cob::kNmt, {130, kNode});
+    count("NMT reset node", canopen::cob::kNmt, {129, kNode});
+  }
+
+  void count_lss() {
+    count("LSS fastscan", canopen::cob::kLssRequest, {0x51, 0, 0, 0, 0, 0x80, 0, 0});
+    for (std::uint8_t number = 0; number < 4; ++number) {
+      const auto value = static_cast<std::uint8_t>(0x11U * (number + 1U));
+      for (std::uint8_t bit = 32; bit-- > 0;)
+        count("LSS fastscan", canopen::cob::kLssRequest,
+              {0x51, static_cast<std::uint8_t>(value >> bit << bit), 0, 0, 0, bit, number,
+               static_cast<std::uint8_t>((number + (bit == 0 ? 1 : 0)) % 4)});
+    }
+    count("LSS inquire", canopen::cob::kLssRequest, {0x5A, 0, 0, 0, 0, 0, 0, 0});
+    count("LSS configure", canopen::cob::kLssRequest, {0x11, 5, 0, 0, 0, 0, 0, 0});
+    count("LSS switch, boot-up", canopen::cob::kLssRequest, {0x04, 0, 0, 0, 0, 0, 0, 0});
+    expect(node_.node_id() == 5, "a master that gave a name is heard");
+  }
+
+  /// 1024 rows of the capture, frozen.
+  void fill_recorder() {
+    telemetry::Recorder::Samples samples;
+    for (std::uint32_t tick = 0; tick < telemetry::kLogTicks; ++tick) {
+      for (telemetry::Recorder::Sample& sample : samples)
+        sample = {.pressure_Pa = 3.0e5F + static_cast<float>(tick),
+                  .volume_m3 = 1.0e-4F,
+                  .command_V = 5.0F,
+                  .measured = true};
+      recorder_.write(tick, false, samples);
+    }
+    write(canopen::object::kCapture, 1, 1, 1);
+  }
+
+  bool failed() const { return failed_; }
+
+ private:
+  static config::ModelParameters model() {
+    constexpr std::array<float, 12> kGood = {5.02F, 2.5F, 4.0F,  -0.05F, 0.003F, 0.02F,
+                                             40.0F, 0.1F, 0.08F, 0.1F,   620.0F, 101.325F};
+    config::ModelParameters parameters;
+    parameters.kind = config::ModelKind::tassa9;
+    parameters.count = control::Tassa9::kParameters;
+    std::copy(kGood.begin(), kGood.end(), parameters.value.begin());
+    return parameters;
+  }
+
+  static std::array<std::uint8_t, 8> expedited(std::uint16_t index, std::uint8_t sub, std::uint32_t value,
+                                               unsigned size) {
+    return {static_cast<std::uint8_t>(0x23U | (4 - size) << 2),
+            byte_of(index, 0),
+            byte_of(index, 1),
+            sub,
+            byte_of(value, 0),
+            byte_of(value, 1),
+            byte_of(value, 2),
+            byte_of(value, 3)};
+  }
+
+  /// Without it the counts say nothing.
+  void expect(bool holds, const char* claim) {
+    if (!holds) std::fprintf(stderr, "does not hold: %s\n", claim);
+    failed_ = failed_ || !holds;
+  }
+
+  void drain() {
+    ports::CanFrame frame;
+    while (node_.next_frame(frame)) last_ = frame;
+  }
+
+  /// Without the segments that follow.
+  void count_request(const std::string& label, Bytes data) {
+    const ports::CanFrame frame = frame_of(kRequest, data);
+    CALLGRIND_TOGGLE_COLLECT;
+    node_.receive(frame);
+    CALLGRIND_TOGGLE_COLLECT;
+    CALLGRIND_DUMP_STATS_AT(label.c_str());
+  }
+
+  bool count_segment(const std::string& label, ports::CanFrame& frame) {
+    CALLGRIND_TOGGLE_COLLECT;
+    const bool sent = node_.next_frame(frame);
+    CALLGRIND_TOGGLE_COLLECT;
+    CALLGRIND_DUMP_STATS_AT(label.c_str());
+    return sent;
+  }
+
+  void count_object(const canopen::Entry& row, std::uint16_t index, std::uint8_t sub) {
+    const std::string name = ": " + name_of(index, sub);
+    count("SDO read" + name, kRequest, {0x40, byte_of(index, 0), byte_of(index, 1), sub, 0, 0, 0, 0});
+    const bool expedited = (last_.data[0] & 0xE3U) == 0x43;
+    if (row.access != canopen::Access::read_write || !expedited) return;
+    std::array<std::uint8_t, 8> request = last_.data;  // 43h and the like: with 20h less, a write
+    request[0] = static_cast<std::uint8_t>(request[0] - 0x20U);
+    count("SDO write" + name, frame_of(kRequest, request));
+    request[7] = request[6] = request[5] = request[4] = 0xFF;
+    count("SDO write refused" + name, frame_of(kRequest, request));
+  }
+
+  void count_block(std::span<const std::uint8_t> image) {
+    std::uint8_t sequence = 0;
+    for (std::size_t done = 0; done < image.size(); done += 7) {
+      const std::size_t size = std::min<std::size_t>(7, image.size() - done);
+      std::array<std::uint8_t, 8> segment{};
+      segment[0] = static_cast<std::uint8_t>(++sequence | (done + size == image.size() ? 0x80U : 0U));
+      std::copy_n(image.begin() + static_cast<std::ptrdiff_t>(done), size, segment.begin() + 1);
+      count("block download segment", frame_of(kRequest, segment));
+    }
+    const std::uint16_t crc = canopen::crc16(image);
+    const auto unused = static_cast<std::uint32_t>(7 * sequence - image.size());
+    count("block download ended", kRequest,
+          {static_cast<std::uint8_t>(0xC1U | unused << 2), byte_of(crc, 0), byte_of(crc, 1), 0, 0, 0, 0, 0});
+    expect(last_.data[0] == 0xA1, "a block download is taken");
+  }
+
+  void count_segments(std::span<const std::uint8_t> image) {
+    std::uint8_t toggle = 0;
+    for (std::size_t done = 0; done < image.size(); done += 7, toggle ^= 0x10U) {
+      const std::size_t size = std::min<std::size_t>(7, image.size() - done);
+      const bool is_last = done + size == image.size();
+      std::array<std::uint8_t, 8> segment{
+          static_cast<std::uint8_t>(toggle | (7 - size) << 1 | (is_last ? 1U : 0U))};
+      std::copy_n(image.begin() + static_cast<std::ptrdiff_t>(done), size, segment.begin() + 1);
+      count(is_last ? "segmented download, last" : "segmented download", frame_of(kRequest, segment));
+    }
+    expect(last_.data[0] != 0x80, "a segmented download is taken");
+  }
+
+  /// Four RPDOs of four set points, twelve TPDOs of eight bytes, all with each SYNC.
+  void map_dearest_pdos() {
+    for (unsigned pdo = 0; pdo < canopen::kRpdos; ++pdo)
+      map(0x1400 + pdo, 0x201 + 0x100 * pdo, canopen::object::kSetpoint, 1, 16, 4);
+    for (unsigned pdo = 0; pdo < canopen::kTpdos; ++pdo)
+      map(0x1800 + pdo, 0x4000'0181 + pdo, canopen::object::kErrorRegister, 0, 8, 8);
+  }
+
+  void map(unsigned index, std::uint32_t cob_id, std::uint32_t object, std::uint32_t sub, std::uint32_t bits,
+           std::uint8_t count) {
+    const auto communication = static_cast<std::uint16_t>(index);
+    const auto mapping = static_cast<std::uint16_t>(index + 0x200);
+    write(communication, 1, canopen::cob::kInvalid | cob_id, 4);
+    write(mapping, 0, 0, 1);
+    for (std::uint8_t number = 0; number < count; ++number) {
+      const std::uint32_t place = object == canopen::object::kSetpoint ? object + 0x800U * number : object;
+      write(mapping, static_cast<std::uint8_t>(number + 1), place << 16 | sub << 8 | bits, 4);
+    }
+    write(mapping, 0, count, 1);
+    write(communication, 2, 1, 1);
+    write(communication, 1, cob_id, 4);
+    expect(last_.data[0] == 0x60, "a PDO is mapped");
+  }
+
+  canopen::ProcessImage image_;
+  telemetry::Recorder recorder_;
+  ShadowRun shadow_run_{recorder_, 2.0F};
+  config::ParameterSlots slots_{&shadow_run_};
+  config::SettingsDesk settings_;
+  canopen::Node node_;
+  std::array<std::uint8_t, config::kMaxBodyBytes> kept_{};
+  ports::CanFrame last_;  ///< what the node said last
+  bool failed_ = false;
+};
+
+}  // namespace
+
+int main() {
+  const auto bench = std::make_unique<Bench>();
+  bench->fill_recorder();
+  bench->count_models();
+  bench->count_block_upload("block upload of the capture", canopen::object::kCaptureBuffer);
+  bench->count_block_upload("block upload of the data sheet", 0x1021);
+  bench->count_process_data();
+  bench->count_nmt();
+  const auto named_later = std::make_unique<Bench>(canopen::kUnconfiguredNodeId);
+  named_later->count_lss();
+  const auto scribbled_on = std::make_unique<Bench>();
+  scribbled_on->count_expedited();
+  return bench->failed() || named_later->failed() ? 1 : 0;
+}
