@@ -17,10 +17,12 @@ using canopen::ControlMode;
 namespace object = canopen::object;
 
 constexpr double kCycle_s = 0.01;
+constexpr double kSilence_s = 0.5;  ///< without a row of the stream: the board or the bus is gone
 constexpr double kRate_Hz = 100.0;  // a time k / 100 is written with two decimals, k * 0.01 with sixteen
 constexpr int kSettleCycles = 100;  ///< time that HOLD gets to reach the first reference
 
-/// Sends a SYNC every 10 ms and gathers the rows that the board's stream answers with.
+/// Gathers the rows that the board streams, one a tick, and keeps step with them: the master's cycle is the board's tick,
+/// whatever either clock says, and a master that was late by some ticks goes on with the row that it has reached.
 class Recorder {
  public:
   Recorder(Session& session, unsigned chambers, double largest_volume_m3)
@@ -35,21 +37,27 @@ class Recorder {
   Recorder(const Recorder&) = delete;
   Recorder& operator=(const Recorder&) = delete;
 
-  /// One cycle: what has been queued goes out with the SYNC, and what arrives until the next one is taken.
+  /// One cycle: what has been queued goes out with the SYNC, and the next tick's row is awaited.
   void cycle() {
     session_.send_sync();
-    next_s_ += kCycle_s;
-    session_.listen(next_s_ - session_.link().now_s());
+    await_row();
   }
 
-  /// Forgets what has been recorded so far; the next cycle begins now.
+  /// Awaits a tick's row, and forgets what has been recorded so far: the next cycle begins right after that tick.
   void restart() {
+    await_row();
     rows_.clear();
-    next_s_ = session_.link().now_s();
   }
   const std::vector<StreamRow>& rows() const { return rows_; }
 
  private:
+  void await_row() {
+    const std::size_t before = rows_.size();
+    if (session_.listen_until([&] { return rows_.size() != before; }, kSilence_s)) return;
+    throw Timeout(fmt::format("node {}: no row of the stream came for {} s, expected one each {} s",
+                              session_.node_id(), kSilence_s, kCycle_s));
+  }
+
   void take(const StreamRow& row) {
     if (row.chambers != mask_) {
       throw ProtocolError(
@@ -63,7 +71,6 @@ class Recorder {
   Session& session_;
   std::uint8_t mask_;
   Stream stream_;
-  double next_s_ = 0.0;
   std::vector<StreamRow> rows_;
 };
 
@@ -87,10 +94,6 @@ void set_mode(Session& session, ControlMode mode) {
 
 /// `count` rows, after the first `lead`.
 std::vector<CapturedRow> rows_of(const Recorder& recorder, std::size_t lead, std::size_t count) {
-  if (recorder.rows().size() < lead + count) {
-    throw ProtocolError(
-        fmt::format("the board sent {} rows, expected {}", recorder.rows().size(), lead + count));
-  }
   std::vector<CapturedRow> rows(count);
   for (std::size_t k = 0; k < count; ++k) {
     rows[k].time_s = static_cast<double>(k) / kRate_Hz;
@@ -98,6 +101,19 @@ std::vector<CapturedRow> rows_of(const Recorder& recorder, std::size_t lead, std
     rows[k].sample = recorder.rows()[lead + k].sample;
   }
   return rows;
+}
+
+/// Runs cycles until `count` rows are there; `before(row)` queues what goes out with the SYNC before that row.
+void record(Recorder& recorder, std::size_t count, const std::function<void(std::size_t)>& before,
+            const Progress& progress) {
+  constexpr std::size_t kTell = 100;  // rows
+  for (std::size_t told = 0; recorder.rows().size() < count;) {
+    before(recorder.rows().size());
+    recorder.cycle();
+    if (!progress || recorder.rows().size() < told) continue;
+    told = recorder.rows().size() + kTell;
+    progress(std::min(1.0, static_cast<double>(recorder.rows().size()) / static_cast<double>(count)));
+  }
 }
 
 }  // namespace
@@ -116,11 +132,8 @@ std::vector<CapturedRow> capture(Session& session, const CaptureOptions& options
   session.enable();
   recorder.restart();
   const auto count = static_cast<std::size_t>(std::lround(options.seconds / kCycle_s));
-  // One cycle more than rows: the answer to the last SYNC may come after it.
-  for (std::size_t k = 0; k <= count; ++k) {
-    recorder.cycle();
-    if (progress && k % 100 == 0) progress(static_cast<double>(k) / static_cast<double>(count));
-  }
+  record(
+      recorder, count, [](std::size_t) {}, progress);
   require_no_fault(session);
   session.disable();
   session.stop_stream();
@@ -173,11 +186,8 @@ std::vector<CapturedRow> follow(Session& session, std::span<const std::vector<do
   const std::size_t ahead = std::max<std::size_t>(options.preview_ticks, 1);
   // The set points of rows 1 to `ahead` - 1 have to be on their way before row 0.
   const std::size_t lead = ahead - 1;
-  for (std::size_t k = 0; k <= lead + count; ++k) {
-    send_row(k + ahead - lead);
-    recorder.cycle();
-    if (progress && k % 100 == 0) progress(static_cast<double>(k) / static_cast<double>(lead + count));
-  }
+  record(
+      recorder, lead + count, [&](std::size_t row) { send_row(row + ahead - lead); }, progress);
   require_no_fault(session);
   session.disable();
   session.stop_stream();

@@ -1,7 +1,7 @@
 // Recording a board's chambers over the bus, tick by tick, while the board excites them or follows set
 // points.
 //
-// Both need the stream (one TPDO a chamber, each tick) and a SYNC every 10 ms, which they send. Row k holds
+// Both need the stream (one TPDO a chamber, each tick); they answer each of its rows with a SYNC. Row k holds
 // what the board knew and did at one tick: the pressure averaged over the tick before, the command held from
 // then on, the volume. A row whose frames did not all arrive is an error, not a gap.
 #pragma once

@@ -61,6 +61,17 @@ void Session::listen(double duration_s) {
   }
 }
 
+bool Session::listen_until(const std::function<bool()>& done, double timeout_s) {
+  const double end_s = link_.now_s() + timeout_s;
+  while (!done()) {
+    const double left_s = end_s - link_.now_s();
+    const std::optional<CanFrame> frame = left_s > 0.0 ? link_.receive(left_s) : std::nullopt;
+    if (!frame) return false;
+    dispatch(*frame);
+  }
+  return true;
+}
+
 void Session::transmit(std::uint32_t id, std::span<const std::uint8_t> data) {
   CanFrame frame;
   frame.id = id;
@@ -230,9 +241,9 @@ void Session::send_setpoints(std::span<const double, kChambers> setpoints_Pa) {
 }
 
 Stream Session::configure_stream(const StreamConfig& config) {
-  if (config.every_syncs < 1 || config.every_syncs > 240) {
+  if (config.every_ticks < 1 || config.every_ticks > 240) {
     throw std::invalid_argument(
-        fmt::format("node {}: stream at every {} SYNCs, expected 1..240", node_id_, config.every_syncs));
+        fmt::format("node {}: stream at every {} ticks, expected 1..240", node_id_, config.every_ticks));
   }
   stop_stream();
   const auto lsb_m3 = static_cast<float>(config.largest_volume_m3 / 65535.0);
@@ -242,9 +253,16 @@ Stream Session::configure_stream(const StreamConfig& config) {
     const std::array<std::uint32_t, 3> objects{canopen::mapping_entry(object::kPascals + chamber, 2, 32),
                                                canopen::mapping_entry(object::kCodes + chamber, 1, 16),
                                                canopen::mapping_entry(object::kCodes + chamber, 2, 16)};
-    map_pdo(chamber_index(object::kTpdoCommunication, 4 + chamber),
-            chamber_index(object::kTpdoMapping, 4 + chamber), cob::kNoRtr | (config.first_cob_id + chamber),
-            config.every_syncs, objects);
+    // On event, the event timer being the pause and the inhibit time half a tick less: once in so many ticks. A SYNC
+    // that is late, or two in one tick, cost no row.
+    constexpr std::uint8_t kOnEvent = 255;
+    constexpr unsigned kTick_ms = config::kTick_us / 1000, kTick_100us = config::kTick_us / 100;
+    const std::uint16_t communication = chamber_index(object::kTpdoCommunication, 4 + chamber);
+    write(communication, 1, cob::kInvalid | cob::kNoRtr);
+    write(communication, 3, static_cast<std::uint16_t>(kTick_100us * config.every_ticks - kTick_100us / 2));
+    write(communication, 5, static_cast<std::uint16_t>(kTick_ms * config.every_ticks));
+    map_pdo(communication, chamber_index(object::kTpdoMapping, 4 + chamber),
+            cob::kNoRtr | (config.first_cob_id + chamber), kOnEvent, objects);
   }
   return {config, static_cast<double>(lsb_m3)};
 }

@@ -75,6 +75,10 @@ class Session {
   /// Hands on what arrives for `duration_s`.
   void listen(double duration_s);
 
+  /// Hands on what arrives until `done` is true; looks after each frame. Returns false when it is not within
+  /// `timeout_s`.
+  bool listen_until(const std::function<bool()>& done, double timeout_s);
+
   // ---- network ----
 
   void nmt(canopen::NmtCommand command);

@@ -1,4 +1,4 @@
-// The capture stream: one TPDO a chamber and SYNC, packed so that pressure, command and volume of one tick
+// The capture stream: one TPDO a chamber, sent by the board each tick whatever comes from the bus, packed so that pressure, command and volume of one tick
 // share a frame.
 //
 //   bytes 0..3 actual pressure REAL32 [Pa] | 4..5 command U16, LSB 10 V / 65535 | 6..7 volume U16, LSB of
@@ -19,7 +19,7 @@ inline constexpr std::size_t kChambers = plenum::config::kChambers;
 
 struct StreamConfig {
   std::uint8_t chambers = 0xFF;  ///< bit c: chamber c
-  std::uint8_t every_syncs = 1;  ///< 1..240
+  std::uint8_t every_ticks = 1;  ///< 1..240
   double largest_volume_m3 =
       6.5535e-3;                       ///< what code FFFFh stands for: the smaller, the finer (1/65535 of it)
   std::uint32_t first_cob_id = 0x680;  ///< that of chamber 0; a second board on the bus needs another
