@@ -43,8 +43,15 @@ inline Abort read_history(const Device& device, Place at, std::uint32_t& bits) n
 
 // ---- identifiers ----
 
+/// Identifiers that CiA 301 keeps for NMT, SDO and heartbeat.
+constexpr bool is_restricted(std::uint32_t id) noexcept {
+  return id <= 0x07F || (id >= 0x101 && id <= 0x180) || (id >= 0x581 && id <= 0x5FF) ||
+         (id >= 0x601 && id <= 0x67F) || (id >= 0x6E0 && id <= 0x6FF) || id >= 0x701;
+}
+
 inline Abort write_sync_cob_id(Device& device, Place, std::uint32_t bits) noexcept {
-  if ((bits & ~cob::kIdMask) != 0) return Abort::value_range;  // no SYNC producer, no 29-bit identifiers
+  // no SYNC producer, no 29-bit identifiers
+  if ((bits & ~cob::kIdMask) != 0 || is_restricted(bits)) return Abort::value_range;
   device.communication.sync_cob_id = bits;
   return Abort::none;
 }
@@ -66,12 +73,6 @@ inline Abort read_heartbeat_consumer(const Device& device, Place at, std::uint32
 
 inline Abort write_heartbeat_consumer(Device& device, Place at, std::uint32_t bits) noexcept {
   return device.communication.heartbeats.set_entry(at.sub - 1U, bits);
-}
-
-/// Identifiers that CiA 301 keeps for NMT, SDO and heartbeat.
-constexpr bool is_restricted(std::uint32_t id) noexcept {
-  return id <= 0x07F || (id >= 0x101 && id <= 0x180) || (id >= 0x581 && id <= 0x5FF) ||
-         (id >= 0x601 && id <= 0x67F) || (id >= 0x6E0 && id <= 0x6FF) || id >= 0x701;
 }
 
 inline Abort check_cob_id(std::uint32_t old_bits, std::uint32_t bits, std::uint32_t allowed_flags) {

@@ -113,6 +113,8 @@ TEST(Sdo, AbortsWithTheCodeThatBelongs) {
            Case{"no active image", "605 40 18 21 00 00 00 00 00", "585 80 18 21 00 24 00 00 08"},
            Case{"segment out of the blue", "605 00 01 02 03 04 05 06 07", "585 80 00 00 00 01 00 04 05"},
            Case{"SYNC with 29 bits", "605 23 05 10 00 80 00 00 20", "585 80 05 10 00 30 00 09 06"},
+           Case{"SYNC on an SDO identifier", "605 23 05 10 00 05 06 00 00", "585 80 05 10 00 30 00 09 06"},
+           Case{"SYNC on the NMT identifier", "605 23 05 10 00 00 00 00 00", "585 80 05 10 00 30 00 09 06"},
            Case{"restricted COB-ID", "605 23 04 18 01 05 06 00 00", "585 80 04 18 01 30 00 09 06"},
            Case{"COB-ID of a living PDO", "605 23 00 18 01 86 01 00 40", "585 80 00 18 01 30 00 09 06"},
            Case{"reserved transmission type", "605 2F 00 18 02 F1 00 00 00", "585 80 00 18 02 30 00 09 06"},
