@@ -15,7 +15,8 @@ constexpr std::int16_t kNoPressure_mbar = -32768;  ///< what a NaN reads as
 
 std::optional<double> millibar_at(const CanFrame& frame, std::size_t place) {
   const auto mbar = static_cast<std::int16_t>(canopen::load_le(std::span(frame.data).subspan(2 * place, 2)));
-  if (mbar == kNoPressure_mbar) return std::nullopt;
+  if (mbar == kNoPressure_mbar || mbar == 0)
+    return std::nullopt;  // absolute: 0 is of a chamber that is not in use
   return kPa_per_mbar * mbar;
 }
 

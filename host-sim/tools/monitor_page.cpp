@@ -27,18 +27,18 @@ const chart_of = (id, title, unit) => {
   const chart = echarts.init(document.getElementById(id));
   const line = {lineStyle: {color: css('--line')}};
   chart.setOption({
-    animation: false, title: {text: title, left: 12, top: 8, textStyle: {fontSize: 14, color: css('--ink')}},
+    animation: false, title: {text: title.replace('UNIT', unit), left: 12, top: 8, textStyle: {fontSize: 14, color: css('--ink')}},
     legend: {right: 12, top: 8, textStyle: {color: css('--soft')}},
     grid: {left: 64, right: 20, top: 44, bottom: 36},
     tooltip: {trigger: 'axis', valueFormatter: (value) => value == null ? '-' : value.toFixed(2) + ' ' + unit},
     xAxis: {type: 'value', min: 'dataMin', max: 'dataMax', axisLine: line, axisLabel: {color: css('--soft'), formatter: '{value} s'}, splitLine: {show: false}},
-    yAxis: {type: 'value', scale: true, name: unit, nameTextStyle: {color: css('--soft')}, axisLabel: {color: css('--soft')}, splitLine: {lineStyle: {color: css('--grid')}}},
+    yAxis: {type: 'value', scale: true, axisLabel: {color: css('--soft')}, splitLine: {lineStyle: {color: css('--grid')}}},
   });
   addEventListener('resize', () => chart.resize());
   return chart;
 };
-const charts = {pressure: chart_of('pressure', 'Pressure, absolute (dashed: set point)', 'kPa'),
-                command: chart_of('command', 'Valve command', 'V'), volume: chart_of('volume', 'Volume', 'mL')};
+const charts = {pressure: chart_of('pressure', 'Pressure, absolute [UNIT] (dashed: set point)', 'kPa'),
+                command: chart_of('command', 'Valve command [UNIT]', 'V'), volume: chart_of('volume', 'Volume [UNIT]', 'mL')};
 echarts.connect(Object.values(charts));
 const rows = [];
 const series = (key, dashed) => Array.from({length: chambers}, (_, c) => ({
@@ -46,7 +46,14 @@ const series = (key, dashed) => Array.from({length: chambers}, (_, c) => ({
   color: css('--c' + c), lineStyle: {width: dashed ? 1 : 1.75, type: dashed ? 'dashed' : 'solid'},
   data: rows.map((row) => [row.t, row.chamber[c][key]]),
 }));
+// A chart that nothing on the bus feeds says so instead of staying blank.
+const hint = (chart, key) => chart.setOption({graphic: {id: 'hint', type: 'text', left: 'center', top: 'middle', silent: true,
+  style: {fill: css('--soft'), fontSize: 14,
+          text: rows.some((row) => row.chamber.some((c) => c[key] != null)) ? '' : 'not on the bus: started with --stream, the monitor asks the board for it'}}});
 const draw = () => {
+  hint(charts.pressure, 'actual_kPa');
+  hint(charts.command, 'command_V');
+  hint(charts.volume, 'volume_mL');
   charts.pressure.setOption({series: [...series('actual_kPa', false), ...series('setpoint_kPa', true)]});
   charts.command.setOption({series: series('command_V', false)});
   charts.volume.setOption({series: series('volume_mL', false)});
