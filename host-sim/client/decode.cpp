@@ -69,7 +69,9 @@ std::string value_text(std::uint16_t index, std::uint8_t sub, std::span<const st
   const bool is_number = found.entry != nullptr && found.entry->read_bytes == nullptr &&
                          found.entry->write_bytes == nullptr && found.entry->read_stream == nullptr;
   if (!is_number) return bytes_text(bytes);
-  return fmt::format("{:.9g} ({})", number(found.entry->type, bytes), bytes_text(bytes));
+  const bool is_real =
+      found.entry->type == DataType::real32;  // nine digits tell a float, ten a 32-bit integer
+  return fmt::format("{:.{}g} ({})", number(found.entry->type, bytes), is_real ? 9 : 10, bytes_text(bytes));
 }
 
 const char* command_text(std::uint8_t command) {

@@ -219,15 +219,13 @@ std::vector<SettingTrouble> write_settings(Session& session, std::span<const Set
 }
 
 bool store_settings(Session& session) {
-  constexpr std::uint16_t kStore = 0x1010;
-  constexpr std::uint32_t kSave = 0x6576'6173;  // "save", little endian
-  constexpr double kPatience_s = 10.0;          // the answer comes when the memory has it
+  constexpr double kPatience_s = 10.0;  // the answer comes when the memory has it
   SdoClient patient(session.link(), session.node_id(), {.timeout_s = kPatience_s},
                     [&session](const CanFrame& frame) { session.hear(frame); });
   std::array<std::uint8_t, 4> key{};
-  canopen::store_le(kSave, key);
+  canopen::store_le(canopen::kSaveSignature, key);
   try {
-    patient.write(kStore, 1, key);
+    patient.write(canopen::object::kStore, 1, key);
   } catch (const SdoAbort& abort) {
     if (abort.code == static_cast<std::uint32_t>(Abort::no_object)) return false;
     throw;
