@@ -19,7 +19,7 @@ namespace plenum::config {
 
 inline constexpr std::size_t kRecordHeaderBytes = 24;
 inline constexpr std::size_t kRowHeaderBytes = 4;
-inline constexpr std::size_t kMaxBodyBytes = 16 * 1024;
+inline constexpr std::size_t kMaxBodyBytes = std::size_t{16} * 1024;
 inline constexpr std::size_t kMaxSlotBytes = kRecordHeaderBytes + kMaxBodyBytes;
 inline constexpr std::uint32_t kRecordVersion = 1;
 

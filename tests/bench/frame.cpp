@@ -286,7 +286,7 @@ class Bench {
       count("block download segment", frame_of(kRequest, segment));
     }
     const std::uint16_t crc = canopen::crc16(image);
-    const auto unused = static_cast<std::uint32_t>(7 * sequence - image.size());
+    const auto unused = static_cast<std::uint32_t>(std::size_t{7} * sequence - image.size());
     count("block download ended", kRequest,
           {static_cast<std::uint8_t>(0xC1U | unused << 2), byte_of(crc, 0), byte_of(crc, 1), 0, 0, 0, 0, 0});
     expect(last_.data[0] == 0xA1, "a block download is taken");
