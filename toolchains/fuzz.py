@@ -1,8 +1,8 @@
 """Runs the fuzzers of build/fuzz (called by `toolchains/dev fuzz` and the benchmark sdo.fuzz_execs).
 
-usage: fuzz.py BUILD SEEDS EXECUTIONS [--row]
+usage: fuzz.py BUILD SEEDS SECONDS [--row]
 
-Shares EXECUTIONS among the fuzzers BUILD/bin/fuzz_*, each beginning with the inputs in SEEDS/NAME and with what earlier runs
+Runs each of the fuzzers BUILD/bin/fuzz_* for SECONDS, beginning with the inputs in SEEDS/NAME and with what earlier runs
 found (BUILD/corpus/NAME). A crash, a leak, a claim that does not hold or an input that takes 10 s ends that fuzzer; the input is
 kept as BUILD/found/NAME-*. --row prints the benchmark's row. Exit code: 0 nothing found, 1 something found, 2 bad usage.
 """
@@ -16,12 +16,12 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 
-def run(program, seeds, build, executions):
+def run(program, seeds, build, seconds):
     name = program.name.removeprefix("fuzz_")
     corpus, found = build / "corpus" / name, build / "found"
     corpus.mkdir(parents=True, exist_ok=True)
     found.mkdir(exist_ok=True)
-    command = [program, f"-runs={executions}", "-print_final_stats=1", "-timeout=10", "-rss_limit_mb=2048",
+    command = [program, f"-max_total_time={seconds}", "-print_final_stats=1", "-timeout=10", "-rss_limit_mb=2048",
                f"-artifact_prefix={found}/{name}-", corpus, seeds / name]
     done = subprocess.run(command, capture_output=True, text=True, errors="replace")
     count = re.search(r"stat::number_of_executed_units:\s*(\d+)", done.stderr)
@@ -34,15 +34,14 @@ def main(arguments):
     if len(arguments) != 3 or not arguments[2].isdigit():
         print(__doc__, file=sys.stderr)
         return 2
-    build, seeds, executions = Path(arguments[0]), Path(arguments[1]), int(arguments[2])
+    build, seeds, seconds = Path(arguments[0]), Path(arguments[1]), int(arguments[2])
     programs = sorted(p for p in (build / "bin").glob("fuzz_*") if os.access(p, os.X_OK))
     if not programs:
         print(f"fuzz: no fuzz_* in {build / 'bin'}, expected a build of the preset fuzz", file=sys.stderr)
         return 2
-    share = -(-executions // len(programs))
     total, clean = 0, True
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        for name, count, ok, log in pool.map(lambda p: run(p, seeds, build, share), programs):
+        for name, count, ok, log in pool.map(lambda p: run(p, seeds, build, seconds), programs):
             total += count
             clean = clean and ok
             print(f"fuzz_{name}: {count} executions, {'nothing found' if ok else 'FOUND SOMETHING:'}", file=sys.stderr)
