@@ -162,7 +162,11 @@ void Node::reset_communication() noexcept {
 }
 
 void Node::reset_communication(Restored& restored) noexcept {
-  if (lss_.given_node_id() != 0) config_.node_id = lss_.given_node_id();
+  const std::uint8_t given = lss_.given_node_id();
+  if (given != 0 && given != config_.node_id) {
+    config_.node_id = given;
+    device_.image.control_word = 0;  // its master knows it by the old one, and could not stop it
+  }
   device_.communication = default_communication(config_);
   restore_kept(device_, Kept::communication, kept_, saved_id_, restored);
   sdo_.reset();
@@ -180,7 +184,9 @@ void Node::reset_communication(Restored& restored) noexcept {
 }
 
 void Node::receive_lss(const CanFrame& frame) noexcept {
-  if (state_ == NmtState::operational) return;  // who regulates is not renamed
+  // who regulates is not renamed, and HOLD regulates in PRE-OPERATIONAL, too
+  const bool past_init = (device_.image.status_word & word::kStateMask) != 0;
+  if (state_ == NmtState::operational || past_init) return;
   if (frame.length != 8) {
     ++device_.counters.rejected;
     return;

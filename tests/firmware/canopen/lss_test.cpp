@@ -142,6 +142,30 @@ TEST(Lss, KeepsOutOfAnOperationalNodeAndServesAStoppedOne) {
   EXPECT_EQ(bench.answer(kInquireNodeId), "7E4 5E 05 00 00 00 00 00 00");
 }
 
+TEST(Lss, KeepsOutOfABoardThatIsPastInit) {
+  Bench bench;
+  for (std::uint16_t face = 1; face <= word::kStateMask; ++face) {  // FAULT_HOLD, 0011b, regulates without R
+    bench.image.status_word = face;
+    bench.answer(kConfiguration);
+    EXPECT_EQ(bench.answer(kInquireNodeId), "") << face;
+  }
+  bench.image.status_word = word::kReady;
+  bench.answer(kConfiguration);
+  EXPECT_EQ(bench.answer(kInquireNodeId), "7E4 5E 05 00 00 00 00 00 00");
+}
+
+TEST(Lss, NewNodeIdTakesTheControlWordBack) {
+  for (const auto& [id, expected] :
+       {std::pair{"05", word::kHold}, std::pair{"09", std::uint16_t{0}}, std::pair{"FF", std::uint16_t{0}}}) {
+    Bench bench;
+    bench.answer(kConfiguration);
+    bench.answer(std::string("7E5 11 ") + id + " 00 00 00 00 00 00");
+    bench.image.control_word = word::kHold;
+    bench.send("000 82 05");
+    EXPECT_EQ(bench.image.control_word, expected) << id;
+  }
+}
+
 TEST(Lss, LeavesMalformedFramesAlone) {
   Bench bench;
   for (const char* frame :
