@@ -27,6 +27,13 @@ void add(config::RowWriter& rows, std::uint8_t sub, std::uint32_t value, std::si
   rows.add({.index = 0, .sub = sub, .value = std::span(bytes).first(size)});
 }
 
+/// `order`: as of StoreOrder.
+config::LssSettings changed(config::LssSettings stored, const config::LssSettings& order) noexcept {
+  if (order.node_id != 0) stored.node_id = order.node_id <= kMaxNodeId ? order.node_id : 0;
+  if (order.bit_rate_kbit != 0) stored.bit_rate_kbit = order.bit_rate_kbit;
+  return stored;
+}
+
 /// 1010h:1 and 1011h:1 are of all parameters, :2 and :3 of one group.
 bool is_of(const StoreOrder& order, StoreOrder::What what, Kept group) noexcept {
   constexpr std::uint8_t kAll = 1;
@@ -76,7 +83,7 @@ void ParameterKeeper::hand_to(Controller& controller) noexcept {
 
 bool ParameterKeeper::compose(const Controller& controller, const StoreOrder& order) noexcept {
   config::RowWriter next(body_[1 - in_force_]);
-  next_lss_ = order.what == StoreOrder::What::lss ? order.lss : lss_;
+  next_lss_ = order.what == StoreOrder::What::lss ? changed(lss_, order.lss) : lss_;
   next_saved_id_ = saved_id_;
   add(next, kNodeIdSub, next_lss_.node_id, 1);
   add(next, kBitRateSub, next_lss_.bit_rate_kbit, 2);

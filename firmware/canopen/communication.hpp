@@ -34,7 +34,8 @@ struct Config {
   Identity identity{};
   std::uint32_t sdo_timeout_us = 1'000'000;  ///< silence after which a segmented transfer is aborted
   std::uint32_t store_timeout_us =
-      5'000'000;  ///< after which a write that waits for the parameter store is aborted
+      5'000'000;                    ///< after which a write that waits for the parameter store is aborted
+  std::uint16_t bit_rates = 0x1DF;  ///< that the CAN driver can run; bit n: row n of table 0 of CiA 305
 };
 
 /// An object as a PDO refers to it, looked up once when the mapping is activated.
@@ -130,8 +131,9 @@ struct StoreOrder {
   enum class What : std::uint8_t { none, store, restore, lss };
 
   What what = What::none;
-  std::uint8_t sub = 0;       ///< of 1010h or 1011h: 1 all, 2 communication, 3 application parameters
-  config::LssSettings lss{};  ///< of `lss`: what takes the place of the stored ones
+  std::uint8_t sub = 0;  ///< of 1010h or 1011h: 1 all, 2 communication, 3 application parameters
+  /// Of `lss`: what takes the place of the stored ones. 0 leaves the stored one, kUnconfiguredNodeId forgets the node id.
+  config::LssSettings lss{};
   bool done = false;
   Abort result = Abort::none;  ///< valid when done: none, or hardware_error (the store failed)
 };

@@ -127,8 +127,8 @@ bool LssSlave::configure(Device& device, const Bytes& request, Bytes& response) 
     }
     case kConfigureBitTiming: {
       const std::size_t row = request[2];
-      if (request[1] != 0 || row >= kBitRates_kbit.size() || kBitRates_kbit[row] == 0)
-        return answer(response, command, kOutOfRange);
+      const bool runs = row < kBitRates_kbit.size() && (device.config.bit_rates >> row & 1U) != 0;
+      if (request[1] != 0 || !runs || kBitRates_kbit[row] == 0) return answer(response, command, kOutOfRange);
       given_bit_rate_kbit_ = kBitRates_kbit[row];
       return answer(response, command, kDone);
     }
@@ -141,11 +141,9 @@ bool LssSlave::configure(Device& device, const Bytes& request, Bytes& response) 
 
 bool LssSlave::store(Device& device, Bytes& response) noexcept {
   if (device.order.what != StoreOrder::What::none) return answer(response, kStore, kStoreFailed);
-  const std::uint8_t node_id = given_node_id_ != 0 ? given_node_id_ : device.config.node_id;
   device.order = {};
   device.order.what = StoreOrder::What::lss;
-  device.order.lss.node_id = node_id <= kMaxNodeId ? node_id : 0;
-  device.order.lss.bit_rate_kbit = given_bit_rate_kbit_;
+  device.order.lss = {.node_id = given_node_id_, .bit_rate_kbit = given_bit_rate_kbit_};
   storing_ = true;
   storing_us_ = 0;
   return false;

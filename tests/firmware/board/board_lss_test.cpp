@@ -1,10 +1,12 @@
-// LSS (CiA 305) of a whole board: none that regulates loses its name.
+// LSS (CiA 305) of a whole board: what is stored, and that no board that regulates loses its name.
 #include <gtest/gtest.h>
 
 #include "tests/firmware/board/bench.hpp"
 
 namespace plenum {
 namespace {
+
+using config::LssSettings;
 
 struct Named : Bench {
   explicit Named(const config::Slots& slots = config::PowerCutMedium::blank()) {
@@ -29,12 +31,60 @@ struct Named : Bench {
     put(0x7E5, data);
     tick();
   }
+  /// Returns the error of the answer to "store configuration".
+  int store_configuration() {
+    take();
+    ask({0x17});
+    for (int i = 0; i < 100; ++i) {
+      for (const ports::CanFrame& frame : take()) {
+        if (frame.id == 0x7E4 && frame.data[0] == 0x17) return frame.data[1];
+      }
+      tick();
+    }
+    return -1;
+  }
 };
 
 config::Slots with_models() {
   Bench bench;
   bench.store_models();
   return bench.store.durable;
+}
+
+TEST(BoardLss, WhatWasNotConfiguredKeepsItsStoredValue) {
+  Named both;
+  both.ask({0x04, 1});
+  both.ask({0x11, 5});
+  both.ask({0x13, 0, 3});
+  ASSERT_EQ(both.store_configuration(), 0);
+
+  Named id(both.store.durable);
+  ASSERT_EQ(id.board.lss(), (LssSettings{.node_id = 5, .bit_rate_kbit = 250}));
+  id.ask({0x04, 1});
+  id.ask({0x11, 9});
+  ASSERT_EQ(id.store_configuration(), 0);
+
+  Named rate(id.store.durable);
+  ASSERT_EQ(rate.board.lss(), (LssSettings{.node_id = 9, .bit_rate_kbit = 250}));
+  rate.ask({0x04, 1});
+  rate.ask({0x13, 0, 2});
+  ASSERT_EQ(rate.store_configuration(), 0);
+
+  Named nothing(rate.store.durable);
+  ASSERT_EQ(nothing.board.lss(), (LssSettings{.node_id = 9, .bit_rate_kbit = 500}));
+  nothing.ask({0x04, 1});
+  ASSERT_EQ(nothing.store_configuration(), 0);
+  EXPECT_EQ(Named(nothing.store.durable).board.lss(), (LssSettings{.node_id = 9, .bit_rate_kbit = 500}));
+}
+
+TEST(BoardLss, NodeIdThatIsTakenAwayIsForgottenInTheStoreToo) {
+  Named board;
+  board.ask({0x04, 1});
+  board.ask({0x11, 9});
+  ASSERT_EQ(board.store_configuration(), 0);
+  board.ask({0x11, 255});
+  ASSERT_EQ(board.store_configuration(), 0);
+  EXPECT_EQ(Named(board.store.durable).board.lss().node_id, 0) << "the installer's counts";
 }
 
 TEST(BoardLss, BoardThatHoldsItsPressureKeepsItsNameAndItsEars) {

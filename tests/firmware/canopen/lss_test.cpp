@@ -79,6 +79,24 @@ TEST(Lss, KnowsTheBitRatesOfTable0) {
     EXPECT_EQ(bench.answer(std::string("7E5 13 ") + row + " 00 00 00 00 00"), "7E4 13 01 00 00 00 00 00 00");
 }
 
+TEST(Lss, RefusesABitRateThatTheBoardCannotRun) {
+  ProcessImage image;
+  FakeDesk desk;
+  config::SettingsDesk settings;
+  telemetry::Recorder recorder;
+  Node node(Config{.node_id = 5, .bit_rates = 1U << 0 | 1U << 3}, image, desk, settings, recorder);
+  node.receive(frame_from(kConfiguration));
+  const auto answer = [&](const char* row) {
+    for (ports::CanFrame frame; node.next_frame(frame);) continue;
+    node.receive(frame_from(std::string("7E5 13 00 ") + row + " 00 00 00 00 00"));
+    ports::CanFrame frame;
+    return node.next_frame(frame) ? text_of(frame) : "";
+  };
+  for (const char* row : {"00", "03"}) EXPECT_EQ(answer(row), "7E4 13 00 00 00 00 00 00 00") << row;
+  for (const char* row : {"01", "02", "04", "06", "07", "08"})
+    EXPECT_EQ(answer(row), "7E4 13 01 00 00 00 00 00 00") << row;
+}
+
 TEST(Lss, StoresThroughTheParameterStoreAndAnswersWhenItIsDone) {
   Bench bench;
   bench.answer(kConfiguration);
@@ -103,7 +121,8 @@ TEST(Lss, SaysWhenTheStoreFailsOrDoesNotAnswer) {
     bench.answer("605 2B 17 10 00 00 00 00 00");  // no heartbeat in between
     bench.answer(kConfiguration);
     bench.answer(kStore);
-    EXPECT_EQ(bench.node.order().lss.node_id, 5) << "the one in force";
+    EXPECT_EQ(bench.node.order().lss, config::LssSettings{})
+        << "nothing was configured, nothing is to change";
     if (answers) {
       bench.node.order().result = Abort::cannot_store;
       bench.node.order().done = true;
