@@ -295,13 +295,12 @@ void Node::tick(std::uint32_t elapsed_us) noexcept {
   obey_error_behaviour();
   SdoServer::Bytes lss_response;
   if (lss_.elapse(device_, elapsed_us, lss_response)) send(cob::kLssResponse, lss_response);
+  // in every state, for a done order is to be taken away; no transfer that could be answered lives on outside of the two that have SDO
+  SdoServer::Bytes response;
+  if (sdo_.elapse(device_, elapsed_us, response)) send(cob::kSdoResponse + config_.node_id, response);
   if (state_ == NmtState::initialising) return;
   beat(elapsed_us);
-  if (state_ != NmtState::stopped) {
-    report_error();
-    SdoServer::Bytes response;
-    if (sdo_.elapse(device_, elapsed_us, response)) send(cob::kSdoResponse + config_.node_id, response);
-  }
+  if (state_ != NmtState::stopped) report_error();
   if (state_ == NmtState::operational) {
     for (std::size_t number = 0; number < kTpdos; ++number) transmit_pdo(number, elapsed_us);
   }

@@ -80,6 +80,28 @@ TEST(StoreOrder, DoesNotHangOnAStoreThatNeverEnds) {
   EXPECT_EQ(bench.answer(kStoreAll), "");
 }
 
+TEST(StoreOrder, IsTakenAwayWhenItIsDoneInEveryStateOfTheNode) {
+  const std::vector<Frames> ways = {
+      {"000 80 05"},
+      {"000 01 05"},
+      {"000 02 05"},
+      {"7E5 04 01 00 00 00 00 00 00", "7E5 11 FF 00 00 00 00 00 00", "000 82 05"}};  // without a node id
+  for (const Frames& way : ways) {
+    Waiting bench;
+    for (const std::string& frame : way) bench.send(frame);
+    bench.finish(Abort::none);
+    EXPECT_EQ(bench.node.order().what, StoreOrder::What::none) << way.back();
+  }
+}
+
+TEST(StoreOrder, IsNotAnsweredInStopped) {
+  Waiting bench;
+  bench.send("000 02 05");
+  bench.finish(Abort::none);
+  bench.tick();
+  EXPECT_EQ(bench.drain(), Frames{});
+}
+
 TEST(StoreOrder, OutlivesAResetOfTheCommunication) {
   Waiting bench;
   bench.send("000 82 05");
