@@ -34,6 +34,15 @@ config::LssSettings changed(config::LssSettings stored, const config::LssSetting
   return stored;
 }
 
+/// The image in the model row of `body`; empty when there is none.
+std::span<const std::uint8_t> stored_model(std::span<const std::uint8_t> body, std::uint16_t index) noexcept {
+  config::RowReader rows(body);
+  for (RecordRow row; rows.next(row);) {
+    if (row.index == index && row.sub == 0) return row.value;
+  }
+  return {};
+}
+
 /// 1010h:1 and 1011h:1 are of all parameters, :2 and :3 of one group.
 bool is_of(const StoreOrder& order, StoreOrder::What what, Kept group) noexcept {
   constexpr std::uint8_t kAll = 1;
@@ -88,8 +97,9 @@ bool ParameterKeeper::compose(const Controller& controller, const StoreOrder& or
   add(next, kNodeIdSub, next_lss_.node_id, 1);
   add(next, kBitRateSub, next_lss_.bit_rate_kbit, 2);
   for (std::uint8_t c = 0; c < config::kChambers; ++c) {
-    const std::span<const std::uint8_t> image = controller.active_image(c);
     const auto index = static_cast<std::uint16_t>(canopen::object::kActiveModel + c);
+    std::span<const std::uint8_t> image = controller.active_image(c);
+    if (image.empty()) image = stored_model(kept(), index);  // one that only other firmware takes
     if (!image.empty()) next.add({.index = index, .sub = 0, .value = image});
   }
   collect(controller, Kept::communication, order, next);

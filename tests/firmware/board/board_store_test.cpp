@@ -230,6 +230,38 @@ TEST(BoardStore, ModelThatThisFirmwareDoesNotTakeIsSkippedCountedAndNamed) {
   EXPECT_EQ(bench.image().error_code, 0);
 }
 
+/// The bytes of the model row of a chamber in the newest set; empty when there is none.
+std::vector<std::uint8_t> stored_model(const config::Slots& slots, std::uint8_t chamber) {
+  config::PowerCutMedium medium(slots);
+  config::RecordStore store(medium);
+  std::vector<std::uint8_t> body(config::kMaxBodyBytes);
+  body.resize(store.load(body).size);
+  config::RowReader rows(body);
+  for (config::RecordRow row; rows.next(row);) {
+    if (row.index == object::kActiveModel + chamber && row.sub == 0)
+      return {row.value.begin(), row.value.end()};
+  }
+  return {};
+}
+
+TEST(BoardStore, ModelThatThisFirmwareDoesNotTakeIsKeptForTheOneThatDoesUntilAnotherComesIntoForce) {
+  Bench::Images images = Bench::images_of(1);
+  images[2][4] ^= 1;
+  Bench bench;
+  bench.store_models(images);
+  bench.board.start();
+  bench.storing = true;
+  bench.tick();
+  bench.session.write(object::kStore, 1, canopen::kSaveSignature);
+  bench.session.upload_model(5, image_of(kValve, 6));
+  bench.finish_storing();
+  EXPECT_EQ(stored_model(bench.store.durable, 2), images[2]) << "after a save, and another chamber's model";
+  EXPECT_EQ(stored_model(bench.store.durable, 5), image_of(kValve, 6));
+  bench.session.upload_model(2, image_of(kValve, 3));
+  bench.finish_storing();
+  EXPECT_EQ(stored_model(bench.store.durable, 2), image_of(kValve, 3));
+}
+
 TEST(BoardStore, RefusingStoreIsAFaultUntilItWorksAgainAndTheModelsStay) {
   Bench bench;
   bench.board.start();
