@@ -153,7 +153,8 @@ void ParameterKeeper::finish(Controller& controller, ports::StoreResult result) 
   } else {
     unsaved_ = unsaved_ || models_written_;
     ++failures_;
-    if (failures_on_end_ < kFailuresForFault) ++failures_on_end_;
+    // an order is answered, and its client's to repeat: only what is tried again can end the fault
+    if (models_written_ && failures_on_end_ < kFailuresForFault) ++failures_on_end_;
   }
   if (!ordered_) return;
   StoreOrder& order = controller.node().order();

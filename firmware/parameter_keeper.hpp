@@ -20,7 +20,7 @@ namespace plenum {
 
 class ParameterKeeper {
  public:
-  /// Attempts on end that must fail before store_failing is a fault.
+  /// Attempts on end to make models durable that must fail before store_failing is a fault.
   static constexpr std::uint8_t kFailuresForFault = 3;
 
   /// The medium must outlive the keeper.

@@ -262,6 +262,20 @@ TEST(BoardStore, ModelThatThisFirmwareDoesNotTakeIsKeptForTheOneThatDoesUntilAno
   EXPECT_EQ(stored_model(bench.store.durable, 2), image_of(kValve, 3));
 }
 
+TEST(BoardStore, SavesThatFailedAreTheClientsToRepeatAndNoFaultThatStays) {
+  Bench bench;
+  bench.board.start();
+  bench.storing = true;
+  bench.store.refuses = true;
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_THROW(bench.session.write(object::kStore, 1, canopen::kSaveSignature), host::client::SdoAbort);
+  }
+  bench.run(3);
+  EXPECT_EQ(bench.image().error_code, 0);
+  EXPECT_EQ(bench.image().store.phase, StorePhase::idle) << "nothing waits to be stored";
+  EXPECT_EQ(bench.session.read<std::uint32_t>(object::kStoredSet, 6), 4U);
+}
+
 TEST(BoardStore, RefusingStoreIsAFaultUntilItWorksAgainAndTheModelsStay) {
   Bench bench;
   bench.board.start();
