@@ -70,6 +70,7 @@ void ParameterKeeper::start(Controller& controller) noexcept {
   const canopen::Restored values = controller.node().restart(lss_.node_id);
   if (skipped_.skipped == 0) skipped_.first_skipped = values.first_skipped;
   skipped_.skipped = static_cast<std::uint16_t>(skipped_.skipped + values.skipped);
+  loss_ = loss_ || values.settings_lost;
 }
 
 void ParameterKeeper::read_lss(const RecordRow& row) noexcept {

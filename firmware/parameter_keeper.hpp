@@ -37,7 +37,7 @@ class ParameterKeeper {
   /// call, and tried again.
   void step(Controller& controller) noexcept;
 
-  /// True once, after a start that found a set or a slot damaged.
+  /// True once, after a start that found a set or a slot damaged, or settings in it that this firmware does not admit.
   bool take_loss() noexcept;
   const config::LssSettings& lss() const noexcept { return lss_; }
   bool failing() const noexcept { return failures_on_end_ >= kFailuresForFault; }

@@ -99,6 +99,7 @@ void restore_kept(Device& device, Kept group, std::span<const std::uint8_t> body
         if (known) switch_off(device, found, row);
       } else if (!known || !write_row(device, found, row, saved_id)) {
         restored.skip(row.index, row.sub);
+        if (is_setting(row.index)) device.settings.refuse_restored(owner_of_setting(row.index));
       }
     }
   }

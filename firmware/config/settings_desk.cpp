@@ -27,17 +27,23 @@ void SettingsDesk::begin_restore() noexcept {
   board_before_ = board_;
   chamber_before_ = chamber_;
   restoring_ = true;
+  refused_ = 0;
+}
+
+void SettingsDesk::refuse_restored(std::size_t chamber) noexcept {
+  refused_ |= 1U << chamber;
 }
 
 bool SettingsDesk::end_restore() noexcept {
   restoring_ = false;
   const BoardSettings board = board_;
   board_ = board_before_;
-  bool all_kept = static_cast<bool>(set(board));
+  const auto taken = [&](std::size_t c) { return (refused_ >> c & 1U) == 0; };
+  bool all_kept = !taken(kChambers) || set(board);
   for (std::size_t c = 0; c < kChambers; ++c) {
     const ChamberSettings chamber = chamber_[c];
     chamber_[c] = chamber_before_[c];
-    all_kept = static_cast<bool>(set(c, chamber)) && all_kept;
+    if (taken(c)) all_kept = static_cast<bool>(set(c, chamber)) && all_kept;
   }
   return all_kept;
 }

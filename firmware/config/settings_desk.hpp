@@ -42,8 +42,10 @@ class SettingsDesk {
   /// nothing is judged ...
   void begin_restore() noexcept;
   bool restoring() const noexcept { return restoring_; }
-  /// ... until here. Chambers, or the board, whose settings are not admissible get back those of before. Returns true when
-  /// all could be kept.
+  /// A stored value of this chamber, or with kChambers of the board, could not be read: its settings are not to be taken.
+  void refuse_restored(std::size_t chamber) noexcept;
+  /// ... until here. Chambers, or the board, whose settings are refused or not admissible get back those of before. Returns
+  /// false when any were not admissible.
   bool end_restore() noexcept;
 
   /// Chambers whose settings have changed since the last call (bit c: chamber c).
@@ -55,6 +57,7 @@ class SettingsDesk {
   BoardSettings board_before_;  ///< what end_restore() falls back on
   Chambers chamber_before_{};
   bool restoring_ = false;
+  std::uint32_t refused_ = 0;  ///< bit c: refuse_restored(c)
   std::uint8_t changed_ = 0;
   SettingRefusal refusal_;
 };

@@ -68,5 +68,23 @@ TEST(SettingsDesk, PutsBackTheChamberWhoseRestoredSettingsAreNotAdmissible) {
   EXPECT_FALSE(desk.set(1, with_limits(600.0F, 550.0F))) << "from now on each change is judged";
 }
 
+TEST(SettingsDesk, TakesNothingOfAChamberOrTheBoardOneOfWhoseStoredValuesCouldNotBeRead) {
+  SettingsDesk desk;
+  BoardSettings board;
+  board.supply_ticks = 7;
+  for (const bool refuses : {true, false}) {
+    desk.begin_restore();
+    if (refuses) desk.refuse_restored(3);
+    if (refuses) desk.refuse_restored(kChambers);
+    desk.set(board);
+    desk.set(3, with_limits(300.0F, 350.0F));
+    desk.set(4, with_limits(400.0F, 450.0F));
+    EXPECT_TRUE(desk.end_restore()) << "none was found inadmissible here";
+    EXPECT_EQ(desk.chamber(3).pressure_high_kPa, refuses ? ChamberSettings{}.pressure_high_kPa : 300.0F);
+    EXPECT_EQ(desk.chamber(4).pressure_high_kPa, 400.0F);
+    EXPECT_EQ(desk.board().supply_ticks, refuses ? BoardSettings{}.supply_ticks : 7);
+  }
+}
+
 }  // namespace
 }  // namespace plenum::config
