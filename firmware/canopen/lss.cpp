@@ -23,9 +23,6 @@ constexpr std::uint8_t kDone = 0;
 constexpr std::uint8_t kOutOfRange = 1;
 constexpr std::uint8_t kStoreFailed = 2;
 
-/// Table 0 of CiA 305 [kbit/s]; 0: reserved.
-constexpr std::array<std::uint16_t, 9> kBitRates_kbit = {1000, 800, 500, 250, 125, 0, 50, 20, 10};
-
 constexpr std::size_t kNumbers = 4;
 
 std::array<std::uint32_t, kNumbers> numbers_of(const Identity& identity) {

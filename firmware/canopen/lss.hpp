@@ -9,6 +9,9 @@
 
 namespace plenum::canopen {
 
+/// Table 0 of CiA 305 [kbit/s]; 0: reserved.
+inline constexpr std::array<std::uint16_t, 9> kBitRates_kbit = {1000, 800, 500, 250, 125, 0, 50, 20, 10};
+
 class LssSlave {
  public:
   using Bytes = std::array<std::uint8_t, 8>;

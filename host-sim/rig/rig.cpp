@@ -45,6 +45,14 @@ double resting_reading_Pa(const EffectsChamber& chamber) {
   return chamber.resting_reading_Pa();
 }
 
+/// The bit rate of the bus as canopen::Config has it; none when CiA 305 does not know it.
+std::uint16_t row_of(std::uint32_t bit_rate) {
+  const auto& rates = canopen::kBitRates_kbit;
+  const auto row =
+      std::find_if(rates.begin(), rates.end(), [&](std::uint16_t kbit) { return 1000U * kbit == bit_rate; });
+  return row == rates.end() ? std::uint16_t{0} : static_cast<std::uint16_t>(1U << (row - rates.begin()));
+}
+
 double volts(const SensorConfig& sensor, double quantity) {
   return (quantity - sensor.at_zero_V) / sensor.per_V;
 }
@@ -125,7 +133,8 @@ void SimulatedBoard::tick() {
 Rig::Rig(const RigConfig& config) : bus_(config.bus) {
   const plant::Random random(config.seed);
   std::set<int> node_ids;
-  for (const BoardConfig& board : config.board) {
+  for (BoardConfig board : config.board) {
+    board.settings.node.bit_rates = row_of(config.bus.bit_rate);
     const int id = board.settings.node.node_id;
     if (!node_ids.insert(id).second) {
       throw std::invalid_argument("two boards with node id " + std::to_string(id) + " on one bus");
@@ -133,6 +142,12 @@ Rig::Rig(const RigConfig& config) : bus_(config.bus) {
     const std::size_t number = board_.size();
     board_.push_back(std::make_unique<SimulatedBoard>(
         board, bus_.attach("board " + std::to_string(number + 1)), random.split(number)));
+    const std::uint32_t stored = 1000U * board_.back()->lss().bit_rate_kbit;
+    if (stored != 0 && stored != config.bus.bit_rate) {
+      throw std::invalid_argument("board " + std::to_string(number + 1) + " was told by LSS to run at " +
+                                  std::to_string(stored) + " bit/s and would hear nothing, expected the " +
+                                  std::to_string(config.bus.bit_rate) + " bit/s of its bus");
+    }
   }
 }
 

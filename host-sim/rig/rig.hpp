@@ -70,6 +70,8 @@ class SimulatedBoard {
   SimulatedBoard(const BoardConfig& config, ports::SimulatedCanPort& can, const plant::Random& random);
 
   const Controller& controller() const { return board_.controller(); }
+  /// What LSS has stored.
+  const plenum::config::LssSettings& lss() const { return board_.lss(); }
   std::size_t chambers() const { return chamber_.size(); }
   /// The true state of a chamber, whichever simulates it.
   double pressure_Pa(std::size_t chamber) const;
@@ -105,7 +107,8 @@ class SimulatedBoard {
 
 class Rig {
  public:
-  /// Throws std::invalid_argument as SimulatedBoard, and for two boards with one node id.
+  /// Throws std::invalid_argument as SimulatedBoard, for two boards with one node id, and for a board that LSS has told
+  /// another bit rate than the bus has. Whatever the settings say, the boards can run the rate of the bus only.
   explicit Rig(const RigConfig& config);
 
   std::size_t boards() const { return board_.size(); }
