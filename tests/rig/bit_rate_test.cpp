@@ -2,10 +2,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <stdexcept>
+#include <vector>
 
-#include "firmware/canopen/node.hpp"
 #include "host-sim/rig/rig.hpp"
 #include "host-sim/rig/standard_rigs.hpp"
 
@@ -14,7 +15,7 @@ namespace {
 
 /// Returns the answer of board 1 to an LSS frame; empty when it gives none in 0.1 s.
 std::vector<std::uint8_t> answer(Rig& rig, ports::SimulatedCanPort& master,
-                                 std::vector<std::uint8_t> request) {
+                                 const std::vector<std::uint8_t>& request) {
   plenum::ports::CanFrame frame;
   frame.id = 0x7E5;
   frame.length = 8;
