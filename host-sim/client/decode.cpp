@@ -146,7 +146,7 @@ Decoded Decoder::decode(const CanFrame& frame) {
   const std::span data = std::span<const std::uint8_t>(frame.data).first(frame.length);
   const std::uint32_t function = frame.id & 0x780U;
   const unsigned node = frame.id & 0x7FU;
-  const Decoded other{"other", 0, frame.remote ? "remote frame" : bytes_text(data), {}};
+  Decoded other{"other", 0, frame.remote ? "remote frame" : bytes_text(data), {}};
   if (frame.extended || frame.remote) return other;
   if (frame.id == cob::kNmt && data.size() == 2)
     return {"NMT", data[1], fmt::format("{}{}", command_text(data[0]), data[1] == 0 ? " all nodes" : ""), {}};
@@ -266,7 +266,7 @@ std::string Decoder::decode_sdo(const CanFrame& frame, bool request, Transfer& t
     case 5:
       if ((command & 3U) == 1) return fmt::format("blocks of {} taken", place());
       if ((command & 3U) == 0) {
-        const std::string text = open("ready for blocks of");
+        std::string text = open("ready for blocks of");
         transfer.blocks = Blocks::to_board;
         return text;
       }

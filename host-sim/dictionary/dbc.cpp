@@ -61,7 +61,8 @@ struct Limits {
 };
 
 Limits limits_of(const canopen::Entry& entry) {
-  if (entry.range.limited) return {double{entry.range.low}, double{entry.range.high}};
+  if (entry.range.limited)
+    return {static_cast<double>(entry.range.low), static_cast<double>(entry.range.high)};
   switch (entry.type) {
     case DataType::integer8:
       return {-128, 127};
