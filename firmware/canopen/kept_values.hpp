@@ -47,7 +47,7 @@ struct Restored {
 /// `saved_id`: the node id when the rows were collected. Identifiers that ended in it follow a node id that has changed
 /// since; otherwise two boards could share them, and none could be told why.
 ///
-/// A chamber, or the board, one of whose settings is skipped keeps what it had: half of a set of limits is none.
+/// A chamber, or the board, one of whose settings is skipped keeps the installer's: half of a set of limits is none.
 void restore_kept(Device& device, Kept group, std::span<const std::uint8_t> body, std::uint8_t saved_id,
                   Restored& restored) noexcept;
 

@@ -60,12 +60,13 @@ Node::Node(const Config& config, ProcessImage& image, config::ModelDesk& desk, c
     : config_(config),
       sheet_(config_.identity, desk, recorder),
       device_{config_, image, desk, settings, recorder, sheet_, default_communication(config_), {}, {}, {}} {
-  restart(config_.node_id);
+  reset_communication();
 }
 
 void Node::receive(const CanFrame& frame) noexcept {
   if (frame.extended || frame.remote) return;
   if (frame.id == cob::kNmt) return receive_nmt(frame);
+  if (reset_ != Reset::none) return;
   if (frame.id > cob::kHeartbeat && frame.id <= cob::kHeartbeat + kMaxNodeId) return receive_heartbeat(frame);
   if (frame.id == cob::kLssRequest) return receive_lss(frame);
   if (state_ == NmtState::stopped || state_ == NmtState::initialising) return;
@@ -88,7 +89,7 @@ void Node::receive_nmt(const CanFrame& frame) noexcept {
   ++device_.counters.received;
   const auto command = static_cast<NmtCommand>(frame.data[0]);
   const bool is_reset = command == NmtCommand::reset_node || command == NmtCommand::reset_communication;
-  if (state_ == NmtState::initialising && !is_reset) return;  // without a node id
+  if (state_ == NmtState::initialising && !is_reset) return;  // without a node id, or about to be reset
   switch (command) {
     case NmtCommand::start:
       return enter(NmtState::operational);
@@ -97,9 +98,9 @@ void Node::receive_nmt(const CanFrame& frame) noexcept {
     case NmtCommand::enter_pre_operational:
       return enter(NmtState::pre_operational);
     case NmtCommand::reset_node:
-      return reset_node();
+      return ask_for(Reset::node);
     case NmtCommand::reset_communication:
-      return reset_communication();
+      return ask_for(Reset::communication);
   }
   ++device_.counters.rejected;
 }
@@ -112,7 +113,7 @@ void Node::keep(std::span<const std::uint8_t> rows, std::uint8_t saved_id) noexc
 Restored Node::restart(std::uint8_t node_id) noexcept {
   if (node_id >= 1 && node_id <= 127) config_.node_id = node_id;
   Restored restored;
-  if (!kept_.empty()) restore_application(restored);
+  restore_application(restored);
   reset_communication(restored);
   return restored;
 }
@@ -124,6 +125,24 @@ void Node::restore_application(Restored& restored) noexcept {
   if (settings.end_restore()) return;
   const std::uint8_t chamber = settings.refusal().chamber;
   restored.skip(static_cast<std::uint16_t>(chamber == 0 ? 0x2418 : 0x2400 + chamber - 1), 0);
+}
+
+/// Of a node that is reset twice the greater reset counts.
+void Node::ask_for(Reset reset) noexcept {
+  if (reset == Reset::node) device_.image.control_word = 0;
+  reset_ = std::max(reset_, reset);
+  sdo_.reset();
+  queue_.clear();
+  enter(NmtState::initialising);
+}
+
+void Node::work_off_reset() noexcept {
+  const bool rests = (device_.image.status_word & word::kStateMask) == 0;  // INIT, FAULT_INIT, NOT_READY
+  if (reset_ == Reset::none || (reset_ == Reset::node && !rests)) return;
+  const Reset asked = reset_;
+  reset_ = Reset::none;
+  if (asked == Reset::node) return reset_node();
+  reset_communication();
 }
 
 /// What the bus wrote goes back to its power-on value or to the stored one; what the controller says stays its own.
@@ -290,6 +309,7 @@ void Node::apply(Rpdo& rpdo) noexcept {
 }
 
 void Node::tick(std::uint32_t elapsed_us) noexcept {
+  work_off_reset();
   watch_setpoints(elapsed_us);
   device_.image.heartbeat_lost = device_.communication.heartbeats.elapse(elapsed_us);
   obey_error_behaviour();

@@ -32,10 +32,12 @@ class Node {
 
   /// Takes one frame, at any time between ticks. Bounded work: an SDO request finds its
   /// object by halving the table. A frame that is foreign, malformed, remote, extended or carries a refused value changes
-  /// nothing but a counter.
+  /// nothing but a counter. A reset is noted here and worked off by tick(), however many have come; until then the node
+  /// hears nothing else.
   void receive(const ports::CanFrame& frame) noexcept;
 
-  /// `elapsed_us` has passed: watchdog, emergency, heartbeat, TPDOs, SDO time-out.
+  /// `elapsed_us` has passed: reset, watchdog, emergency, heartbeat, TPDOs, SDO time-out. A reset of the node takes 6040h back as it
+  /// comes, and brings stored values back once 6041h says INIT or FAULT_INIT: settings do not change under a regulation.
   void tick(std::uint32_t elapsed_us) noexcept;
 
   /// Takes the next frame to send. Returns false when there is none. Segments of a block upload are made here, one at a
@@ -58,6 +60,8 @@ class Node {
   const Counters& counters() const noexcept { return device_.counters; }
 
  private:
+  enum class Reset : std::uint8_t { none, communication, node };
+
   void receive_nmt(const ports::CanFrame& frame) noexcept;
   void receive_heartbeat(const ports::CanFrame& frame) noexcept;
   void receive_sync(const ports::CanFrame& frame) noexcept;
@@ -67,6 +71,8 @@ class Node {
   void apply(Rpdo& rpdo) noexcept;
   void enter(NmtState state) noexcept;
   void restore_application(Restored& restored) noexcept;
+  void ask_for(Reset reset) noexcept;
+  void work_off_reset() noexcept;
   void reset_node() noexcept;
   void reset_communication(Restored& restored) noexcept;
   void reset_communication() noexcept;
@@ -86,6 +92,7 @@ class Node {
   std::span<const std::uint8_t> kept_;
   std::uint8_t saved_id_ = 0;
   NmtState state_ = NmtState::initialising;
+  Reset reset_ = Reset::none;          ///< asked for and not worked off yet
   bool communication_failed_ = false;  ///< as of the last tick: bus-off, or a heartbeat lost
   std::uint32_t since_heartbeat_us_ = 0;
   std::uint16_t reported_code_ = 0;  ///< the error of the last emergency message

@@ -24,8 +24,9 @@ SettingVerdict SettingsDesk::set(std::size_t chamber, const ChamberSettings& set
 }
 
 void SettingsDesk::begin_restore() noexcept {
-  board_before_ = board_;
-  chamber_before_ = chamber_;
+  board_ = installed_board_;
+  chamber_ = installed_chamber_;
+  changed_ = 0xFF;
   restoring_ = true;
   refused_ = 0;
 }
@@ -37,12 +38,12 @@ void SettingsDesk::refuse_restored(std::size_t chamber) noexcept {
 bool SettingsDesk::end_restore() noexcept {
   restoring_ = false;
   const BoardSettings board = board_;
-  board_ = board_before_;
+  board_ = installed_board_;
   const auto taken = [&](std::size_t c) { return (refused_ >> c & 1U) == 0; };
   bool all_kept = !taken(kChambers) || set(board);
   for (std::size_t c = 0; c < kChambers; ++c) {
     const ChamberSettings chamber = chamber_[c];
-    chamber_[c] = chamber_before_[c];
+    chamber_[c] = installed_chamber_[c];
     if (taken(c)) all_kept = static_cast<bool>(set(c, chamber)) && all_kept;
   }
   return all_kept;

@@ -25,9 +25,9 @@ class SettingsDesk {
 
   /// Defaults for everything.
   SettingsDesk() noexcept = default;
-  /// Settings that have passed validate().
+  /// The installer's settings, which have passed validate().
   SettingsDesk(const BoardSettings& board, const Chambers& chamber) noexcept
-      : board_(board), chamber_(chamber) {}
+      : installed_board_(board), installed_chamber_(chamber), board_(board), chamber_(chamber) {}
 
   const BoardSettings& board() const noexcept { return board_; }
   /// `chamber` < kChambers, here and below.
@@ -38,13 +38,12 @@ class SettingsDesk {
   SettingVerdict set(std::size_t chamber, const ChamberSettings& settings) noexcept;
   const SettingRefusal& refusal() const noexcept { return refusal_; }
 
-  /// A stored set comes back field by field, in an order that knows nothing of the relations between fields: from here on
-  /// nothing is judged ...
+  /// A stored set comes back over the installer's settings: these are put back, and what the bus has written since is gone. It
+  /// comes field by field, in an order that knows nothing of the relations between fields: from here on nothing is judged ...
   void begin_restore() noexcept;
-  bool restoring() const noexcept { return restoring_; }
   /// A stored value of this chamber, or with kChambers of the board, could not be read: its settings are not to be taken.
   void refuse_restored(std::size_t chamber) noexcept;
-  /// ... until here. Chambers, or the board, whose settings are refused or not admissible get back those of before. Returns
+  /// ... until here. Chambers, or the board, whose settings are refused or not admissible keep the installer's. Returns
   /// false when any were not admissible.
   bool end_restore() noexcept;
 
@@ -52,10 +51,10 @@ class SettingsDesk {
   std::uint8_t take_changed() noexcept;
 
  private:
+  BoardSettings installed_board_;
+  Chambers installed_chamber_{};
   BoardSettings board_;
   Chambers chamber_{};
-  BoardSettings board_before_;  ///< what end_restore() falls back on
-  Chambers chamber_before_{};
   bool restoring_ = false;
   std::uint32_t refused_ = 0;  ///< bit c: refuse_restored(c)
   std::uint8_t changed_ = 0;

@@ -70,6 +70,13 @@ class Bench {
   }
   void count(const std::string& label, std::uint32_t id, Bytes data) { count(label, frame_of(id, data)); }
 
+  void count_tick(const std::string& label) {
+    CALLGRIND_TOGGLE_COLLECT;
+    tick();
+    CALLGRIND_TOGGLE_COLLECT;
+    CALLGRIND_DUMP_STATS_AT(label.c_str());
+  }
+
   void send(std::uint32_t id, Bytes data) {
     node_.receive(frame_of(id, data));
     drain();
@@ -179,7 +186,9 @@ class Bench {
     node_.keep(std::span(kept_).first(rows.size()), kNode);
     for (const std::uint8_t command : Bytes{2, 1, 128, 7}) count("NMT", canopen::cob::kNmt, {command, kNode});
     count("NMT reset communication", canopen::cob::kNmt, {130, kNode});
+    count_tick("tick that resets the communication");
     count("NMT reset node", canopen::cob::kNmt, {129, kNode});
+    count_tick("tick that resets the node");
   }
 
   void count_lss() {

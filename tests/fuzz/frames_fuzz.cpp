@@ -211,7 +211,8 @@ class Board {
   }
 
   void tick(std::uint32_t elapsed_us) {
-    if (slots_.apply_at_tick_edge() != 0) known_ = false;
+    // a reset that was asked for is worked off now
+    if (slots_.apply_at_tick_edge() != 0 || node_.state() == canopen::NmtState::initialising) known_ = false;
     settings_.take_changed();
     ++image_.tick_count;
     recorder_.write(image_.tick_count, false, {});

@@ -12,8 +12,7 @@ namespace plenum::canopen::dictionary {
 // ---- of a chamber ----
 
 inline Abort set_chamber(Device& device, Place at, const config::ChamberSettings& settings) noexcept {
-  if (!device.settings.restoring() && (device.image.status_word & word::kStateMask) != 0)
-    return Abort::device_state;
+  if ((device.image.status_word & word::kStateMask) != 0) return Abort::device_state;
   return device.settings.set(at.instance, settings) ? Abort::none : Abort::value_range;
 }
 
@@ -64,8 +63,7 @@ inline Abort write_safe_output(Device& device, Place at, std::uint32_t bits) noe
 // ---- of the board ----
 
 inline Abort set_board(Device& device, const config::BoardSettings& settings) noexcept {
-  if (!device.settings.restoring() && (device.image.status_word & word::kStateMask) != 0)
-    return Abort::device_state;
+  if ((device.image.status_word & word::kStateMask) != 0) return Abort::device_state;
   return device.settings.set(settings) ? Abort::none : Abort::value_range;
 }
 

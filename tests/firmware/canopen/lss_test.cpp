@@ -63,6 +63,7 @@ TEST(Lss, GivesANodeIdThatCountsFromTheNextReset) {
   bench.answer(kWaiting);
   EXPECT_EQ(bench.answer("605 40 00 10 00 00 00 00 00"), "585 43 00 10 00 98 01 FF FF");
   bench.send("000 82 05");
+  bench.tick();
   EXPECT_EQ(bench.drain(), Frames{"709 00"});
   EXPECT_EQ(bench.answer("605 40 00 10 00 00 00 00 00"), "");
   EXPECT_EQ(bench.answer("609 40 00 12 02 00 00 00 00"), "589 43 00 12 02 89 05 00 00");
@@ -181,6 +182,7 @@ TEST(Lss, NewNodeIdTakesTheControlWordBack) {
     bench.answer(std::string("7E5 11 ") + id + " 00 00 00 00 00 00");
     bench.image.control_word = word::kHold;
     bench.send("000 82 05");
+    bench.tick();
     EXPECT_EQ(bench.image.control_word, expected) << id;
   }
 }
@@ -201,6 +203,7 @@ struct Nameless : Bench {
     answer("7E5 11 FF 00 00 00 00 00 00");
     answer(kWaiting);
     send("000 82 00");
+    tick();
   }
 };
 

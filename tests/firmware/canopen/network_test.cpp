@@ -74,6 +74,8 @@ TEST(Network, ResetsItsCommunicationAndLeavesTheProcessAlone) {
   bench.answer("605 2B 40 60 00 07 00 00 00");
   bench.answer("605 40 08 10 00 00 00 00 00");  // a transfer under way
   bench.send("000 82 05");
+  EXPECT_EQ(bench.answer("605 40 17 10 00 00 00 00 00"), "") << "nobody is there before the tick";
+  bench.tick();
   EXPECT_EQ(bench.drain(), Frames{"705 00"});
   EXPECT_EQ(bench.node.state(), NmtState::pre_operational);
   EXPECT_EQ(bench.image.control_word, 7);
@@ -92,12 +94,17 @@ TEST(Network, ResetsTheNodeToWhatTheBusHasNotWritten) {
   EXPECT_EQ(bench.image.excitation.seed, 9U);
   EXPECT_EQ(bench.image.control_mode, ControlMode::excitation);
   bench.send("000 81 00");
+  EXPECT_EQ(bench.image.control_word, 0) << "at once: the board goes to INIT";
+  bench.tick();
+  EXPECT_EQ(bench.drain(), Frames{}) << "ACTIVE still";
+  EXPECT_EQ(bench.image.excitation.seed, 9U);
+  bench.image.status_word = 0x0008;
+  bench.tick();
   EXPECT_EQ(bench.drain(), Frames{"705 00"});
-  EXPECT_EQ(bench.image.control_word, 0);
   EXPECT_EQ(bench.image.chamber[0].setpoint_Pa, 0.0F);
   EXPECT_EQ(bench.image.excitation.seed, 1U);
   EXPECT_EQ(bench.image.control_mode, ControlMode::pressure_closed_loop);
-  EXPECT_EQ(bench.image.status_word, 0x000F) << "the controller's to say";
+  EXPECT_EQ(bench.image.status_word, 0x0008) << "the controller's to say";
 }
 
 TEST(Network, ListensToTheSyncIdentifierItIsGiven) {

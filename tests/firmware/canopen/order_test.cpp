@@ -105,6 +105,7 @@ TEST(StoreOrder, IsNotAnsweredInStopped) {
 TEST(StoreOrder, OutlivesAResetOfTheCommunication) {
   Waiting bench;
   bench.send("000 82 05");
+  bench.tick();
   EXPECT_EQ(bench.drain(), Frames{"705 00"});
   bench.answer("605 2B 17 10 00 00 00 00 00");
   EXPECT_EQ(bench.node.order().what, StoreOrder::What::store);

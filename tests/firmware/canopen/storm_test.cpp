@@ -94,6 +94,7 @@ RC_GTEST_PROP(FrameStorm, OfAnyFramesLeavesEveryValueAdmissibleAndTheQueueAlive,
   // it still takes a command, reports an error and answers
   bench.drain();
   bench.send("000 82 05");
+  bench.tick();
   RC_ASSERT(bench.drain() == Frames{"705 00"});
   bench.image.error_code = 0x5000;
   bench.image.error_register = 0;

@@ -51,9 +51,23 @@ TEST(SettingsDesk, RestoresASetWhoseFieldsContradictTheOldOnesOnTheWay) {
   EXPECT_EQ(desk.chamber(0).over_pressure_kPa, 980.0F);
 }
 
-TEST(SettingsDesk, PutsBackTheChamberWhoseRestoredSettingsAreNotAdmissible) {
+TEST(SettingsDesk, RestoresOverTheInstallersSettingsAndNotOverWhatWasWrittenSince) {
   SettingsDesk desk;
-  ASSERT_TRUE(desk.set(1, with_limits(400.0F, 500.0F)));
+  ASSERT_TRUE(desk.set(3, with_limits(400.0F, 500.0F)));
+  BoardSettings board;
+  board.supply_ticks = 7;
+  ASSERT_TRUE(desk.set(board));
+  desk.begin_restore();
+  EXPECT_TRUE(desk.end_restore());
+  EXPECT_EQ(desk.chamber(3).pressure_high_kPa, ChamberSettings{}.pressure_high_kPa);
+  EXPECT_EQ(desk.board().supply_ticks, BoardSettings{}.supply_ticks);
+}
+
+TEST(SettingsDesk, PutsBackTheInstallersSettingsWhereRestoredOnesAreNotAdmissible) {
+  SettingsDesk::Chambers installed{};
+  installed[1] = with_limits(400.0F, 500.0F);
+  SettingsDesk desk({}, installed);
+  ASSERT_TRUE(desk.set(1, with_limits(410.0F, 510.0F)));
   desk.begin_restore();
   desk.set(0, with_limits(300.0F, 350.0F));
   desk.set(1, with_limits(600.0F, 550.0F));
