@@ -24,7 +24,9 @@ void ChamberLoop::configure(const config::ChamberSettings& settings,
   limited.command_low_V = settings.command_low_V;
   limited.command_high_V = settings.command_high_V;
   regulator_.configure(limited);
-  if (!pressure_seen_) command_V_ = settings.null_V;  // later it is what was sent
+  if (has_commanded_) return;
+  resting_ = settings;
+  command_V_ = settings.null_V;
 }
 
 void ChamberLoop::take_over(const config::ModelParameters& parameters) noexcept {
@@ -75,9 +77,11 @@ safety::FaultSet ChamberLoop::measure(const Measured& readings, bool regulation_
 }
 
 float ChamberLoop::command(const Order& order, canopen::ChamberImage& image) noexcept {
+  if (order.commanded) resting_ = settings_;
+  has_commanded_ = true;
   float command_V = driven_V(order, image);
   if (!numeric::is_finite(command_V))
-    command_V = safety::resting_command_V(settings_, safety::Drive::safe, false);
+    command_V = safety::resting_command_V(resting_, safety::Drive::safe, false);
   regulator_.sent(command_V);
   command_V_ = command_V;
 
@@ -107,7 +111,7 @@ float ChamberLoop::driven_V(const Order& order, canopen::ChamberImage& image) no
   // The guard of the excitation lives on fresh pressures: without one the ports are shut.
   if (exciting) return pressure_fresh_ ? excitation_.step(pressure_kPa_) : settings_.null_V;
   const safety::Drive resting = order.drive == safety::Drive::vent ? order.drive : safety::Drive::safe;
-  return safety::resting_command_V(settings_, resting, order.must_vent);
+  return safety::resting_command_V(resting_, resting, order.must_vent);
 }
 
 void ChamberLoop::begin_excitation(const Order& order) noexcept {

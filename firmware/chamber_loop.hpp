@@ -44,6 +44,7 @@ class ChamberLoop {
   struct Order {
     safety::Drive drive = safety::Drive::vent;
     bool must_vent = false;
+    bool commanded = false;  ///< 6040h has taken the board to DISABLED or beyond
     canopen::ControlMode mode = canopen::ControlMode::pressure_closed_loop;
     std::uint8_t preview_ticks = 0;
     canopen::ExcitationImage excitation;
@@ -60,6 +61,8 @@ class ChamberLoop {
   float regulated_V(const Order& order, canopen::ChamberImage& image) noexcept;
 
   config::ChamberSettings settings_;
+  config::ChamberSettings
+      resting_;  ///< what a resting output follows: settings_ as of the last DISABLED or beyond
   safety::ChamberMonitor monitor_;
   control::VolumeObserver volume_;
   control::ReferenceShaper shaper_;
@@ -72,6 +75,7 @@ class ChamberLoop {
   control::ChamberMotion motion_;  ///< of the tick at hand
   float residual_kPa_ = 0.0F;
   float command_V_ = 0.0F;       ///< held over the tick just past
+  bool has_commanded_ = false;   ///< an output stands, and no setting alone moves it
   bool pressure_fresh_ = false;  ///< a usable measurement has come this tick
   bool pressure_seen_ = false;   ///< a usable measurement has come since the start
   bool volume_seen_ = false;

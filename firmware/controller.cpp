@@ -120,13 +120,17 @@ safety::FaultReport Controller::judge(const Inputs& inputs) noexcept {
 
 Outputs Controller::drive(safety::Drive drive) noexcept {
   Outputs outputs;
+  image_.must_vent = 0;
   for (std::size_t c = 0; c < config::kChambers; ++c) {
-    const ChamberLoop::Order order{.drive = drive,
-                                   .must_vent = faults_.must_vent(c),
-                                   .mode = image_.control_mode,
-                                   .preview_ticks = image_.preview_ticks,
-                                   .excitation = image_.excitation,
-                                   .excitation_seed = chamber_seed(image_.excitation.seed, c)};
+    const ChamberLoop::Order order{
+        .drive = drive,
+        .must_vent = faults_.must_vent(c),
+        .commanded = (safety::status_word(supervisor_.state()) & safety::control_bit::kD) != 0,
+        .mode = image_.control_mode,
+        .preview_ticks = image_.preview_ticks,
+        .excitation = image_.excitation,
+        .excitation_seed = chamber_seed(image_.excitation.seed, c)};
+    if (order.must_vent) image_.must_vent = static_cast<std::uint8_t>(image_.must_vent | 1U << c);
     outputs.command_V[c] = chamber_[c].command(order, image_.chamber[c]);
   }
   return outputs;

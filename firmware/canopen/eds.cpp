@@ -94,7 +94,7 @@ constexpr HeadLine kBeforeComments[] = {
     {"GroupMessaging=0"},
     {"NrOfRXPDO=", put_count<kRpdos>},
     {"NrOfTXPDO=", put_count<kTpdos>},
-    {"LSS_Supported=0"},
+    {"LSS_Supported=1"},
     {""},
     {"[DummyUsage]"},
     {"Dummy0001=0"},

@@ -82,6 +82,7 @@ struct ProcessImage {
   std::uint16_t error_code = 0;     ///< 604Eh, as in the emergency message
   std::uint8_t error_register = 0;  ///< 1001h
   std::uint8_t fault_chamber = 0;   ///< chamber of the error + 1; 0: the whole board
+  std::uint8_t must_vent = 0;       ///< chambers that a fault vents (bit c: chamber c)
   bool bus_off = false;             ///< the CAN controller has left the bus
   float supply_Pa = 0.0F;
   std::uint32_t tick_count = 0;

@@ -41,6 +41,7 @@ class SettingsDesk {
   /// A stored set comes back over the installer's settings: these are put back, and what the bus has written since is gone. It
   /// comes field by field, in an order that knows nothing of the relations between fields: from here on nothing is judged ...
   void begin_restore() noexcept;
+  bool restoring() const noexcept { return restoring_; }
   /// A stored value of this chamber, or with kChambers of the board, could not be read: its settings are not to be taken.
   void refuse_restored(std::size_t chamber) noexcept;
   /// ... until here. Chambers, or the board, whose settings are refused or not admissible keep the installer's. Returns

@@ -127,8 +127,9 @@ Supervisor::Output Supervisor::step(const Input& input) noexcept {
 }
 
 float resting_command_V(const config::ChamberSettings& settings, Drive drive, bool must_vent) noexcept {
+  if (must_vent) return settings.vent_V;
   if (!settings.in_use) return settings.null_V;
-  const bool vent = must_vent || drive == Drive::vent || settings.safe_output == config::SafeOutput::vent;
+  const bool vent = drive == Drive::vent || settings.safe_output == config::SafeOutput::vent;
   return vent ? settings.vent_V : settings.null_V;
 }
 

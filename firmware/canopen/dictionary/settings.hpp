@@ -12,7 +12,10 @@ namespace plenum::canopen::dictionary {
 // ---- of a chamber ----
 
 inline Abort set_chamber(Device& device, Place at, const config::ChamberSettings& settings) noexcept {
-  if ((device.image.status_word & word::kStateMask) != 0) return Abort::device_state;
+  const bool must_vent = (std::uint32_t{device.image.must_vent} >> at.instance & 1U) != 0;
+  const bool refused =
+      must_vent && !device.settings.restoring();  // a reset brings back what a power cycle would
+  if (refused || (device.image.status_word & word::kStateMask) != 0) return Abort::device_state;
   return device.settings.set(at.instance, settings) ? Abort::none : Abort::value_range;
 }
 

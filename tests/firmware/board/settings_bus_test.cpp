@@ -132,5 +132,54 @@ TEST(SettingsOnTheBus, LeaveTheOutputsOfAStandingBoardAlone) {
   EXPECT_EQ(bench.analog_out.held_V, before_V);
 }
 
+constexpr std::uint8_t kNull = 15;  // sub-indices of 2400h
+constexpr std::uint8_t kVent = 16;
+
+/// A chamber under pressure, shut, in INIT.
+void rest_under_pressure(Bench& bench) {
+  bench.go_active(300.0);
+  bench.streaming = false;
+  bench.control(0x0);
+  bench.run(5);
+}
+
+TEST(SettingsOnTheBus, ReachTheOutputOfARestingBoardOnlyWithTheStepToDisabled) {
+  Bench bench;
+  rest_under_pressure(bench);
+  ASSERT_EQ(bench.state(), safety::State::init);
+  bench.session.write<float>(object::kChamberSettings, kNull, 6.9F);
+  bench.session.write<std::uint8_t>(object::kChamberChoices + 1, 2, 1);  // safe_output: vent
+  bench.session.write<float>(object::kChamberSettings + 2, kNull, 5.2F);
+  bench.session.write<std::uint8_t>(object::kChamberChoices + 2, 1, 0);  // not in use
+  for (int i = 0; i < 50; ++i) {
+    bench.tick();
+    for (std::size_t c = 0; c < 3; ++c) ASSERT_EQ(bench.analog_out.held_V[c], 5.0F) << "chamber " << c;
+  }
+  bench.control(0x1);
+  bench.run(1);
+  EXPECT_EQ(bench.state(), safety::State::disabled);
+  EXPECT_EQ(bench.analog_out.held_V[0], 6.9F);
+  EXPECT_EQ(bench.analog_out.held_V[1], 2.5F);
+  EXPECT_EQ(bench.analog_out.held_V[2], 5.2F);
+}
+
+TEST(SettingsOnTheBus, AreRefusedToAChamberThatMustVent) {
+  Bench bench;
+  bench.go_active(300.0);
+  bench.forced[0] = ports::AnalogReading{7.5F, true};  // 750 kPa
+  bench.run(4);
+  bench.streaming = false;
+  bench.control(0x0);
+  bench.run(3);
+  ASSERT_EQ(bench.state(), safety::State::fault_init);
+  EXPECT_THROW(bench.session.write<std::uint8_t>(object::kChamberChoices, 1, 0), host::client::SdoAbort);
+  EXPECT_THROW(bench.session.write<float>(object::kChamberSettings, kVent, 5.0F), host::client::SdoAbort);
+  EXPECT_THROW(bench.session.write<float>(object::kChamberSettings, kOverPressure, 800.0F),
+               host::client::SdoAbort);
+  EXPECT_NO_THROW(bench.session.write<float>(object::kChamberSettings + 1, kOverPressure, 650.0F));
+  bench.run(3);
+  EXPECT_EQ(bench.analog_out.held_V[0], 2.5F) << "vented";
+}
+
 }  // namespace
 }  // namespace plenum

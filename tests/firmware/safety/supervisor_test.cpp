@@ -281,7 +281,8 @@ TEST(RestingCommand, IsTheSafeOutputUnlessTheChamberMustVent) {
   settings.safe_output = config::SafeOutput::vent;
   EXPECT_EQ(resting_command_V(settings, Drive::safe, false), 2.0F);
   settings.in_use = false;
-  EXPECT_EQ(resting_command_V(settings, Drive::vent, true), 5.1F);
+  EXPECT_EQ(resting_command_V(settings, Drive::vent, false), 5.1F);
+  EXPECT_EQ(resting_command_V(settings, Drive::safe, true), 2.0F) << "whatever else is said of it";
 }
 
 }  // namespace
