@@ -16,7 +16,8 @@ namespace plenum::host::client {
 struct SettingId {
   std::uint16_t index = 0;
   std::uint8_t sub = 0;
-  friend auto operator<=>(const SettingId&, const SettingId&) = default;  // NOLINT(modernize-use-nullptr): not ours
+  // NOLINTNEXTLINE(modernize-use-nullptr): what the compiler makes of it compares with 0
+  friend auto operator<=>(const SettingId&, const SettingId&) = default;
 };
 
 struct Setting {

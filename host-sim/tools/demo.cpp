@@ -8,10 +8,10 @@
 
 #include "host-sim/identify/in_parallel.hpp"
 #include "host-sim/identify/profile.hpp"
+#include "host-sim/tools/board_access.hpp"
 #include "host-sim/tools/command.hpp"
 #include "host-sim/tools/demo_report.hpp"
 #include "host-sim/tools/fleet.hpp"
-#include "host-sim/tools/board_access.hpp"
 #include "host-sim/tools/output.hpp"
 
 namespace plenum::host::tools {

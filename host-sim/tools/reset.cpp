@@ -35,7 +35,8 @@ void reset_by_nmt(client::Session& session, canopen::NmtCommand command) {
 
 int run(const Options& options) {
   if (int{options.fault} + int{options.restart} + int{options.communication} != 1) {
-    throw std::invalid_argument("nothing is said to be reset, expected one of --fault, --restart, --communication");
+    throw std::invalid_argument(
+        "nothing is said to be reset, expected one of --fault, --restart, --communication");
   }
   BoardAccess access(options.board);
   client::Session& session = access.session();

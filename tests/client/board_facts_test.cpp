@@ -74,8 +74,10 @@ TEST(StateName, IsThatOfTheTableOfCia408) {
   EXPECT_STREQ(state_name(0x3, 0x8250), "FAULT_HOLD");
   EXPECT_STREQ(state_name(0x1, 0x8250), "FAULT_DISABLED");
   EXPECT_STREQ(state_name(0x0, 0x8250), "FAULT_INIT");
-  for (const std::uint16_t at_rest : std::initializer_list<std::uint16_t>{0x0, 0x1, 0x8, 0x9}) EXPECT_FALSE(is_regulating(at_rest)) << at_rest;
-  for (const std::uint16_t at_work : std::initializer_list<std::uint16_t>{0x3, 0x7, 0xB, 0xF}) EXPECT_TRUE(is_regulating(at_work)) << at_work;
+  for (const std::uint16_t at_rest : std::initializer_list<std::uint16_t>{0x0, 0x1, 0x8, 0x9})
+    EXPECT_FALSE(is_regulating(at_rest)) << at_rest;
+  for (const std::uint16_t at_work : std::initializer_list<std::uint16_t>{0x3, 0x7, 0xB, 0xF})
+    EXPECT_TRUE(is_regulating(at_work)) << at_work;
 }
 
 TEST(Faults, AreReadWithTheirChamberAndNamedFromTheFirmwaresTable) {

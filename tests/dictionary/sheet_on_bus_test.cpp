@@ -14,7 +14,8 @@ TEST(SheetOnBus, IsTheTextThatTheToolWrites) {
   client::BoardOnBus world;
   client::Session session(world, 5);
   const std::vector<std::uint8_t> bytes = session.sdo_read_domain(0x1021, 0);
-  EXPECT_TRUE(std::string(bytes.begin(), bytes.end()) == electronic_data_sheet({.vendor_id = 1, .product_code = 2}));
+  EXPECT_TRUE(std::string(bytes.begin(), bytes.end()) ==
+              electronic_data_sheet({.vendor_id = 1, .product_code = 2}));
   EXPECT_EQ(session.read<std::uint8_t>(0x1022, 0), 0) << "plain text";
 }
 
