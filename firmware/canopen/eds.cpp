@@ -52,8 +52,8 @@ constexpr std::string_view kComments[] = {
     {"A PDO longer than its mapping is refused. A PDO is changed only while it is switched off: abort 0800 "
      "0022h."},
     "A default is what 1011h restores. REAL32 values and limits are written as decimal numbers.",
-    "Settings (2400h.., 63A0h, 63A1h) are written in INIT and FAULT_INIT only; 241Ah tells why one was "
-    "refused.",
+    {"Settings (2400h.., 63A0h, 63A1h) are written in INIT and FAULT_INIT only; 241Ah tells why one was "
+     "refused."},
     "Objects 2xxxh are the manufacturer's.",
 };
 
