@@ -108,7 +108,7 @@ client::ModelUpload model_of(const Fields& fields) {
 }
 
 Json parse(const std::filesystem::path& file) {
-  const Json json = Json::parse(trace::read_whole_file(file), nullptr, false);
+  Json json = Json::parse(trace::read_whole_file(file), nullptr, false);
   if (json.is_discarded())
     throw trace::InputError(fmt::format("{}: this is no JSON, expected a JSON file", file.string()));
   return json;
@@ -153,12 +153,12 @@ Json backup_json(const Backup& backup) {
 }
 
 bool is_backup(const std::filesystem::path& file) {
-  const Json json = parse(file);
+  Json json = parse(file);
   return json.is_object() && json.value("schema", Json()) == kSchema;
 }
 
 Backup load_backup(const std::filesystem::path& file) {
-  const Json json = parse(file);
+  Json json = parse(file);
   const std::string name = file.string();
   const Fields fields(json, name);
   if (fields.at("schema") != kSchema) fields.refuse("schema", fmt::format("\"{}\"", kSchema));
