@@ -1,0 +1,167 @@
+#include "board/drivers/file_store.hpp"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/types.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+#include <string>
+
+#include "firmware/config/parameter_record.hpp"
+
+namespace plenum::board::drivers {
+namespace {
+
+using ports::StoreResult;
+
+// All that the worker calls is pwrite and fdatasync. A thread's default of 8 MiB would be locked into memory with the rest.
+constexpr std::size_t kWorkerStackBytes = 64U * 1024U;
+
+[[noreturn]] void refuse(const std::filesystem::path& path, int cause) {
+  throw std::runtime_error("store:" + path.string() + ": " + std::strerror(cause) +
+                           ", expected a folder that this user may write, and slots in it that are files");
+}
+
+/// A new file is not there after a power cut before its name is.
+bool sync_folder(const std::filesystem::path& folder) {
+  const int file = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (file < 0) return false;
+  const bool done = ::fsync(file) == 0;
+  ::close(file);
+  return done;
+}
+
+/// A thread of the ordinary scheduler, whatever its maker's, that takes no signal. Returns an error of pthread_create.
+int start_worker(pthread_t& worker, void* (*work)(void*), void* store) {
+  pthread_attr_t attributes;
+  ::pthread_attr_init(&attributes);
+  ::pthread_attr_setstacksize(&attributes, kWorkerStackBytes);
+  ::pthread_attr_setinheritsched(&attributes, PTHREAD_EXPLICIT_SCHED);
+  sigset_t all;
+  sigset_t before;
+  ::sigfillset(&all);
+  ::pthread_sigmask(SIG_SETMASK, &all, &before);
+  const int error = ::pthread_create(&worker, &attributes, work, store);
+  ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  ::pthread_attr_destroy(&attributes);
+  return error;
+}
+
+}  // namespace
+
+FileStore::FileStore(const std::filesystem::path& folder) {
+  const std::array<std::filesystem::path, kSlots> paths{folder / "slot-a.bin", folder / "slot-b.bin"};
+  const auto give_up = [&](const std::filesystem::path& path, int cause) {
+    close();
+    refuse(path, cause);
+  };
+  for (std::size_t slot = 0; slot < kSlots; ++slot) {
+    file_[slot] = ::open(paths[slot].c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+    if (file_[slot] < 0) give_up(paths[slot], errno);
+    // With its blocks there from the start, a slot can be written when the disk is full. A file system that cannot do this
+    // leaves it to the write to say so.
+    ::fallocate(file_[slot], 0, 0, static_cast<off_t>(config::kMaxSlotBytes));
+  }
+  if (!sync_folder(folder)) give_up(folder, errno);
+  ::sem_init(&wake_, 0, 0);
+  const auto work = [](void* store) -> void* {
+    static_cast<FileStore*>(store)->work();
+    return nullptr;
+  };
+  if (const int error = start_worker(worker_, work, this); error != 0) {
+    ::sem_destroy(&wake_);
+    close();
+    throw std::runtime_error("store:" + folder.string() + ": no worker thread: " + std::strerror(error) +
+                             ", expected a limit on threads (TasksMax, RLIMIT_NPROC) that admits one more");
+  }
+}
+
+FileStore::~FileStore() {
+  stop_.store(true);
+  ::sem_post(&wake_);
+  ::pthread_join(worker_, nullptr);
+  ::sem_destroy(&wake_);
+  close();
+}
+
+void FileStore::close() noexcept {
+  for (int& file : file_) {
+    if (file >= 0) ::close(file);
+    file = -1;
+  }
+}
+
+bool FileStore::read(std::uint8_t slot, std::size_t offset, std::span<std::uint8_t> bytes) noexcept {
+  if (slot >= kSlots || offset + bytes.size() > config::kMaxSlotBytes) return false;
+  std::fill(bytes.begin(), bytes.end(), std::uint8_t{0});  // beyond the end of the file nothing was written
+  for (std::size_t at = 0; at < bytes.size();) {
+    const ssize_t got =
+        ::pread(file_[slot], bytes.data() + at, bytes.size() - at, static_cast<off_t>(offset + at));
+    if (got < 0 && errno != EINTR) return false;
+    if (got == 0) break;
+    if (got > 0) at += static_cast<std::size_t>(got);
+  }
+  return true;
+}
+
+StoreResult FileStore::write(std::uint8_t slot, std::size_t offset,
+                             std::span<const std::uint8_t> bytes) noexcept {
+  if (slot >= kSlots || offset + bytes.size() > config::kMaxSlotBytes) return StoreResult::failed;
+  return ask({Kind::write, slot, offset, bytes});
+}
+
+StoreResult FileStore::sync(std::uint8_t slot) noexcept {
+  if (slot >= kSlots) return StoreResult::failed;
+  return ask({Kind::sync, slot, 0, {}});
+}
+
+StoreResult FileStore::ask(const Order& order) noexcept {
+  const State state = state_.load(std::memory_order_acquire);
+  if (state == State::ordered) return StoreResult::busy;
+  if (state != State::idle && order == order_) {
+    state_.store(State::idle, std::memory_order_relaxed);
+    return state == State::done ? StoreResult::done : StoreResult::failed;
+  }
+  order_ = order;
+  state_.store(State::ordered, std::memory_order_release);
+  ::sem_post(&wake_);
+  return StoreResult::busy;
+}
+
+void FileStore::work() noexcept {
+  for (;;) {
+    while (::sem_wait(&wake_) != 0) {  // EINTR: a debugger, or the process was stopped and continued
+    }
+    if (state_.load(std::memory_order_acquire) == State::ordered) {
+      state_.store(carry_out() ? State::done : State::failed, std::memory_order_release);
+    }
+    if (stop_.load()) return;
+  }
+}
+
+bool FileStore::carry_out() const noexcept {
+  const int file = file_[order_.slot];
+  if (order_.kind == Kind::sync) return ::fdatasync(file) == 0;
+  const std::span<const std::uint8_t> bytes = order_.bytes;
+  for (std::size_t at = 0; at < bytes.size();) {
+    const ssize_t put =
+        ::pwrite(file, bytes.data() + at, bytes.size() - at, static_cast<off_t>(order_.offset + at));
+    if (put > 0) {
+      at += static_cast<std::size_t>(put);
+    } else if (put == 0 || errno != EINTR) {
+      return false;
+    }
+  }
+  return true;
+}
+
+bool FileStore::Order::operator==(const Order& other) const noexcept {
+  return kind == other.kind && slot == other.slot && offset == other.offset &&
+         bytes.data() == other.bytes.data() && bytes.size() == other.bytes.size();
+}
+
+}  // namespace plenum::board::drivers

@@ -1,0 +1,64 @@
+// The parameter store of a board: two files in a folder, slot-a.bin and slot-b.bin, written in place.
+//
+// A disk may take hundreds of milliseconds for a write or a sync, so neither is done by the caller: one worker thread does
+// them, one at a time, and the caller asks again each tick. Nothing here locks: the tick waits for nobody.
+#pragma once
+
+#include <pthread.h>
+#include <semaphore.h>
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+
+#include "firmware/ports/parameter_store.hpp"
+
+namespace plenum::board::drivers {
+
+class FileStore final : public ports::ParameterStore {
+ public:
+  /// Opens the slots, and makes those that do not exist. The folder must exist. Throws std::runtime_error: which file, what
+  /// was found, what was expected.
+  explicit FileStore(const std::filesystem::path& folder);
+  /// Waits for the order under way, which on a failing disk may take long: make the outputs safe before.
+  ~FileStore();
+  FileStore(const FileStore&) = delete;
+  FileStore& operator=(const FileStore&) = delete;
+
+  bool read(std::uint8_t slot, std::size_t offset, std::span<std::uint8_t> bytes) noexcept override;
+  /// Busy from the first call on until the worker is done; the call after that says how it ended. An order with other
+  /// arguments than the one under way is taken up when that one has ended.
+  ports::StoreResult write(std::uint8_t slot, std::size_t offset,
+                           std::span<const std::uint8_t> bytes) noexcept override;
+  ports::StoreResult sync(std::uint8_t slot) noexcept override;
+
+ private:
+  enum class Kind : std::uint8_t { write, sync };
+  struct Order {
+    Kind kind = Kind::write;
+    std::uint8_t slot = 0;
+    std::size_t offset = 0;
+    std::span<const std::uint8_t> bytes;
+
+    bool operator==(const Order& other) const noexcept;
+  };
+
+  ports::StoreResult ask(const Order& order) noexcept;
+  bool carry_out() const noexcept;
+  void work() noexcept;
+  void close() noexcept;
+
+  enum class State : std::uint8_t { idle, ordered, done, failed };
+
+  std::array<int, kSlots> file_{-1, -1};
+  Order order_;  ///< the worker's while `ordered`, the caller's otherwise
+  std::atomic<State> state_{State::idle};
+  std::atomic<bool> stop_{false};
+  sem_t wake_{};
+  pthread_t worker_{};
+};
+
+}  // namespace plenum::board::drivers
