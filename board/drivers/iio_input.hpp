@@ -1,0 +1,76 @@
+// Analog inputs through the kernel's Industrial I/O subsystem: buffered capture, averaged into one reading a tick.
+//
+// Each device that the channels name gets one buffer. A scan is one sample of every channel in use on it, taken together
+// where the chip samples together (AD7606). The kernel stores the scans; gather() takes what waits and sums it, read() hands
+// the means over and begins the next tick. The descriptors become readable when a tick's worth of scans is there, so that
+// the converter can pace the ticks.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "board/drivers/iio_context.hpp"
+#include "firmware/ports/analog.hpp"
+
+namespace plenum::board::drivers {
+
+struct IioInputConfig {
+  std::vector<IioChannel> channels;  ///< in the order of kAnalogInputs: 8 pressures, 8 positions, supply
+  std::string trigger;  ///< name or id; empty: the device starts its scans itself, or has its trigger already
+  unsigned rate_Hz = 1000;  ///< scans a second: a multiple of 100, so that a tick has a whole number of them
+};
+
+class IioInput final : public ports::AnalogInput {
+ public:
+  /// Kernel buffer, in ticks: what may pass without gather() before scans are lost.
+  static constexpr unsigned kBufferTicks = 8;
+
+  /// Sets trigger and rate, and starts the capture. Throws std::runtime_error: where, what was found, what was expected.
+  explicit IioInput(const IioInputConfig& config);
+  ~IioInput();
+  IioInput(const IioInput&) = delete;
+  IioInput& operator=(const IioInput&) = delete;
+
+  /// One a device, to poll for POLLIN. Readable: a tick's worth of scans waits, or the device has gone.
+  std::span<const int> descriptors() const noexcept { return descriptors_; }
+
+  /// Takes what waits and adds it to the tick's sums. Never waits; at most what the kernel's buffers hold.
+  void gather() noexcept;
+
+  /// Scans since the last read() that every device has brought: the least of the devices'.
+  unsigned gathered() const noexcept;
+
+  /// Scans in a tick at the rate asked for.
+  unsigned scans_per_tick() const noexcept { return scans_per_tick_; }
+
+  /// gather(), then the mean of each channel since the last read(). A channel without a scan, or not fitted, is not fresh.
+  void read(std::span<ports::AnalogReading> readings) noexcept override;
+
+  /// A device was removed, or refuses to be read: its channels stay not fresh.
+  bool gone() const noexcept;
+
+  /// Times a kernel buffer was found full: scans were lost, or the next one would have been. Wraps.
+  std::uint32_t overflows() const noexcept { return overflows_; }
+
+ private:
+  class Capture;  // one device
+
+  struct Place {
+    Capture* device = nullptr;  ///< null: not fitted
+    std::size_t sum = 0;
+    IioScale scale;
+  };
+
+  IioContext context_;
+  std::vector<std::unique_ptr<Capture>> captures_;
+  std::vector<Place> places_;  ///< of each channel
+  std::vector<int> descriptors_;
+  unsigned scans_per_tick_ = 0;
+  std::uint32_t overflows_ = 0;
+};
+
+}  // namespace plenum::board::drivers

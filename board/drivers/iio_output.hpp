@@ -1,0 +1,44 @@
+// Analog outputs through the kernel's Industrial I/O subsystem: out_voltageN_raw, with the kernel's scale and offset.
+//
+// The converter holds a value until the next one, also when nobody is left to write it. So make_safe() is called before the
+// first tick, by the destructor, and, for a process that dies without one, by whoever watches it (board/service).
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "board/drivers/iio_context.hpp"
+#include "firmware/ports/analog.hpp"
+
+namespace plenum::board::drivers {
+
+struct IioOutputConfig {
+  std::vector<IioChannel> channels;  ///< in the order of the chambers
+  std::vector<float> safe_V;         ///< one a channel
+};
+
+class IioOutput final : public ports::AnalogOutput {
+ public:
+  /// Opens the outputs and writes nothing. Throws std::runtime_error: where, what was found, what was expected.
+  explicit IioOutput(const IioOutputConfig& config);
+  /// Makes safe what was written to.
+  ~IioOutput();
+  IioOutput(const IioOutput&) = delete;
+  IioOutput& operator=(const IioOutput&) = delete;
+
+  /// Sets each output [V], clipped to the raw range that the kernel states, if it does. Every output is tried; a command
+  /// that is not finite becomes the safe value. False: a command was none, or the device refused one.
+  bool write(std::span<const float> command_V) noexcept override;
+
+  /// Sets every output to its safe value, and powers up those that start powered down. False: the device refused one.
+  bool make_safe() noexcept;
+
+ private:
+  struct Output;
+
+  bool set(Output& output, double volts) noexcept;
+
+  std::vector<Output> outputs_;
+};
+
+}  // namespace plenum::board::drivers
