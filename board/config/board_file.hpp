@@ -1,0 +1,56 @@
+// board.toml: what an installer says of one board. service/board.toml is the commented example.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "board/config/toml_table.hpp"
+#include "board/drivers/gpio_lines.hpp"
+#include "board/drivers/iio_input.hpp"
+#include "board/drivers/iio_output.hpp"
+#include "firmware/controller.hpp"
+
+namespace plenum::board::config {
+
+/// What begins a tick.
+enum class Pacing : std::uint8_t {
+  adc,   ///< the scans of one tick have come; the timer stands in for an ADC that stalls
+  timer  ///< the clock alone
+};
+
+/// What is made of a tick that begins after the next one was due. The deadlines that went by are always left out: no two
+/// ticks in a hurry.
+enum class OverrunPolicy : std::uint8_t {
+  skip,   ///< nothing more: for a bench
+  count,  ///< counted in 2200h:2
+  fault   ///< counted, and fault FF01h after board.overrun_limit_ticks of them on end
+};
+
+struct RealTime {
+  Pacing pacing = Pacing::adc;
+  int priority = 80;         ///< of SCHED_FIFO, 1..99; 0: the ordinary scheduler
+  std::optional<int> cpu{};  ///< the only processor to run on; empty: any
+  OverrunPolicy overrun = OverrunPolicy::fault;
+};
+
+struct BoardFile {
+  std::string interface;  ///< of CAN: "can0"
+  drivers::IioInputConfig analog_in;
+  drivers::IioOutputConfig analog_out;
+  drivers::GpioConfig gpio;
+  std::filesystem::path store;  ///< folder of the parameter slots
+  RealTime real_time;
+  std::filesystem::path watchdog;  ///< of the hardware, "/dev/watchdog0"; empty: none
+  Settings settings;               ///< have passed firmware/config's validate()
+};
+
+/// Throws ConfigError with the name `file`.
+BoardFile parse_board(std::string_view text, const std::string& file);
+
+/// Throws ConfigError, also for a file that cannot be read.
+BoardFile read_board(const std::filesystem::path& path);
+
+}  // namespace plenum::board::config
