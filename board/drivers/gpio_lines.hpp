@@ -5,8 +5,6 @@
 // a pin does after the last process has let it go is the controller's affair, so the board's resistors must be safe, too.
 #pragma once
 
-#include <string>
-
 #include "board/drivers/gpio_request.hpp"
 #include "firmware/ports/digital_io.hpp"
 
@@ -33,8 +31,8 @@ class GpioLines final : public ports::DigitalIo {
   ports::DigitalInputs read() noexcept override;
   void write(const ports::DigitalOutputs& outputs) noexcept override;
 
-  /// To poll for POLLIN: the emergency stop has changed, until the next read(). -1: not fitted.
-  int descriptor() const noexcept;
+  /// To poll for POLLIN: the emergency stop has changed, until the next read(). -1: not fitted, or gone.
+  int descriptor() const noexcept { return gone_ ? -1 : emergency_stop_.descriptor(); }
 
   /// A line could not be read or written.
   bool gone() const noexcept { return gone_; }

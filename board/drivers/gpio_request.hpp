@@ -4,17 +4,10 @@
 
 #include <memory>
 #include <optional>
-#include <string>
+
+#include "board/drivers/gpio_chip.hpp"
 
 namespace plenum::board::drivers {
-
-struct GpioLine {
-  std::string chip;         ///< "gpiochip0", "/dev/gpiochip0", or the chip's label; empty: not fitted
-  std::string line;         ///< name, or offset on the chip ("3")
-  bool active_low = false;  ///< active when the pin is low
-
-  bool fitted() const noexcept { return !chip.empty(); }
-};
 
 enum class GpioUse {
   input,            ///< with an event at every change
@@ -41,6 +34,10 @@ class GpioRequest {
   int descriptor() const noexcept;
 
  private:
+  // A line that chatters keeps no tick: events beyond these stay for the next call.
+  static constexpr int kReadsAtOnce = 4;
+  static constexpr unsigned kEventsAtOnce = 16;
+
   struct Handle;
   std::unique_ptr<Handle> handle_;  ///< null: not fitted
 };
