@@ -10,6 +10,8 @@
 #include <functional>
 #include <thread>
 
+#include "tests/client/link_frames.hpp"
+
 namespace plenum::host::client {
 namespace {
 
@@ -58,21 +60,6 @@ class Adapter {
   std::string device_;
   std::thread thread_;
 };
-
-CanFrame frame_of(std::uint32_t id, std::vector<std::uint8_t> bytes) {
-  CanFrame frame{.id = id, .length = static_cast<std::uint8_t>(bytes.size())};
-  std::copy(bytes.begin(), bytes.end(), frame.data.begin());
-  return frame;
-}
-
-std::string failure(const std::function<void()>& doing) {
-  try {
-    doing();
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "no failure";
-}
 
 TEST(SlcanLink, SetsTheRateOpensCarriesFramesBothWaysAndCloses) {
   Adapter adapter([](Adapter& it) {

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "host-sim/wire/tcp.hpp"
+#include "tests/client/link_frames.hpp"
 
 namespace plenum::host::client {
 namespace {
@@ -72,21 +73,6 @@ class Peer {
   wire::FileDescriptor client_;
   std::thread thread_;
 };
-
-CanFrame frame_of(std::uint32_t id, std::vector<std::uint8_t> bytes) {
-  CanFrame frame{.id = id, .length = static_cast<std::uint8_t>(bytes.size())};
-  std::copy(bytes.begin(), bytes.end(), frame.data.begin());
-  return frame;
-}
-
-std::string failure(const std::function<void()>& doing) {
-  try {
-    doing();
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "no failure";
-}
 
 TEST(SocketcandLink, OpensItsChannelInRawModeAndCarriesFramesBothWays) {
   Peer peer([](Peer& server) {
