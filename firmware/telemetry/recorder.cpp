@@ -9,8 +9,6 @@
 namespace plenum::telemetry {
 namespace {
 
-constexpr std::uint32_t kMagic = 0x314C4C50U;  // "PLL1"
-
 constexpr std::array<Column, 4> kColumns = {{
     {"pressure_Pa", "Pa", 0, 4, true, 1.0F},
     {"volume_m3", "m3", 4, 4, true, 1.0F},
@@ -105,7 +103,7 @@ Recorder::Piece Recorder::piece_at(std::uint32_t offset) const noexcept {
   Writer out(piece.bytes);
   if (offset < kHeaderBytes) {
     piece.size = kHeaderBytes;
-    out.integer(kMagic, 4)
+    out.integer(kLogMagic, 4)
         .integer(last_tick_, 4)
         .integer(held_, 2)
         .integer(chamber_, 1)

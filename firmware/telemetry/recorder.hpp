@@ -28,6 +28,11 @@ namespace plenum::telemetry {
 
 inline constexpr std::size_t kLogTicks = 1024;  ///< 10.24 s; a power of two
 
+inline constexpr std::uint32_t kLogMagic = 0x314C4C50U;  // "PLL1"
+inline constexpr std::size_t kHeaderBytes = 20;
+inline constexpr std::size_t kRowBytes = 12;
+inline constexpr std::size_t kCrcBytes = 4;
+
 /// FFFFh stands for 10 V.
 inline constexpr float kCommandLsb_V = 10.0F / 65535.0F;
 
@@ -109,9 +114,6 @@ class Recorder {
   std::size_t read(std::uint32_t offset, std::span<std::uint8_t> bytes) noexcept;
 
  private:
-  static constexpr std::size_t kHeaderBytes = 20;
-  static constexpr std::size_t kRowBytes = 12;
-  static constexpr std::size_t kCrcBytes = 4;
   /// The header, a row or the CRC, whichever holds a byte.
   struct Piece {
     std::uint32_t first = 0;  ///< offset of its first byte

@@ -13,8 +13,9 @@ namespace {
 namespace object = canopen::object;
 using telemetry::Recorder;
 
-constexpr std::uint32_t kMagic = 0x314C4C50U;  // "PLL1"
-constexpr std::size_t kHeaderBytes = 20, kRowBytes = 12, kCrcBytes = 4;
+using telemetry::kCrcBytes;
+using telemetry::kHeaderBytes;
+using telemetry::kRowBytes;
 
 [[noreturn]] void refuse(unsigned chamber, const std::string& what) {
   throw ProtocolError(fmt::format("log of chamber {}: {}", chamber + 1, what));
@@ -61,8 +62,8 @@ BoardLog parse_board_log(std::span<const std::uint8_t> bytes, unsigned chamber) 
   if (bytes.size() < kHeaderBytes + kCrcBytes) {
     refuse(chamber, fmt::format("{} bytes, expected at least {}", bytes.size(), kHeaderBytes + kCrcBytes));
   }
-  if (word(0) != kMagic)
-    refuse(chamber, fmt::format("begins with {:08X}h, expected {:08X}h", word(0), kMagic));
+  if (word(0) != telemetry::kLogMagic)
+    refuse(chamber, fmt::format("begins with {:08X}h, expected {:08X}h", word(0), telemetry::kLogMagic));
   const std::size_t rows = half(8);
   const std::size_t size = kHeaderBytes + kRowBytes * rows + kCrcBytes;
   if (bytes.size() != size || bytes[11] != kRowBytes) {

@@ -7,6 +7,7 @@
 
 #include "firmware/canopen/object_dictionary.hpp"
 #include "host-sim/client/abort_text.hpp"
+#include "host-sim/client/board_facts.hpp"
 #include "host-sim/client/emergency_text.hpp"
 #include "host-sim/client/session.hpp"
 
@@ -90,18 +91,10 @@ const char* command_text(std::uint8_t command) {
   return "unknown command";
 }
 
+/// What a heartbeat says; the state of a node that initialises is sent once, as its boot-up message.
 const char* state_text(std::uint8_t state) {
-  switch (static_cast<canopen::NmtState>(state)) {
-    case canopen::NmtState::initialising:
-      return "boot-up";
-    case canopen::NmtState::stopped:
-      return "stopped";
-    case canopen::NmtState::operational:
-      return "operational";
-    case canopen::NmtState::pre_operational:
-      return "pre-operational";
-  }
-  return "unknown state";
+  const auto nmt = static_cast<canopen::NmtState>(state);
+  return nmt == canopen::NmtState::initialising ? "boot-up" : nmt_name(nmt);
 }
 
 Decoded decode_emergency_text(const Emergency& emergency) {
