@@ -38,7 +38,7 @@ Eigen::MatrixXd sensitivities(const Scene& scene, const Record& record, const ef
   for (std::size_t i = 0; i < kEffects; ++i) {
     const effects::Parameter& p = kCatalogue[i]->parameters.front();
     Change change{{figures, start_Pa}, effects::EffectSet{1} << i};
-    double& at = change.run.figures[effects::first_figure(i)];
+    double& at = change.run.figures[effects::kFirstFigure[i]];
     at += kSmall * p.typical_change * (at + kSmall * p.typical_change <= p.greatest() ? 1.0 : -1.0);
     changes.push_back(change);
   }

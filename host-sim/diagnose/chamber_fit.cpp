@@ -244,7 +244,7 @@ std::vector<Variable> variables_of(const Scene& scene, EffectSet on, EffectSet r
       {effects::kTransition, 1e-4 * gain, 3.0 * gain, 0.05 * gain}};
   for (std::size_t i = 0; i < effects::kEffects; ++i) {
     if ((on >> i & 1U) == 0) continue;
-    std::size_t at = effects::first_figure(i);
+    std::size_t at = effects::kFirstFigure[i];
     for (const effects::Parameter& p : effects::kCatalogue[i]->parameters) {
       if (!p.refines || (refined >> i & 1U) != 0) {
         variables.push_back({at, p.least(), p.greatest(), p.typical_change});

@@ -83,7 +83,7 @@ struct Place {
 };
 Place place_of(std::size_t figure) {
   for (std::size_t i = kEffects; i-- > 0;) {
-    const std::size_t first = effects::first_figure(i);
+    const std::size_t first = effects::kFirstFigure[i];
     if (figure >= first) return {i, &kCatalogue[i]->parameters[figure - first]};
   }
   throw std::logic_error("a figure of the valve is no effect's");

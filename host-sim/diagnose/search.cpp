@@ -139,7 +139,7 @@ class Searcher {
   /// The set of `base` with `effect` besides: the best of short fits from several sizes of it.
   Fit look(const Trial& base, std::size_t effect) const {
     const EffectSet on = base.on | bit(effect);
-    const std::size_t at = effects::first_figure(effect);
+    const std::size_t at = effects::kFirstFigure[effect];
     const effects::Parameter& first = effects::kCatalogue[effect]->parameters.front();
     Fit best;
     best.on = on;
@@ -188,7 +188,7 @@ class Searcher {
   /// `base` with this effect taken out.
   Trial without(const Trial& base, std::size_t effect) const {
     Figures start = base.fit.figures;
-    std::size_t at = effects::first_figure(effect);
+    std::size_t at = effects::kFirstFigure[effect];
     for (std::size_t k = 0; k < effects::kCatalogue[effect]->parameters.size(); ++k, ++at) {
       start[at] = scene_.nominal[at];
     }

@@ -12,7 +12,7 @@ std::optional<std::size_t> find(std::string_view id) {
 Figures neutral_figures() {
   Figures figures{};
   for (std::size_t i = 0; i < kEffects; ++i) {
-    std::size_t at = first_figure(i);
+    std::size_t at = kFirstFigure[i];
     for (const Parameter& parameter : kCatalogue[i]->parameters) figures[at++] = parameter.neutral();
   }
   return figures;

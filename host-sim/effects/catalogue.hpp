@@ -72,13 +72,15 @@ enum ValveFigure : std::size_t {
   kValveFigures
 };
 
-/// Where the parameters of effect `i` begin.
-constexpr std::size_t first_figure(std::size_t i) {
-  std::size_t at = kValveFigures;
-  for (std::size_t k = 0; k < i; ++k) at += kCatalogue[k]->parameters.size();
-  return at;
-}
-inline constexpr std::size_t kFigures = first_figure(kEffects);
+/// Where the parameters of each effect begin in Figures; the last: their number. A table, not a function, because the
+/// kernels for different processors must have no function in common.
+inline constexpr auto kFirstFigure = [] {
+  std::array<std::size_t, kEffects + 1> first{};
+  first[0] = kValveFigures;
+  for (std::size_t i = 0; i < kEffects; ++i) first[i + 1] = first[i] + kCatalogue[i]->parameters.size();
+  return first;
+}();
+inline constexpr std::size_t kFigures = kFirstFigure[kEffects];
 
 using Figures = std::array<double, kFigures>;
 

@@ -40,7 +40,7 @@ ChamberEffects chamber_effects(const std::map<std::string, std::map<std::string,
         throw std::invalid_argument(what.str());
       }
       const auto place = static_cast<std::size_t>(of - parameters.begin());
-      result.figures[first_figure(*found) + place] = of->coordinate_of(value);
+      result.figures[kFirstFigure[*found] + place] = of->coordinate_of(value);
     }
   }
   return result;

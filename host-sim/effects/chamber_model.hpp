@@ -107,7 +107,7 @@ ChamberModel<N>::ChamberModel(const Surroundings& around, const Timing& timing, 
   alpha_ = plate.alpha_s_m;
   critical_ = 1.0 / plate.theta;
   choked_ = plate.beta_s_m / plate.alpha_s_m;
-  const auto x = [&](Id id) { return figures + first_figure(id); };
+  const auto x = [&](Id id) { return figures + kFirstFigure[id]; };
   dead_time_.prepare(x(kIdDeadTime), timing.tick_s, command_V);
   hysteresis_.prepare(x(kIdValveHysteresis), command_V);
   spool_.prepare(x(kIdSpoolLag), step_s_ / kSpoolParts, command_V);

@@ -29,7 +29,7 @@ class DeadTime {
  public:
   void prepare(const N* x, double tick_s, double command_V) {
     delay_ticks_ = smaller(x[0] * (1.0 / tick_s), N(static_cast<double>(kPast - 1)));
-    past_.fill(command_V);
+    for (double& past : past_) past = command_V;
   }
 
   /// A new tick begins, with this command.

@@ -191,10 +191,10 @@ def machine_name_violations(root):
 
 # ---- what the archive of the core needs from outside
 
-# All that may be undefined: block moves, which a compiler emits by itself, the floating-point functions that IEEE 754
-# rounds exactly, so that they give the same bits everywhere, and the trap of a pure virtual call.
+# All that may be undefined: block moves and comparisons, which a compiler emits by itself, the floating-point functions
+# that IEEE 754 rounds exactly, so that they give the same bits everywhere, and the trap of a pure virtual call.
 ALLOWED_SYMBOLS = re.compile(
-    r"^(mem(cpy|move|set|cmp)|strlen"
+    r"^(mem(cpy|move|set|cmp)|bcmp|strlen"
     r"|(sqrt|floor|ceil|trunc|round|nearbyint|rint|lround|lrint|fabs|fmin|fmax|copysign|fma)f"
     r"|__cxa_pure_virtual|__stack_chk_fail|_GLOBAL_OFFSET_TABLE_"
     r"|__(asan|ubsan|sanitizer)_\w+)$")

@@ -80,8 +80,8 @@ Json fits_of(const std::filesystem::path& folder, double seconds) {
     const std::size_t at = effects::find(id).value();
     const effects::Parameter& first = effects::kCatalogue[at]->parameters.front();
     effects::Figures start = valve.fit.figures;
-    start[effects::first_figure(at)] = first.neutral() + first.typical_change;
-    first_figures[std::string(id)] = effects::first_figure(at);
+    start[effects::kFirstFigure[at]] = first.neutral() + first.typical_change;
+    first_figures[std::string(id)] = effects::kFirstFigure[at];
     fits.push_back(json_of(id, start, timed_fit(scene, 1U << at, start, valve.fit.start_Pa)));
   }
   return {{"rows", record.fitted_rows},

@@ -36,7 +36,7 @@ TEST(ChamberFit, AnEffectOfTheRigIsInEveryRun) {
   EXPECT_EQ(known.known, effects::EffectSet{1} << effects::kIdDeadTime);
   Scene plain = chamber_scene(jumping_V(600), 30e-6);
   effects::Figures late = plain.nominal;
-  late[effects::first_figure(effects::kIdDeadTime)] = 0.013;
+  late[effects::kFirstFigure[effects::kIdDeadTime]] = 0.013;
   const std::vector<double> expected =
       run(plain, plain.records[0], effects::EffectSet{1} << effects::kIdDeadTime, late, 3e5);
   EXPECT_EQ(run(known, plain.records[0], 0, known.nominal, 3e5), expected);
@@ -66,8 +66,8 @@ TEST(ChamberFit, WhatHasChangedActsOnTheLaterRecordsAlone) {
   scene.records.push_back(scene.records[0]);
   scene.records[1].before = true;
   effects::Figures later = scene.nominal;
-  later[effects::first_figure(effects::kIdDeadTime)] = 0.031;  // was 0.013
-  later[effects::first_figure(effects::kIdSensorBias)] = 4.0;  // was none
+  later[effects::kFirstFigure[effects::kIdDeadTime]] = 0.031;  // was 0.013
+  later[effects::kFirstFigure[effects::kIdSensorBias]] = 4.0;  // was none
   const EffectSet changed = EffectSet{1} << effects::kIdDeadTime | EffectSet{1} << effects::kIdSensorBias;
   const std::vector<double> as_it_was = run(scene, scene.records[0], 0, scene.nominal, 3e5);
   EXPECT_EQ(run(scene, scene.records[1], changed, later, 3e5), as_it_was);
@@ -76,8 +76,8 @@ TEST(ChamberFit, WhatHasChangedActsOnTheLaterRecordsAlone) {
   ASSERT_NE(scene.records[0].measured_Pa, as_it_was);
   const Fit found = fit(scene, changed, scene.nominal, {});
   EXPECT_LT(found.rms_Pa(), 5.0);
-  EXPECT_NEAR(found.figures[effects::first_figure(effects::kIdDeadTime)], 0.031, 1e-3);
-  EXPECT_NEAR(found.figures[effects::first_figure(effects::kIdSensorBias)], 4.0, 0.1);
+  EXPECT_NEAR(found.figures[effects::kFirstFigure[effects::kIdDeadTime]], 0.031, 1e-3);
+  EXPECT_NEAR(found.figures[effects::kFirstFigure[effects::kIdSensorBias]], 4.0, 0.1);
 }
 
 TEST(JointSquares, OfTheSameRowsTwiceAreTwiceTheFit) {

@@ -46,7 +46,7 @@ std::vector<LatentEquation> with_effect(std::string_view id, double value, unsig
   scene.noise_Pa = kNoise_Pa;
   const std::size_t effect = effects::find(id).value();
   effects::Figures figures = scene.nominal;
-  figures[effects::first_figure(effect)] =
+  figures[effects::kFirstFigure[effect]] =
       effects::kCatalogue[effect]->parameters.front().coordinate_of(value);
   Record& record = scene.records.front();
   record.measured_Pa = run(scene, record, effects::EffectSet{1} << effect, figures, 3e5);

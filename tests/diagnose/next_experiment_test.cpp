@@ -19,7 +19,7 @@ using ::testing::IsEmpty;
 
 Rival rival(const Scene& scene, effects::Id id, std::initializer_list<double> values) {
   Rival r{std::string(effects::kCatalogue[id]->id), effects::EffectSet{1} << id, scene.nominal};
-  std::size_t at = effects::first_figure(id);
+  std::size_t at = effects::kFirstFigure[id];
   std::size_t k = 0;
   for (const double value : values)
     r.figures[at++] = effects::kCatalogue[id]->parameters[k++].coordinate_of(value);

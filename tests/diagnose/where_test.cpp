@@ -198,7 +198,7 @@ TEST(Disturbance, RecoversALeakBesideAWorkingValveUnderNoise) {
   Scene scene = chamber_scene(jumping_V(3000), 30e-6);
   Record& record = scene.records.front();
   effects::Figures leaking = scene.nominal;
-  leaking[effects::first_figure(effects::kIdChamberLeak)] = 0.3;
+  leaking[effects::kFirstFigure[effects::kIdChamberLeak]] = 0.3;
   record.measured_Pa = run(scene, record, effects::EffectSet{1} << effects::kIdChamberLeak, leaking, 3e5);
   std::mt19937 bits(5);
   std::normal_distribution<double> noise(0.0, 50.0);

@@ -57,7 +57,7 @@ TEST(Catalogue, PositionsAreThoseOfTheirNames) {
 TEST(Catalogue, FiguresOfTheEffectsFollowOneAnotherWithoutGap) {
   std::size_t at = kValveFigures;
   for (std::size_t i = 0; i < kEffects; ++i) {
-    EXPECT_EQ(first_figure(i), at) << kCatalogue[i]->id;
+    EXPECT_EQ(kFirstFigure[i], at) << kCatalogue[i]->id;
     at += kCatalogue[i]->parameters.size();
   }
   EXPECT_EQ(kFigures, at);
@@ -66,7 +66,7 @@ TEST(Catalogue, FiguresOfTheEffectsFollowOneAnotherWithoutGap) {
 TEST(Catalogue, EveryParameterCanVanishWithinItsBounds) {
   const Figures neutral = neutral_figures();
   for (std::size_t i = 0; i < kEffects; ++i) {
-    std::size_t at = first_figure(i);
+    std::size_t at = kFirstFigure[i];
     for (const Parameter& p : kCatalogue[i]->parameters) {
       const std::string name = std::string(kCatalogue[i]->id) + "." + std::string(p.name);
       EXPECT_TRUE(std::isfinite(p.least()) && std::isfinite(p.greatest())) << name;

@@ -24,8 +24,8 @@ TEST(ChamberEffects, FiguresStandWhereTheCatalogueSaysAndTheRestVanishes) {
       {{"spool_lag", {{"natural_frequency_Hz", 20.0}}}, {"sensor_bias", {{"gain_error", 0.01}}}});
   EXPECT_EQ(effects.on, 1U << kIdSpoolLag | 1U << kIdSensorBias);
   Figures expected = neutral_figures();
-  expected[first_figure(kIdSpoolLag)] = 1.0 / 20.0;
-  expected[first_figure(kIdSensorBias) + 1] = 0.01;
+  expected[kFirstFigure[kIdSpoolLag]] = 1.0 / 20.0;
+  expected[kFirstFigure[kIdSensorBias] + 1] = 0.01;
   EXPECT_EQ(effects.figures, expected);
 }
 

@@ -34,7 +34,7 @@ TEST(ChamberModel, EffectThatIsOffIgnoresItsFigures) {
   Figures figures = nominal();
   const std::vector<double> plain = run(0, figures, drive, 3e5);
   for (std::size_t i = 0; i < kEffects; ++i) {
-    std::size_t at = first_figure(i);
+    std::size_t at = kFirstFigure[i];
     for (const Parameter& p : kCatalogue[i]->parameters)
       figures[at++] = p.least() + 0.3 * (p.greatest() - p.least());
   }
@@ -100,7 +100,7 @@ TEST(ChamberModel, ErrorFallsWithTheSquareOfTheStepWhateverTheEffect) {
   for (const Case& c : cases) {
     Figures figures = nominal();
     for (std::size_t k = 0; k < c.values.size(); ++k) {
-      figures[first_figure(c.id) + k] = kCatalogue[c.id]->parameters[k].coordinate_of(c.values[k]);
+      figures[kFirstFigure[c.id] + k] = kCatalogue[c.id]->parameters[k].coordinate_of(c.values[k]);
     }
     const auto at = [&](int steps) {
       return run(only(c.id), figures, drive_of(command_V, swinging_volume(), steps), 3e5);
@@ -120,7 +120,7 @@ TEST(ChamberModel, StaysPositiveAndFiniteWithEveryEffectAtEitherBound) {
   for (std::size_t i = 0; i < kEffects; ++i) {
     for (const bool high : {false, true}) {
       Figures figures = nominal();
-      std::size_t at = first_figure(i);
+      std::size_t at = kFirstFigure[i];
       for (const Parameter& p : kCatalogue[i]->parameters) figures[at++] = high ? p.greatest() : p.least();
       for (const double reading_Pa : run(EffectSet{1} << i, figures, drive, 3e5)) {
         ASSERT_TRUE(std::isfinite(reading_Pa)) << kCatalogue[i]->id << (high ? " high" : " low");

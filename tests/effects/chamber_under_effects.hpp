@@ -47,7 +47,7 @@ inline Figures sealed() {
 inline Figures with(Figures figures, Id id, std::initializer_list<double> values) {
   std::size_t k = 0;
   for (const double value : values) {
-    figures[first_figure(id) + k] = kCatalogue[id]->parameters[k].coordinate_of(value);
+    figures[kFirstFigure[id] + k] = kCatalogue[id]->parameters[k].coordinate_of(value);
     ++k;
   }
   return figures;

@@ -21,7 +21,7 @@ std::vector<Run> different_runs() {
     effects::Run run{nominal(), 1.5e5 + 5e4 * i};
     for (std::size_t k = 0; k < kValveFigures; ++k) run.figures[k] *= 1.0 + 0.01 * (share() - 0.5);
     for (std::size_t e = 0; e < kEffects; ++e) {
-      std::size_t at = first_figure(e);
+      std::size_t at = kFirstFigure[e];
       for (const Parameter& p : kCatalogue[e]->parameters) {
         const double to = p.neutral() < p.greatest() ? p.greatest() : p.least();
         run.figures[at++] = p.neutral() + 0.1 * share() * (to - p.neutral());
