@@ -1,0 +1,63 @@
+// Who starts the program, or the whole machine, anew when the ticks stop: systemd (WatchdogSec), and the hardware's watchdog.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+
+namespace plenum::board::rt {
+
+/// When to feed: after an interval, and only if a tick has been done since the last time. Pure.
+class FeedingTime {
+ public:
+  /// 0: never.
+  explicit FeedingTime(std::uint64_t interval_ns) noexcept : interval_ns_(interval_ns) {}
+
+  bool due(std::uint64_t now_ns, std::uint32_t tick_count) noexcept {
+    if (interval_ns_ == 0 || tick_count == fed_at_tick_ || now_ns - fed_ns_ < interval_ns_) return false;
+    fed_ns_ = now_ns;
+    fed_at_tick_ = tick_count;
+    return true;
+  }
+
+ private:
+  std::uint64_t interval_ns_;
+  std::uint64_t fed_ns_ = 0;
+  std::uint32_t fed_at_tick_ = 0;  ///< no tick has been done
+};
+
+/// The service manager, by sd_notify. Without one (NOTIFY_SOCKET is not set) all of it does nothing.
+class ServiceManager {
+ public:
+  /// Feeds three times in the time that WatchdogSec allows.
+  ServiceManager() noexcept;
+
+  /// After each tick. The first one says that the service is ready.
+  void ticked(std::uint64_t now_ns, std::uint32_t tick_count) noexcept;
+  void stopping() noexcept;
+
+ private:
+  FeedingTime feeding_;
+  bool ready_ = false;
+};
+
+/// A watchdog device, /dev/watchdog0. It resets the machine when it is not fed for kTimeout_s, also after a crash; only an
+/// orderly stop disarms it.
+class HardwareWatchdog {
+ public:
+  static constexpr int kTimeout_s = 5;
+
+  /// Empty: none. Arms it; throws std::runtime_error.
+  explicit HardwareWatchdog(const std::filesystem::path& device);
+  ~HardwareWatchdog();
+  HardwareWatchdog(const HardwareWatchdog&) = delete;
+  HardwareWatchdog& operator=(const HardwareWatchdog&) = delete;
+
+  /// After each tick.
+  void ticked(std::uint64_t now_ns, std::uint32_t tick_count) noexcept;
+
+ private:
+  FeedingTime feeding_;
+  int file_ = -1;
+};
+
+}  // namespace plenum::board::rt
