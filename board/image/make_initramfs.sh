@@ -9,7 +9,7 @@ release=$(cat "$top/build/image/kernel/release")
 staged=$top/build/image/initramfs
 
 rm -rf "$staged"
-mkdir -p "$staged"/{bin,dev,proc,sys,run,root}
+mkdir -p "$staged"/{bin,dev,proc,sys,run,system}
 cp "$tree/bin/busybox" "$staged/bin/"
 ln -s busybox "$staged/bin/sh"
 cp "$here/initramfs/init" "$here/initramfs/modules" "$staged/"
