@@ -18,6 +18,7 @@ struct IioChannel {
   std::string channel;  ///< "voltage0", or the name that the kernel gives it
 
   bool fitted() const noexcept { return !device.empty() || !channel.empty(); }
+  std::string where() const;  ///< for messages
   friend bool operator==(const IioChannel&, const IioChannel&) = default;
 };
 
@@ -56,5 +57,6 @@ IioScale iio_scale(const IioChannel& named, const iio_channel& channel);
 
 /// Throws std::runtime_error "iio:<where>: <found>, expected <expected>".
 [[noreturn]] void refuse_iio(const std::string& where, const std::string& found, const std::string& expected);
+[[noreturn]] void refuse_iio(const IioChannel& where, const std::string& found, const std::string& expected);
 
 }  // namespace plenum::board::drivers

@@ -26,8 +26,8 @@ class IioOutput final : public ports::AnalogOutput {
   IioOutput(const IioOutput&) = delete;
   IioOutput& operator=(const IioOutput&) = delete;
 
-  /// Sets each output [V], clipped to the raw range that the kernel states, if it does. Every output is tried; a command
-  /// that is not finite becomes the safe value. False: a command was none, or the device refused one.
+  /// Sets each output [V], clipped to the raw range where the kernel states it (raw_available). Every output is tried; a
+  /// command that is not finite becomes the safe value. False: a command was none, or the device refused one.
   bool write(std::span<const float> command_V) noexcept override;
 
   /// Sets every output to its safe value, and powers up those that start powered down. False: the device refused one.
@@ -36,9 +36,8 @@ class IioOutput final : public ports::AnalogOutput {
  private:
   struct Output;
 
-  bool set(Output& output, double volts) noexcept;
-
-  std::vector<Output> outputs_;
+  std::vector<Output> outputs_;  ///< those that are fitted
+  bool driven_ = false;
 };
 
 }  // namespace plenum::board::drivers
