@@ -1,0 +1,59 @@
+#include "board/plenumd.hpp"
+
+namespace plenum::board {
+namespace {
+
+constexpr std::uint64_t kMillisecond_ns = 1'000'000;
+constexpr std::uint64_t kPeriod_ns = plenum::config::kTick_us * std::uint64_t{1000};
+
+}  // namespace
+
+Plenumd::Plenumd(const config::RealTime& real_time, Board& board, rt::Events& events,
+                 Hardware& hardware) noexcept
+    : overrun_(real_time.overrun),
+      board_(board),
+      events_(events),
+      hardware_(hardware),
+      pace_({.period_ns = kPeriod_ns, .by_scans = real_time.pacing == config::Pacing::adc}, events.now_ns()) {
+}
+
+void Plenumd::run() noexcept {
+  hardware_.make_safe();
+  while (step()) {
+  }
+  hardware_.make_safe();
+  finish_storing();
+}
+
+bool Plenumd::step() noexcept {
+  const rt::Happened happened = events_.wait(
+      pace_.deadline_ns(), waits_ < kWaits ? rt::WaitFor::anything : rt::WaitFor::moment_or_stop);
+  if (happened.stop) return false;
+  ++waits_;
+  if (happened.emergency_stop) hardware_.look_at_stop();
+  if (happened.scans) hardware_.gather();
+  if (const auto due = pace_.due(events_.now_ns(), hardware_.scans_ready())) {
+    tick(*due);
+  } else if (happened.frames) {
+    board_.handle_frames();
+  }
+  return true;
+}
+
+void Plenumd::tick(const rt::Pace::Tick& tick) noexcept {
+  waits_ = 0;
+  board_.handle_frames();
+  board_.tick(tick.missed != 0 && overrun_ != config::OverrunPolicy::skip);
+  board_.store_changed();
+  hardware_.ticked(events_.now_ns(), board_.controller().image().tick_count);
+}
+
+void Plenumd::finish_storing() noexcept {
+  for (int i = 0; i < kFinish_ms; ++i) {
+    if (board_.controller().image().store.phase != canopen::StorePhase::writing) return;
+    board_.store_changed();
+    events_.wait(events_.now_ns() + kMillisecond_ns, rt::WaitFor::moment_or_stop);
+  }
+}
+
+}  // namespace plenum::board

@@ -1,0 +1,42 @@
+"""The unit of plenumd: what systemd-analyze makes of it, without a running systemd."""
+
+import re
+import shutil
+import subprocess
+import sys
+import unittest
+from pathlib import Path
+
+UNIT = Path(sys.argv.pop(1)) / "board/service/plenumd.service"
+MOST_EXPOSED = 2.5
+
+
+def text():
+    return UNIT.read_text(encoding="utf-8")
+
+
+class PlenumdService(unittest.TestCase):
+    @unittest.skipUnless(shutil.which("systemd-analyze"), "no systemd-analyze here: apt-get install systemd")
+    def test_it_is_little_exposed(self):
+        run = subprocess.run(["systemd-analyze", "security", "--offline=true", "--no-pager", str(UNIT)],
+                             capture_output=True, text=True, check=True)
+        level = re.search(r"Overall exposure level for \S+: ([0-9.]+)", run.stdout)
+        self.assertIsNotNone(level, run.stdout + run.stderr)
+        self.assertLess(float(level.group(1)), MOST_EXPOSED, run.stdout)
+
+    @unittest.skipUnless(shutil.which("systemd-analyze"), "no systemd-analyze here: apt-get install systemd")
+    def test_systemd_understands_every_line(self):
+        run = subprocess.run(["systemd-analyze", "verify", "--man=no", str(UNIT)], capture_output=True, text=True)
+        # the program and its user are not installed on the machine that builds
+        said = [line for line in run.stderr.splitlines() if "plenumd.service" in line and "not executable" not in line]
+        self.assertEqual(said, [])
+
+    def test_the_outputs_go_safe_however_it_ends(self):
+        self.assertRegex(text(), r"(?m)^ExecStopPost=/usr/bin/plenumd .*--safe$")
+
+    def test_it_is_not_root_and_holds_no_capability(self):
+        self.assertRegex(text(), r"(?m)^User=(?!root$).+$")
+        self.assertRegex(text(), r"(?m)^CapabilityBoundingSet=$")
+
+
+unittest.main()
