@@ -20,8 +20,12 @@ namespace plenum::board::drivers {
 
 struct IioInputConfig {
   std::vector<IioChannel> channels;  ///< in the order of kAnalogInputs: 8 pressures, 8 positions, supply
-  std::string trigger;  ///< name or id; empty: the device starts its scans itself, or has its trigger already
-  unsigned rate_Hz = 1000;  ///< scans a second: a multiple of 100, so that a tick has a whole number of them
+  /// Name or id; empty: the device has its own, or needs none.
+  std::string trigger;
+  /// Scans a second, a multiple of 100, set where there is an attribute sampling_frequency: of the trigger, the device or its
+  /// channels. 0: none is set; a device that runs freely (AD7606, paced by its own busy line) brings what it brings, and
+  /// cannot pace the ticks.
+  unsigned rate_Hz = 1000;
 };
 
 class IioInput final : public ports::AnalogInput {
@@ -35,16 +39,16 @@ class IioInput final : public ports::AnalogInput {
   IioInput(const IioInput&) = delete;
   IioInput& operator=(const IioInput&) = delete;
 
-  /// One a device, to poll for POLLIN. Readable: a tick's worth of scans waits, or the device has gone.
+  /// One a device, to poll for POLLIN. Readable: a tick's worth of scans waits, or the device has gone. -1: it is known to.
   std::span<const int> descriptors() const noexcept { return descriptors_; }
 
-  /// Takes what waits and adds it to the tick's sums. Never waits; at most what the kernel's buffers hold.
+  /// Takes what waits and adds it to the tick's sums. Never waits.
   void gather() noexcept;
 
   /// Scans since the last read() that every device has brought: the least of the devices'.
   unsigned gathered() const noexcept;
 
-  /// Scans in a tick at the rate asked for.
+  /// Scans in a tick at the rate asked for; 0: the devices run freely.
   unsigned scans_per_tick() const noexcept { return scans_per_tick_; }
 
   /// gather(), then the mean of each channel since the last read(). A channel without a scan, or not fitted, is not fresh.
@@ -53,7 +57,8 @@ class IioInput final : public ports::AnalogInput {
   /// A device was removed, or refuses to be read: its channels stay not fresh.
   bool gone() const noexcept;
 
-  /// Times a kernel buffer was found full: scans were lost, or the next one would have been. Wraps.
+  /// Times that kBufferTicks of scans or more were waiting in one buffer: scans may have been lost. The kernel drops them
+  /// without a word, so this is all that can be known. Wraps.
   std::uint32_t overflows() const noexcept { return overflows_; }
 
  private:
@@ -61,9 +66,12 @@ class IioInput final : public ports::AnalogInput {
 
   struct Place {
     Capture* device = nullptr;  ///< null: not fitted
-    std::size_t sum = 0;
+    std::size_t sum = 0;        ///< which of the device's
     IioScale scale;
   };
+
+  Place place(const IioChannel& named);
+  void set_pace(const IioInputConfig& config);
 
   IioContext context_;
   std::vector<std::unique_ptr<Capture>> captures_;

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 const fs::path kDevices = "/sys/bus/iio/devices";
 
-int full = -1;  // /dev/full, from outside of the namespace
+int full = -1;  // /dev/full for writing only, from outside of the namespace
 
 bool put_file(const fs::path& path, const std::string& text) {
   return static_cast<bool>(std::ofstream(path) << text << std::flush);
@@ -29,7 +29,7 @@ std::string enter_namespace() {
   const auto refused = [](const std::string& what) { return what + ": " + std::strerror(errno); };
   const std::string user = std::to_string(::getuid());
   const std::string group = std::to_string(::getgid());
-  full = ::open("/dev/full", O_RDWR | O_CLOEXEC);
+  full = ::open("/dev/full", O_WRONLY | O_CLOEXEC);
   if (full < 0) return refused("/dev/full");
   if (::unshare(CLONE_NEWUSER | CLONE_NEWNS) != 0) return refused("unshare");
   if (!put_file("/proc/self/setgroups", "deny") ||
@@ -105,7 +105,6 @@ void IioStandIn::add_capture(const std::string& id, const std::vector<std::strin
     put(id, element + "_en", "0");
     put(id, element + "_index", std::to_string(i));
     put(id, element + "_type", type);
-    put(id, "in_" + channels[i] + "_raw", "0");
   }
   put(id, "buffer/enable", "0");
   put(id, "buffer/length", "0");

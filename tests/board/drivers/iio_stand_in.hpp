@@ -34,7 +34,7 @@ class IioStandIn : public ::testing::Test {
   /// What the converter brings: whole scans.
   void bring(const std::string& id, const std::vector<std::uint8_t>& bytes);
 
-  /// From now on what this process has open at `path` fails: a write finds no space, a read finds the end.
+  /// From now on what this process has open at `path` can be neither read nor written.
   static void break_open(const std::filesystem::path& path);
 
  private:
