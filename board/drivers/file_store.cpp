@@ -19,7 +19,7 @@ namespace {
 using ports::StoreResult;
 
 // All that the worker calls is pwrite and fdatasync. A thread's default of 8 MiB would be locked into memory with the rest.
-constexpr std::size_t kWorkerStackBytes = 64U * 1024U;
+constexpr std::size_t kWorkerStackBytes = std::size_t{64} * 1024;
 
 [[noreturn]] void refuse(const std::filesystem::path& path, int cause) {
   throw std::runtime_error("store:" + path.string() + ": " + std::strerror(cause) +

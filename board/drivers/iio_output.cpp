@@ -120,7 +120,7 @@ IioOutput::IioOutput(const IioOutputConfig& config) {
     Output& output = outputs_.emplace_back(Output{.index = i,
                                                   .scale = iio_scale(named, channel),
                                                   .range = raw_range(named, channel),
-                                                  .safe_V = config.safe_V[i],
+                                                  .safe_V = static_cast<double>(config.safe_V[i]),
                                                   .raw = Attribute(named, channel, "raw"),
                                                   .powerdown = std::nullopt});
     if (::iio_channel_find_attr(&channel, "powerdown") != nullptr) {
@@ -138,7 +138,7 @@ bool IioOutput::write(std::span<const float> command_V) noexcept {
   bool all = true;
   for (Output& output : outputs_) {
     if (output.index >= command_V.size()) continue;
-    const double command = command_V[output.index];
+    const auto command = static_cast<double>(command_V[output.index]);
     const bool sane = std::isfinite(command);
     const bool done = output.set(sane ? command : output.safe_V);
     all = all && sane && done;
