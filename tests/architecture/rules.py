@@ -197,9 +197,12 @@ ALLOWED_SYMBOLS = re.compile(
     r"^(mem(cpy|move|set|cmp)|bcmp|strlen"
     r"|(sqrt|floor|ceil|trunc|round|nearbyint|rint|lround|lrint|fabs|fmin|fmax|copysign|fma)f"
     r"|__cxa_pure_virtual|__stack_chk_fail|_GLOBAL_OFFSET_TABLE_"
+    # What 32-bit Arm leaves to the compiler's library: float without a floating-point unit, and 64-bit integers.
+    r"|__aeabi_(f(add|sub|rsub|mul|div|cmp(eq|lt|le|ge|gt|un)|2(u?iz|u?lz))|(u?i|u?l)2f|u?[il]div(mod)?|l(mul|asr|lsl|lsr|cmp))|__c[lt]zdi2"
     r"|__(asan|ubsan|sanitizer)_\w+)$")
 
 WHY_FORBIDDEN = [
+    (re.compile(r"^__aeabi_(d\w+|f2d|u?[il]2d)$"), "double"),
     (re.compile(r"^operator (new|delete)|^(malloc|calloc|realloc|free|posix_memalign|aligned_alloc)$"), "heap"),
     (re.compile(r"^__cxa_(throw|begin_catch|end_catch|rethrow|allocate_exception)|^_Unwind|^__gxx_personality"
                 r"|^std::__throw|^std::terminate|^__cxa_call"), "exceptions"),

@@ -154,6 +154,10 @@ class Symbols(unittest.TestCase):
     def test_malloc_is_caught(self):
         self.assert_needs("#include <cstdlib>\nvoid* f() { return std::malloc(7); }", "heap")
 
+    def test_double_without_a_floating_point_unit_is_caught(self):
+        self.assert_needs('extern "C" double __aeabi_dmul(double, double);\n'
+                          "double f(double x) { return __aeabi_dmul(x, x); }", "double")
+
     def test_a_throw_is_caught(self):
         self.assert_needs("void f() { throw 1; }", "exceptions")
 
