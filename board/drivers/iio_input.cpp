@@ -112,8 +112,13 @@ class IioInput::Capture {
     }
   }
 
-  /// Where this device's rate is set when its trigger has none.
+  /// Where the rate of this device's scans is set.
   Rate rate() const {
+    const iio_device* trigger = nullptr;
+    if (::iio_device_get_trigger(&device_, &trigger) == 0 && trigger != nullptr &&
+        ::iio_device_find_attr(trigger, kRate) != nullptr) {
+      return {::iio_device_get_id(trigger), trigger, nullptr};
+    }
     if (::iio_device_find_attr(&device_, kRate) != nullptr) return {name_, &device_, nullptr};
     for (const Channel& one : channels_) {
       if (::iio_channel_find_attr(one.channel, kRate) != nullptr) return {name_, &device_, one.channel};
@@ -227,18 +232,14 @@ IioInput::Place IioInput::place(const IioChannel& named) {
 }
 
 void IioInput::set_pace(const IioInputConfig& config) {
-  const iio_device* trigger = nullptr;
   if (!config.trigger.empty()) {
-    trigger = &context_.device(config.trigger);
-    if (!::iio_device_is_trigger(trigger))
+    const iio_device& trigger = context_.device(config.trigger);
+    if (!::iio_device_is_trigger(&trigger))
       refuse_iio(config.trigger, "no trigger", "one that `iio_info` lists");
-    for (const auto& capture : captures_) capture->set_trigger(*trigger);
+    for (const auto& capture : captures_) capture->set_trigger(trigger);
   }
-  if (config.rate_Hz == 0) return;
-  if (trigger != nullptr && ::iio_device_find_attr(trigger, kRate) != nullptr) {
-    Rate{config.trigger, trigger, nullptr}.set(config.rate_Hz);
-  } else {
-    for (const auto& capture : captures_) capture->rate().set(config.rate_Hz);
+  for (const auto& capture : captures_) {
+    if (config.rate_Hz != 0) capture->rate().set(config.rate_Hz);
   }
 }
 

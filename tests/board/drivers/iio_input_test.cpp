@@ -271,6 +271,14 @@ TEST_F(IioInputTest, ATriggerIsSetAndHasTheRate) {
   EXPECT_EQ(text(kAdc, "sampling_frequency"), "50") << "the device's own is left alone";
 }
 
+TEST_F(IioInputTest, ATriggerThatTheDeviceHasAlreadyIsKeptAndHasTheRate) {
+  add_trigger();
+  put(kAdc, "trigger/current_trigger", "plenum-adc");
+  const IioInput input(config_);
+  EXPECT_EQ(text(kAdc, "trigger/current_trigger"), "plenum-adc");
+  EXPECT_EQ(text("trigger0", "sampling_frequency"), "1000");
+}
+
 TEST_F(IioInputTest, ATriggerWithoutARateLeavesItToTheDevice) {
   add_trigger();
   remove("trigger0", "sampling_frequency");
