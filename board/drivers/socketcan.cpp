@@ -12,6 +12,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <fstream>
 #include <stdexcept>
 #include <vector>
 
@@ -35,6 +36,12 @@ std::vector<can_filter> kernel_filters(std::span<const CanFilter> filters) {
     all.push_back({one.id | kind, one.mask | CAN_EFF_FLAG | CAN_RTR_FLAG});
   }
   return all;
+}
+
+/// The kernel takes a controller's carrier away at bus-off, and tells a socket that is opened later nothing of it.
+CanState state_now(const std::string& interface) {
+  std::ifstream carrier("/sys/class/net/" + interface + "/carrier");
+  return carrier.get() == '0' ? CanState::bus_off : CanState::error_active;
 }
 
 }  // namespace
@@ -68,6 +75,7 @@ SocketCan::SocketCan(const std::string& interface, std::span<const CanFilter> fi
       ::bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
     give_up(std::strerror(errno), "a CAN interface");
   }
+  state_ = state_now(interface);
 }
 
 SocketCan::~SocketCan() {
@@ -114,6 +122,7 @@ bool SocketCan::receive(CanFrame& frame) noexcept {
     down_ = false;
     if (const std::optional<CanState> state = state_in(kernel)) state_ = *state;
     if (const std::optional<CanFrame> data = from_kernel(kernel)) {
+      if (state_ == CanState::bus_off) state_ = CanState::error_active;  // off the bus nothing comes in
       frame = *data;
       return true;
     }
