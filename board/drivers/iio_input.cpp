@@ -1,6 +1,8 @@
 #include "board/drivers/iio_input.hpp"
 
+#include <fcntl.h>
 #include <iio.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -79,7 +81,13 @@ struct Rate {
 
 class IioInput::Capture {
  public:
-  explicit Capture(iio_device& device) : device_(device), name_(::iio_device_get_id(&device)) {}
+  /// Changes nothing of a device that another program captures from: libiio would end that capture before it finds the
+  /// device taken.
+  explicit Capture(iio_device& device) : device_(device), name_(::iio_device_get_id(&device)) {
+    const int file = ::open(("/dev/" + name_).c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+    if (file < 0) refuse_capture(errno);
+    ::close(file);
+  }
 
   const iio_device* device() const { return &device_; }
 
@@ -173,6 +181,12 @@ class IioInput::Capture {
   }
 
  private:
+  [[noreturn]] void refuse_capture(int cause) const {
+    refuse_iio(
+        name_, std::string("capture: ") + std::strerror(cause),
+        "a device that has a trigger, that no other program captures from, and that is open to this user");
+  }
+
   struct Channel {
     const iio_channel* channel;
     std::int64_t sum;  ///< of 32-bit numbers: of years of them

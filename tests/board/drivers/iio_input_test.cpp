@@ -348,9 +348,12 @@ TEST_F(IioInputTest, ATriggerThatIsNotAdmittedIsNamed) {
   EXPECT_THAT(failure(), HasSubstr("iio:iio:device0: trigger plenum-adc: No such file or directory"));
 }
 
-TEST_F(IioInputTest, ADeviceThatCannotBeOpenedIsNamed) {
+TEST_F(IioInputTest, ADeviceThatCannotBeOpenedIsNamedAndLeftAsItIs) {
   std::filesystem::remove("/dev/" + kAdc);
+  put(kAdc, "buffer/enable", "1");  // as another program's capture has it
   EXPECT_THAT(failure(), HasSubstr("iio:iio:device0: capture: No such file or directory"));
+  EXPECT_EQ(text(kAdc, "buffer/enable"), "1");
+  EXPECT_EQ(text(kAdc, "sampling_frequency"), "50");
 }
 
 }  // namespace
