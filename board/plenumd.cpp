@@ -1,10 +1,16 @@
 #include "board/plenumd.hpp"
 
+#include <algorithm>
+
 namespace plenum::board {
 namespace {
 
 constexpr std::uint64_t kMillisecond_ns = 1'000'000;
 constexpr std::uint64_t kPeriod_ns = plenum::config::kTick_us * std::uint64_t{1000};
+
+std::uint32_t microseconds(std::uint64_t time_ns) noexcept {
+  return static_cast<std::uint32_t>(std::min<std::uint64_t>(time_ns / 1000, UINT32_MAX));
+}
 
 }  // namespace
 
@@ -14,8 +20,8 @@ Plenumd::Plenumd(const config::RealTime& real_time, Board& board, rt::Events& ev
       board_(board),
       events_(events),
       hardware_(hardware),
-      pace_({.period_ns = kPeriod_ns, .by_scans = real_time.pacing == config::Pacing::adc}, events.now_ns()) {
-}
+      pace_({.period_ns = kPeriod_ns, .by_scans = real_time.pacing == config::Pacing::adc}, events.now_ns()),
+      scans_ns_(events.now_ns()) {}
 
 void Plenumd::run() noexcept {
   hardware_.make_safe();
@@ -31,19 +37,22 @@ bool Plenumd::step() noexcept {
   if (happened.stop) return false;
   ++waits_;
   if (happened.emergency_stop) hardware_.look_at_stop();
-  if (happened.scans) hardware_.gather();
-  if (const auto due = pace_.due(events_.now_ns(), hardware_.scans_ready())) {
-    tick(*due);
+  const std::uint64_t now_ns = events_.now_ns();
+  if (happened.scans && hardware_.gather()) scans_ns_ = now_ns;
+  if (const auto due = pace_.due(now_ns, hardware_.scans_ready())) {
+    tick(*due, now_ns);
   } else if (happened.frames) {
     board_.handle_frames();
   }
   return true;
 }
 
-void Plenumd::tick(const rt::Pace::Tick& tick) noexcept {
+void Plenumd::tick(const rt::Pace::Tick& tick, std::uint64_t now_ns) noexcept {
   waits_ = 0;
   board_.handle_frames();
-  board_.tick(tick.missed != 0 && overrun_ != config::OverrunPolicy::skip);
+  board_.tick({.overrun = tick.missed == 0 ? Overrun::none : overrun_,
+               .latency_us = microseconds(tick.latency_ns),
+               .scan_age_us = microseconds(now_ns - scans_ns_)});
   board_.store_changed();
   hardware_.ticked(events_.now_ns(), board_.controller().image().tick_count);
 }

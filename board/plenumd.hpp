@@ -22,8 +22,8 @@ namespace plenum::board {
 /// The board beyond what the firmware knows of it.
 class Hardware {
  public:
-  /// Takes the scans that wait.
-  virtual void gather() noexcept = 0;
+  /// Takes the scans that wait. Whether there were any.
+  virtual bool gather() noexcept = 0;
   /// A tick's worth of scans has come since the readings were read.
   virtual bool scans_ready() const noexcept = 0;
   /// The line of the emergency stop has changed.
@@ -54,15 +54,16 @@ class Plenumd {
  private:
   /// False: asked to stop.
   bool step() noexcept;
-  void tick(const rt::Pace::Tick& tick) noexcept;
+  void tick(const rt::Pace::Tick& tick, std::uint64_t now_ns) noexcept;
   void finish_storing() noexcept;
 
-  config::OverrunPolicy overrun_;
+  Overrun overrun_;
   Board& board_;
   rt::Events& events_;
   Hardware& hardware_;
   rt::Pace pace_;
-  int waits_ = 0;  ///< since the last tick
+  std::uint64_t scans_ns_;  ///< when scans have come last
+  int waits_ = 0;           ///< since the last tick
 };
 
 }  // namespace plenum::board

@@ -23,7 +23,7 @@ void Board::send_frames() noexcept {
   }
 }
 
-void Board::tick(bool late) noexcept {
+void Board::tick(const TickTiming& timing) noexcept {
   std::array<ports::AnalogReading, kAnalogInputs> readings{};
   drivers_.analog_in.read(readings);
   Inputs inputs;
@@ -36,7 +36,7 @@ void Board::tick(bool late) noexcept {
   inputs.frames_lost = lost != lost_before_;
   lost_before_ = lost;
   inputs.outputs_ok = outputs_ok_;
-  inputs.tick_late = late;
+  inputs.timing = timing;
   inputs.stored_set_lost = keeper_.take_loss();
   inputs.store_failing = keeper_.failing();
 

@@ -14,6 +14,7 @@
 #include "firmware/ports/can_bus.hpp"
 #include "firmware/ports/digital_io.hpp"
 #include "firmware/ports/parameter_store.hpp"
+#include "firmware/tick_timing.hpp"
 
 namespace plenum {
 
@@ -42,8 +43,8 @@ class Board {
   /// Takes every waiting frame, at most kFramesAtOnce, and sends the answers.
   void handle_frames() noexcept;
 
-  /// One tick. `late`: it began after its deadline.
-  void tick(bool late) noexcept;
+  /// One tick.
+  void tick(const TickTiming& timing) noexcept;
 
   /// Moves the storing of what has changed on by one bounded piece (ParameterKeeper). Costs next to nothing when
   /// nothing is to be stored.

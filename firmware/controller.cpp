@@ -85,7 +85,9 @@ Outputs Controller::step(const Inputs& inputs) noexcept {
   ++image_.tick_count;
   record(order.drive);
   shadow_run_.step(slots_);
-  image_.overrun_count += inputs.tick_late ? 1U : 0U;
+  image_.overrun_count += inputs.timing.overrun != Overrun::none ? 1U : 0U;
+  image_.latency.add(inputs.timing.latency_us);
+  image_.scan_age_us = inputs.timing.scan_age_us;
   node_.tick(config::kTick_us);
   return outputs;
 }
@@ -96,7 +98,7 @@ safety::FaultReport Controller::judge(const Inputs& inputs) noexcept {
   const safety::FaultSet board_causes =
       monitor_.step(settings_.board(), {.emergency_stop = inputs.digital.emergency_stop,
                                         .outputs_ok = inputs.outputs_ok,
-                                        .tick_late = inputs.tick_late,
+                                        .tick_late = inputs.timing.overrun == Overrun::fault,
                                         .supply_V = inputs.supply.mean_V,
                                         .supply_fresh = inputs.supply.fresh,
                                         .bus_off = inputs.can == ports::CanState::bus_off,

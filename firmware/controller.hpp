@@ -29,6 +29,7 @@
 #include "firmware/safety/supervisor.hpp"
 #include "firmware/shadow_run.hpp"
 #include "firmware/telemetry/recorder.hpp"
+#include "firmware/tick_timing.hpp"
 
 namespace plenum {
 
@@ -51,7 +52,7 @@ struct Inputs {
   ports::CanState can = ports::CanState::error_active;
   bool frames_lost = false;      ///< frames found the receive queue full since the last tick
   bool outputs_ok = true;        ///< the last write reached every output
-  bool tick_late = false;        ///< this tick began after its deadline
+  TickTiming timing;             ///< of this tick
   bool stored_set_lost = false;  ///< in the first tick: the stored set, or a newer one, was found damaged
   bool store_failing = false;    ///< the parameter store refuses again and again
 };

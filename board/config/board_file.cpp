@@ -222,7 +222,7 @@ void read_real_time(TomlTable& document, BoardFile& board) {
   if (const auto priority = table->whole("priority", 0, 99)) real_time.priority = static_cast<int>(*priority);
   if (const auto cpu = table->whole("cpu", 0, kCpus - 1)) real_time.cpu = static_cast<int>(*cpu);
   if (const auto overrun = table->choice("overrun", {"skip", "count", "fault"}))
-    real_time.overrun = OverrunPolicy{static_cast<std::uint8_t>(*overrun)};
+    real_time.overrun = Overrun{static_cast<std::uint8_t>(*overrun)};
   board.watchdog = read_absolute_path(*table, "watchdog");
   table->end();
 }

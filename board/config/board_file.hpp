@@ -12,6 +12,7 @@
 #include "board/drivers/iio_input.hpp"
 #include "board/drivers/iio_output.hpp"
 #include "firmware/controller.hpp"
+#include "firmware/tick_timing.hpp"
 
 namespace plenum::board::config {
 
@@ -21,19 +22,11 @@ enum class Pacing : std::uint8_t {
   timer  ///< the clock alone
 };
 
-/// What is made of a tick that begins after the next one was due. The deadlines that went by are always left out: no two
-/// ticks in a hurry.
-enum class OverrunPolicy : std::uint8_t {
-  skip,   ///< nothing more: for a bench
-  count,  ///< counted in 2200h:2
-  fault   ///< counted, and fault FF01h after board.overrun_limit_ticks of them on end
-};
-
 struct RealTime {
   Pacing pacing = Pacing::adc;
-  int priority = 80;         ///< of SCHED_FIFO, 1..99; 0: the ordinary scheduler
-  std::optional<int> cpu{};  ///< the only processor to run on; empty: any
-  OverrunPolicy overrun = OverrunPolicy::fault;
+  int priority = 80;                 ///< of SCHED_FIFO, 1..99; 0: the ordinary scheduler
+  std::optional<int> cpu{};          ///< the only processor to run on; empty: any
+  Overrun overrun = Overrun::fault;  ///< what is made of one; the ticks between are left out in any case
 };
 
 struct BoardFile {

@@ -54,6 +54,7 @@ inline constexpr std::uint16_t kStoredSet =
 inline constexpr std::uint16_t kPascals = 0x2150;  ///< + chamber {set point Pa, actual Pa, volume m3}
 inline constexpr std::uint16_t kPreviewTicks = 0x2160;
 inline constexpr std::uint16_t kHealth = 0x2200;
+inline constexpr std::uint16_t kLatency = 0x2201;  ///< + 1 + bin of telemetry/latency_histogram.hpp
 inline constexpr std::uint16_t kRegulator =
     0x2210;  ///< + chamber {feedforward V, feedback V, command V, residual Pa}
 inline constexpr std::uint16_t kCodes = 0x2220;          ///< + chamber {command code, volume code}

@@ -10,6 +10,7 @@
 #include "firmware/canopen/objects.hpp"
 #include "firmware/config/limits.hpp"
 #include "firmware/config/record_store.hpp"
+#include "firmware/telemetry/latency_histogram.hpp"
 
 namespace plenum::canopen {
 
@@ -87,7 +88,9 @@ struct ProcessImage {
   float supply_Pa = 0.0F;
   std::uint32_t tick_count = 0;
   std::uint32_t overrun_count = 0;
-  StoreImage store;  ///< 2130h
+  telemetry::LatencyHistogram latency;  ///< of the ticks since the start: 2200h, 2201h
+  std::uint32_t scan_age_us = 0;        ///< of the newest scan of the analog inputs as the tick began
+  StoreImage store;                     ///< 2130h
   std::array<ChamberImage, config::kChambers> chamber{};
 
   friend bool operator==(const ProcessImage&, const ProcessImage&) noexcept = default;

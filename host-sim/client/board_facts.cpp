@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "firmware/telemetry/latency_histogram.hpp"
+
 namespace plenum::host::client {
 namespace {
 
@@ -152,6 +154,17 @@ std::vector<FaultEntry> read_fault_history(Session& session) {
     history.push_back({static_cast<std::uint16_t>(bits & 0xFFFFU), bits >> 16U & 0xFFU});
   }
   return history;
+}
+
+std::vector<LatencyBin> read_latency(Session& session) {
+  using Histogram = plenum::telemetry::LatencyHistogram;
+  std::vector<LatencyBin> bins;
+  for (std::size_t bin = 0; bin < Histogram::kBins; ++bin) {
+    bins.push_back(
+        {.lowest_us = Histogram::lowest_us(bin),
+         .ticks = session.read<std::uint32_t>(object::kLatency, static_cast<std::uint8_t>(bin + 1))});
+  }
+  return bins;
 }
 
 ModelSet read_model_set(Session& session, std::uint8_t chamber) {

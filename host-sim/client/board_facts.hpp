@@ -65,6 +65,14 @@ std::optional<FaultEntry> read_fault(Session& session);
 /// Object 1003h, the newest first.
 std::vector<FaultEntry> read_fault_history(Session& session);
 
+/// A bin of object 2201h.
+struct LatencyBin {
+  std::uint32_t lowest_us = 0;  ///< the next bin's ends it
+  std::uint32_t ticks = 0;      ///< that began so late, since the start of the board
+};
+/// Every bin, the earliest first.
+std::vector<LatencyBin> read_latency(Session& session);
+
 /// A chamber's parameter set: 2128h+c and 2118h+c.
 struct ModelSet {
   plenum::config::SetPhase phase = plenum::config::SetPhase::empty;

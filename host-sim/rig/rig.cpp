@@ -125,7 +125,8 @@ void SimulatedBoard::move_plants() {
 void SimulatedBoard::tick() {
   move_plants();
   board_.handle_frames();
-  board_.tick(late_);
+  board_.tick({.overrun = late_ ? Overrun::fault : Overrun::none,
+               .latency_us = late_ ? plenum::config::kTick_us : 0});
   late_ = false;
   board_.store_changed();
 }

@@ -1,5 +1,6 @@
 #include <memory>
 
+#include "host-sim/client/board_facts.hpp"
 #include "host-sim/client/model_bytes.hpp"
 #include "host-sim/client/settings.hpp"
 #include "host-sim/tools/board_access.hpp"
@@ -27,7 +28,10 @@ constexpr std::array kHealth{HealthValue{1, "ticks", "ticks"},
                              HealthValue{5, "syncs", "SYNCs"},
                              HealthValue{6, "queue_overflows", "frames that found a transmit queue full"},
                              HealthValue{7, "tpdos_overwritten", "TPDOs overtaken by newer values"},
-                             HealthValue{8, "sdo_aborts", "SDO transfers aborted"}};
+                             HealthValue{8, "sdo_aborts", "SDO transfers aborted"},
+                             HealthValue{9, "latency_max_us", "us: the latest that a tick began"},
+                             HealthValue{10, "latency_p999_us", "us: 999 of 1000 ticks began no later"},
+                             HealthValue{11, "scan_age_us", "us: age of the newest scan at the last tick"}};
 
 /// "2026-11-21", or "-" for a date that is not stated.
 std::string date_text(std::uint32_t date_s) {
@@ -47,6 +51,18 @@ Json health(client::Session& session, const Output& output) {
     result[one.key] = value;
   }
   return result;
+}
+
+/// The bins that hold a tick.
+Json latency(client::Session& session, const Output& output) {
+  Json list = Json::array();
+  output.print("latency\n");
+  for (const client::LatencyBin& bin : client::read_latency(session)) {
+    if (bin.ticks == 0) continue;
+    output.print("  {:>10}  ticks from {} us\n", bin.ticks, bin.lowest_us);
+    list.push_back({{"lowest_us", bin.lowest_us}, {"ticks", bin.ticks}});
+  }
+  return list;
 }
 
 Json models(client::Session& session, const Output& output) {
@@ -123,6 +139,7 @@ int run(const Options& options) {
               {"state", state},
               {"fault", fault_json(fault)}};
   result["health"] = health(session, output);
+  result["latency"] = latency(session, output);
   result["models"] = models(session, output);
   result["settings"] = settings(session, output);
   output.finish(result);

@@ -56,7 +56,10 @@ class FakeEvents final : public rt::Events {
 
 class FakeHardware final : public Hardware {
  public:
-  void gather() noexcept override { ready = true; }
+  bool gather() noexcept override {
+    ready = true;
+    return true;
+  }
   bool scans_ready() const noexcept override { return ready; }
   void look_at_stop() noexcept override { looked_at_tick.push_back(ticks.size()); }
   void ticked(std::uint64_t now_ns, std::uint32_t tick_count) noexcept override {
@@ -172,10 +175,10 @@ TEST_F(PlenumdTest, AStoreThatNeverAnswersKeepsItFromEndingForTwoSecondsAndNoLon
   EXPECT_EQ(events.now, kStart + (11 + Plenumd::kFinish_ms) * kMs);
 }
 
-class Overrun : public PlenumdTest {
+class OverrunTest : public PlenumdTest {
  protected:
   /// `count` ticks in a row that each begin 25 ms after they were due.
-  void run_late(config::OverrunPolicy policy, int count) {
+  void run_late(Overrun policy, int count) {
     for (int i = 0; i < count; ++i) {
       const std::uint64_t at_ns = kStart + static_cast<std::uint64_t>(10 + 30 * i) * kMs;
       events.events.push_back({at_ns, {}, [this, at_ns] { events.now = at_ns + 25 * kMs; }});
@@ -185,18 +188,43 @@ class Overrun : public PlenumdTest {
   }
 };
 
-TEST_F(Overrun, TicksThatWentByAreNotMadeUpFor) {
-  run_late(config::OverrunPolicy::count, 3);
+TEST_F(OverrunTest, TicksThatWentByAreNotMadeUpFor) {
+  run_late(Overrun::counted, 3);
   EXPECT_THAT(hardware.ticks, ElementsAre(35 * kMs, 65 * kMs, 95 * kMs));
 }
 
-TEST_F(Overrun, SkippedOnesAreNotCounted) {
-  run_late(config::OverrunPolicy::skip, 3);
+TEST_F(OverrunTest, SkippedOnesAreNotCounted) {
+  run_late(Overrun::none, 3);
   EXPECT_EQ(image().overrun_count, 0U);
   EXPECT_EQ(image().error_code, 0U);
 }
 
-TEST_F(Overrun, ADriverThatEndsEveryWaitAtOnceTakesNoTickAway) {
+TEST_F(OverrunTest, CountedOnesMakeNoFault) {
+  run_late(Overrun::counted, 3);
+  EXPECT_EQ(image().overrun_count, 3U);
+  EXPECT_EQ(image().error_code, 0U);
+}
+
+TEST_F(OverrunTest, ThreeOnEndAreAFault) {
+  run_late(Overrun::fault, 3);
+  EXPECT_EQ(image().overrun_count, 3U);
+  EXPECT_EQ(image().error_code, 0xFF01U);
+}
+
+TEST_F(OverrunTest, LatencyIsKnownOnTheBus) {
+  run_late(Overrun::none, 3);
+  EXPECT_EQ(image().latency.max_us(), 25'000U);
+  EXPECT_EQ(image().latency.count(telemetry::LatencyHistogram::bin_of(25'000)), 3U);
+}
+
+TEST_F(PlenumdTest, TheAgeOfTheNewestScanIsKnownOnTheBus) {
+  events.events.push_back({kStart + 3 * kMs, {.scans = true}});
+  events.stop_after(25);
+  run(kClock);
+  EXPECT_EQ(image().scan_age_us, 17'000U);
+}
+
+TEST_F(PlenumdTest, ADriverThatEndsEveryWaitAtOnceTakesNoTickAway) {
   for (int i = 0; i < 5 * Plenumd::kWaits; ++i) events.events.push_back({kStart, {.frames = true}});
   events.stop_after(25);
   run(kClock);

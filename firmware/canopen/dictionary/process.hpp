@@ -23,6 +23,17 @@ Abort read_counter(const Device& device, Place, std::uint32_t& bits) noexcept {
   return Abort::none;
 }
 
+template <std::uint32_t (telemetry::LatencyHistogram::*figure)() const noexcept>
+Abort read_latency(const Device& device, Place, std::uint32_t& bits) noexcept {
+  bits = (device.image.latency.*figure)();
+  return Abort::none;
+}
+
+inline Abort read_latency_bin(const Device& device, Place at, std::uint32_t& bits) noexcept {
+  bits = device.image.latency.count(at.sub - std::size_t{1});
+  return Abort::none;
+}
+
 inline Abort read_command_code(const Device& device, Place at, std::uint32_t& bits) noexcept {
   bits = code_bits(device.image.chamber[at.instance].command_V, kCommandLsb_V);
   return Abort::none;
@@ -44,6 +55,7 @@ inline Abort write_volume_lsb(Device& device, Place, std::uint32_t bits) noexcep
 }
 
 using C = ChamberImage;
+using L = telemetry::LatencyHistogram;
 
 inline constexpr Entry kProcessRows[] = {
     highest<3>(0x2150, kChambersNext, "Values in SI units"),
@@ -55,7 +67,7 @@ inline constexpr Entry kProcessRows[] = {
           read_chamber<&C::volume_m3>),
     kept(value(0x2160, 0, kOnce, "Preview of the set point [ticks]", unsigned8, read_write, no, kAny,
                read_image<&ProcessImage::preview_ticks>, write_image<&ProcessImage::preview_ticks>)),
-    highest<8>(0x2200, kOnce, "Health"),
+    highest<11>(0x2200, kOnce, "Health"),
     value(0x2200, 1, kOnce, "Ticks", unsigned32, read_only, transmit, kAny,
           read_image<&ProcessImage::tick_count>),
     value(0x2200, 2, kOnce, "Overruns", unsigned32, read_only, transmit, kAny,
@@ -72,6 +84,14 @@ inline constexpr Entry kProcessRows[] = {
           read_counter<&Counters::pdo_overwritten>),
     value(0x2200, 8, kOnce, "SDO aborts", unsigned32, read_only, transmit, kAny,
           read_counter<&Counters::sdo_aborts>),
+    value(0x2200, 9, kOnce, "Highest latency of a tick [us]", unsigned32, read_only, transmit, kAny,
+          read_latency<&L::max_us>),
+    value(0x2200, 10, kOnce, "Latency of 999 in 1000 ticks [us]", unsigned32, read_only, transmit, kAny,
+          read_latency<&L::p999_us>),
+    value(0x2200, 11, kOnce, "Age of the newest scan [us]", unsigned32, read_only, transmit, kAny,
+          read_image<&ProcessImage::scan_age_us>),
+    highest<L::kBins>(0x2201, kOnce, "Ticks by latency"),
+    value(0x2201, {1, L::kBins}, kOnce, "Ticks", unsigned32, read_only, no, kAny, read_latency_bin),
     highest<4>(0x2210, kChambersNext, "Regulator"),
     value(0x2210, 1, kChambersNext, "Feedforward [V]", real32, read_only, transmit, kAny,
           read_chamber<&C::feedforward_V>),

@@ -97,7 +97,7 @@ TEST(BoardFile, EverythingThatMayBeLeftOutIsLeftOut) {
   EXPECT_TRUE(board.gpio.valve_power.chip.empty());
   EXPECT_TRUE(board.gpio.emergency_stop.chip.empty());
   EXPECT_TRUE(board.analog_in.channels[16].device.empty());
-  EXPECT_EQ(board.real_time.overrun, OverrunPolicy::fault);
+  EXPECT_EQ(board.real_time.overrun, Overrun::fault);
 }
 
 struct Mistake {

@@ -183,7 +183,7 @@ class Bench : public host::client::Link {
       if (forced[i]) analog_in.reading[i] = *forced[i];
     }
     board.handle_frames();
-    board.tick(late);
+    board.tick({.overrun = late ? Overrun::fault : Overrun::none});
     if (storing) board.store_changed();
     ++ticks;
   }
