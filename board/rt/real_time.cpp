@@ -1,5 +1,6 @@
 #include "board/rt/real_time.hpp"
 
+#include <link.h>
 #include <malloc.h>
 #include <sched.h>
 #include <sys/mman.h>
@@ -8,6 +9,7 @@
 #include <cerrno>
 #include <cstddef>
 #include <cstring>
+#include <span>
 
 namespace plenum::board::rt {
 namespace {
@@ -22,6 +24,23 @@ constexpr std::size_t kStackBytes = 256 * 1024;
   for (std::size_t i = 0; i < stack.size(); i += kPageBytes) stack[i] = 0;
 }
 
+/// Program code and variables of everything that is linked stay in memory. What else a library brings along (the tables of
+/// libicu behind libiio's XML: 30 MB) comes when it is read, and stays from then on.
+int keep_segments(dl_phdr_info* object, std::size_t, void*) {
+  const std::span headers(object->dlpi_phdr, object->dlpi_phnum);
+  for (const auto& segment : headers) {
+    if (segment.p_type != PT_LOAD || (segment.p_flags & (PF_X | PF_W)) == 0) continue;
+    if (::mlock(reinterpret_cast<const void*>(object->dlpi_addr + segment.p_vaddr), segment.p_memsz) != 0)
+      return 1;
+  }
+  return 0;
+}
+
+bool lock_memory() {
+  return ::mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) == 0 &&
+         ::dl_iterate_phdr(keep_segments, nullptr) == 0;
+}
+
 std::string refused(const std::string& what, const std::string& expected) {
   return what + ": " + std::strerror(errno) + ", expected " + expected;
 }
@@ -32,7 +51,7 @@ std::vector<std::string> enter_real_time(int priority, std::optional<int> cpu) {
   std::vector<std::string> refusals;
   ::mallopt(M_TRIM_THRESHOLD, -1);
   ::mallopt(M_MMAP_MAX, 0);
-  if (::mlockall(MCL_CURRENT | MCL_FUTURE) != 0)
+  if (!lock_memory())
     refusals.push_back(refused("memory cannot be locked", "CAP_IPC_LOCK, or LimitMEMLOCK=infinity"));
   touch_stack();
   if (cpu) {

@@ -44,7 +44,7 @@ FIRMWARE_HEADERS = {
 # Libraries that only some rooms may know; every other room's foreign headers are its own affair.
 LIBRARY_OWNERS = [
     (re.compile(r"^ceres/"), ("host-sim/identify", "host-sim/diagnose", "tests")),
-    (re.compile(r"^CLI/"), ("host-sim/tools",)),
+    (re.compile(r"^CLI/"), ("host-sim/tools", "board")),
     (re.compile(r"^(gtest|gmock|rapidcheck|benchmark)\b"), ("tests",)),
 ]
 # The plant is std and Eigen only.

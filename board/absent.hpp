@@ -1,0 +1,41 @@
+// What stands where a device could not be opened, so that the board can still be reached and says so: each makes a fault of
+// the firmware.
+#pragma once
+
+#include <algorithm>
+
+#include "firmware/ports/analog.hpp"
+#include "firmware/ports/digital_io.hpp"
+#include "firmware/ports/parameter_store.hpp"
+
+namespace plenum::board::absent {
+
+class Input final : public ports::AnalogInput {
+ public:
+  void read(std::span<ports::AnalogReading> readings) noexcept override {
+    std::fill(readings.begin(), readings.end(), ports::AnalogReading{});
+  }
+};
+
+class Output final : public ports::AnalogOutput {
+ public:
+  bool write(std::span<const float>) noexcept override { return false; }
+};
+
+/// Lines that nobody can switch are an emergency stop.
+class Digital final : public ports::DigitalIo {
+ public:
+  ports::DigitalInputs read() noexcept override { return {.emergency_stop = true}; }
+  void write(const ports::DigitalOutputs&) noexcept override {}
+};
+
+class Store final : public ports::ParameterStore {
+ public:
+  bool read(std::uint8_t, std::size_t, std::span<std::uint8_t>) noexcept override { return false; }
+  ports::StoreResult write(std::uint8_t, std::size_t, std::span<const std::uint8_t>) noexcept override {
+    return ports::StoreResult::failed;
+  }
+  ports::StoreResult sync(std::uint8_t) noexcept override { return ports::StoreResult::failed; }
+};
+
+}  // namespace plenum::board::absent

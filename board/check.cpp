@@ -1,0 +1,184 @@
+#include "board/check.hpp"
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "board/drivers/gpio_lines.hpp"
+#include "board/drivers/iio_input.hpp"
+#include "board/drivers/iio_output.hpp"
+#include "board/drivers/socketcan.hpp"
+#include "board/rt/events.hpp"
+#include "firmware/board.hpp"
+
+namespace plenum::board {
+namespace {
+
+using plenum::config::kChambers;
+
+/// The lines of the page.
+class Page {
+ public:
+  void line(bool good, const char* what, const std::string& found) {
+    fmt::print("{:<4}  {:<13}  {}\n", good ? "ok" : "FAIL", what, found);
+    all_good_ = all_good_ && good;
+  }
+
+  /// One thing, which throws when it fails and else says what it found.
+  template <class Try>
+  void attempt(const char* what, Try&& found) {
+    try {
+      line(true, what, found());
+    } catch (const std::runtime_error& error) {
+      line(false, what, error.what());
+    }
+  }
+
+  bool all_good() const { return all_good_; }
+
+ private:
+  bool all_good_ = true;
+};
+
+/// Waits for the scans of a few ticks; whatever has come by then is read.
+void wait_for_scans(drivers::IioInput& input) {
+  constexpr int kPatience_ms = 500;
+  constexpr std::uint64_t kMillisecond_ns = 1'000'000;
+  const std::uint64_t latest_ns = rt::monotonic_ns() + kPatience_ms * kMillisecond_ns;
+  std::vector<pollfd> polled;
+  for (const int descriptor : input.descriptors())
+    polled.push_back({.fd = descriptor, .events = POLLIN, .revents = 0});
+  while (input.gathered() < input.scans_per_tick() && !input.gone()) {
+    const std::uint64_t now_ns = rt::monotonic_ns();
+    if (now_ns >= latest_ns) return;
+    ::poll(polled.data(), polled.size(), static_cast<int>((latest_ns - now_ns) / kMillisecond_ns) + 1);
+    input.gather();
+  }
+}
+
+struct Sensor {
+  std::string name;
+  drivers::IioChannel channel;
+  float quantity;  ///< of the reading
+  const char* unit;
+  float low_V;
+  float high_V;
+};
+
+void check_reading(const Sensor& sensor, const ports::AnalogReading& reading, Page& page) {
+  const std::string where =
+      fmt::format("{} ({} {})", sensor.name, sensor.channel.device, sensor.channel.channel);
+  if (!reading.fresh) {
+    page.line(false, "analog input", fmt::format("{}: no scan came, expected a tick's worth", where));
+    return;
+  }
+  const bool valid = reading.mean_V >= sensor.low_V && reading.mean_V <= sensor.high_V;
+  page.line(valid, "analog input",
+            fmt::format("{}: {:.1f} {} ({:.3f} V{})", where, sensor.quantity, sensor.unit, reading.mean_V,
+                        valid ? "" : fmt::format(", expected {} to {} V", sensor.low_V, sensor.high_V)));
+}
+
+void check_input(const config::BoardFile& board, Page& page) {
+  std::array<ports::AnalogReading, kAnalogInputs> readings{};
+  try {
+    drivers::IioInput input(board.analog_in);
+    wait_for_scans(input);
+    input.read(readings);
+  } catch (const std::runtime_error& error) {
+    page.line(false, "analog input", error.what());
+    return;
+  }
+  const auto& channels = board.analog_in.channels;
+  for (std::size_t c = 0; c < kChambers; ++c) {
+    const plenum::config::ChamberSettings& settings = board.settings.chamber[c];
+    if (!settings.in_use) continue;
+    const ports::AnalogReading& pressure = readings[c];
+    const ports::AnalogReading& position = readings[kChambers + c];
+    check_reading({fmt::format("pressure {}", c + 1), channels[c], pressure_kPa(settings, pressure.mean_V),
+                   "kPa", settings.pressure_valid_low_V, settings.pressure_valid_high_V},
+                  pressure, page);
+    check_reading(
+        {fmt::format("volume {}", c + 1), channels[kChambers + c], volume_mL(settings, position.mean_V), "mL",
+         settings.position_valid_low_V, settings.position_valid_high_V},
+        position, page);
+  }
+  if (!channels[2 * kChambers].fitted()) return;
+  constexpr float kAnyVoltage_V = 1000.0F;
+  const ports::AnalogReading& supply = readings[2 * kChambers];
+  check_reading({"supply", channels[2 * kChambers], supply_kPa(board.settings.board, supply.mean_V), "kPa",
+                 -kAnyVoltage_V, kAnyVoltage_V},
+                supply, page);
+}
+
+std::string check_lines(const config::BoardFile& board) {
+  drivers::GpioLines lines(board.gpio);
+  const bool open = lines.read().emergency_stop;
+  if (lines.gone()) throw std::runtime_error("a line cannot be read");
+  const auto fitted = [](const drivers::GpioLine& line) { return line.fitted() ? "fitted" : "not fitted"; };
+  return fmt::format("valve power {}, vent {}, lamp {}, emergency stop {}", fitted(board.gpio.valve_power),
+                     fitted(board.gpio.vent), fitted(board.gpio.fault_lamp),
+                     !board.gpio.emergency_stop.fitted() ? "not fitted"
+                     : open                              ? "open"
+                                                         : "closed");
+}
+
+/// Looks without touching: what is opened may be made, or armed.
+void check_access(const char* what, const std::filesystem::path& path, const char* expected, Page& page) {
+  const bool writable = ::access(path.c_str(), W_OK) == 0;
+  page.line(writable, what,
+            writable ? path.string()
+                     : fmt::format("{}: {}, expected {}", path.string(), std::strerror(errno), expected));
+}
+
+}  // namespace
+
+bool check(const config::BoardFile& board) {
+  Page page;
+  const auto in_use = std::count_if(board.settings.chamber.begin(), board.settings.chamber.end(),
+                                    [](const auto& chamber) { return chamber.in_use; });
+  page.line(true, "configuration", fmt::format("{} chambers in use", in_use));
+  page.attempt("bus", [&] {
+    const drivers::SocketCan can(board.interface);
+    return board.interface;
+  });
+  page.attempt("digital lines", [&] { return check_lines(board); });
+  check_input(board, page);
+  page.attempt("analog output", [&] {
+    const drivers::IioOutput output(board.analog_out);
+    return fmt::format("{} opened, none written", in_use);
+  });
+  check_access("store", board.store, "a folder that can be written", page);
+  // opening a watchdog would arm it
+  if (!board.watchdog.empty()) check_access("watchdog", board.watchdog, "a device that can be written", page);
+  return page.all_good();
+}
+
+bool make_safe(const config::BoardFile& board) {
+  bool done = true;
+  const auto attempt = [&](auto&& make) {
+    try {
+      make();
+    } catch (const std::runtime_error& error) {
+      fmt::print(stderr, "plenumd --safe: {}\n", error.what());
+      done = false;
+    }
+  };
+  attempt([&] { const drivers::GpioLines off(board.gpio); });
+  attempt([&] {
+    drivers::IioOutput output(board.analog_out);
+    if (!output.make_safe()) throw std::runtime_error("an analog output was refused, expected all to be set");
+  });
+  return done;
+}
+
+}  // namespace plenum::board

@@ -1,0 +1,68 @@
+// The devices of a board as board.toml names them, opened, and what the loop asks of them.
+#pragma once
+
+#include <chrono>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "board/absent.hpp"
+#include "board/config/board_file.hpp"
+#include "board/drivers/file_store.hpp"
+#include "board/drivers/gpio_lines.hpp"
+#include "board/drivers/iio_input.hpp"
+#include "board/drivers/iio_output.hpp"
+#include "board/drivers/socketcan.hpp"
+#include "board/plenumd.hpp"
+#include "board/prompt_stop.hpp"
+#include "board/reopened_bus.hpp"
+#include "board/rt/events.hpp"
+#include "board/rt/watchdog.hpp"
+
+namespace plenum::board {
+
+class LinuxHardware final : public Hardware {
+ public:
+  /// Opens everything; until `latest`, devices are waited for that the kernel may not have found yet. One that cannot be opened
+  /// is absent from then on: the board runs, says so on the bus, and regulates nothing. Throws std::runtime_error only for
+  /// what the kernel itself refuses, and for a hardware watchdog.
+  LinuxHardware(const config::BoardFile& board, std::chrono::steady_clock::time_point latest);
+
+  /// What could not be opened, a line each: what, where, expected.
+  const std::vector<std::string>& troubles() const noexcept { return troubles_; }
+
+  Drivers drivers() noexcept;
+  rt::Events& events() noexcept { return *events_; }
+  void stopping() noexcept { manager_.stopping(); }
+
+  bool gather() noexcept override;
+  bool scans_ready() const noexcept override;
+  void look_at_stop() noexcept override { stop_.look(); }
+  void ticked(std::uint64_t now_ns, std::uint32_t tick_count) noexcept override;
+  void make_safe() noexcept override;
+
+ private:
+  template <class Driver, class Config>
+  void open(std::optional<Driver>& driver, const Config& config,
+            std::chrono::steady_clock::time_point latest);
+
+  ports::DigitalIo& open_lines(const drivers::GpioConfig& config,
+                               std::chrono::steady_clock::time_point latest);
+
+  std::vector<std::string> troubles_;
+  std::optional<drivers::GpioLines> lines_;
+  std::optional<drivers::IioOutput> output_;
+  std::optional<drivers::IioInput> input_;
+  std::optional<drivers::FileStore> store_;
+  absent::Digital no_lines_;
+  absent::Output no_output_;
+  absent::Input no_input_;
+  absent::Store no_store_;
+  PromptStop stop_;
+  ReopenedBus<drivers::SocketCan> bus_;
+  std::optional<rt::KernelEvents> events_;
+  rt::ServiceManager manager_;
+  rt::HardwareWatchdog watchdog_;
+};
+
+}  // namespace plenum::board

@@ -1,0 +1,100 @@
+// plenumd: the program of the board. Reads board.toml, opens the devices, and runs the loop until it is asked to stop.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdio>
+#include <exception>
+#include <memory>
+#include <string>
+
+#include "board/check.hpp"
+#include "board/config/board_file.hpp"
+#include "board/linux_hardware.hpp"
+#include "board/plenumd.hpp"
+#include "board/rt/real_time.hpp"
+#include "firmware/board.hpp"
+#include "firmware/canopen/lss.hpp"
+
+namespace {
+
+using namespace plenum::board;
+
+enum ExitCode { kDone = 0, kFailed = 1, kBadInput = 2 };
+
+/// How long devices are waited for that the kernel is still finding.
+constexpr std::chrono::seconds kPatience{5};
+
+void warn(const std::string& message) {
+  constexpr const char* kWarning = "<4>";  // sd-daemon(3): the journal takes it for the level
+  fmt::print(stderr, "{}plenumd: {}\n", kWarning, message);
+}
+
+/// LSS may have been told a rate that the interface is not set to any more.
+void compare_bit_rates(const config::BoardFile& file, unsigned stored_kbit) {
+  const auto& rates = plenum::canopen::kBitRates_kbit;
+  for (std::size_t row = 0; row < rates.size(); ++row) {
+    const bool set = (unsigned{file.settings.node.bit_rates} >> row & 1U) != 0;
+    if (set && stored_kbit != 0 && stored_kbit != rates[row])
+      warn(fmt::format("LSS has stored {} kbit/s, expected the {} of can.bit_rate_kbit, which counts",
+                       stored_kbit, rates[row]));
+  }
+}
+
+int run(const config::BoardFile& file) {
+  rt::block_stop_signals();
+  LinuxHardware hardware(file, std::chrono::steady_clock::now() + kPatience);
+  for (const std::string& trouble : hardware.troubles()) warn(trouble);
+  const auto board = std::make_unique<plenum::Board>(file.settings, hardware.drivers());
+  board->start();
+  compare_bit_rates(file, board->lss().bit_rate_kbit);
+  for (const std::string& refusal : rt::enter_real_time(file.real_time.priority, file.real_time.cpu))
+    warn(refusal);
+  Plenumd loop(file.real_time, *board, hardware.events(), hardware);
+  loop.run();
+  hardware.stopping();
+  return kDone;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App program{"Plenum's board: regulates up to eight pressure chambers and answers on CAN."};
+  program.name("plenumd");
+  program.set_version_flag("--version", PLENUM_VERSION);
+  std::string path = "/etc/plenum/board.toml";
+  bool only_check = false;
+  bool only_safe = false;
+  program.add_option("--config", path, "What the board is made of")->capture_default_str();
+  auto* check_flag =
+      program.add_flag("--check", only_check,
+                       "Read the configuration, open and read each device; powers no valve, moves none");
+  program
+      .add_flag("--safe", only_safe,
+                "Set the outputs to their safe values and switch the valve power off, then end")
+      ->excludes(check_flag);
+  program.footer(
+      "Exit codes: 0 done, or stopped by SIGTERM; 1 a device failed; 2 bad usage or configuration.\n"
+      "The valves lose their power when the program ends.\n"
+      "\nExample:\n  plenumd --config board.toml --check");
+  try {
+    program.parse(argc, argv);
+  } catch (const CLI::Success& asked) {
+    return program.exit(asked);
+  } catch (const CLI::ParseError& error) {
+    fmt::print(stderr, "plenumd: {}\n", error.what());
+    return kBadInput;
+  }
+  try {
+    const config::BoardFile file = config::read_board(path);
+    if (only_check) return check(file) ? kDone : kFailed;
+    if (only_safe) return make_safe(file) ? kDone : kFailed;
+    return run(file);
+  } catch (const config::ConfigError& error) {
+    fmt::print(stderr, "plenumd: {}\n", error.what());
+    return kBadInput;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "plenumd: {}\n", error.what());
+    return kFailed;
+  }
+}

@@ -1,0 +1,105 @@
+"""plenumd as a process: its answers to mistakes, and its life on a machine that has none of its devices."""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+PROGRAM = sys.argv.pop(1)
+LIMIT_S = 60  # no wait is without end
+
+# The devices of no machine.
+BOARD = """
+[can]
+interface = "plenum-none"
+node_id = 5
+[analog_input]
+rate_Hz = 1000
+[[chamber]]
+pressure = {{ device = "plenum-none", channel = "voltage0" }}
+position = {{ device = "plenum-none", channel = "voltage1" }}
+command = {{ device = "plenum-none", channel = "voltage0" }}
+[gpio]
+valve_power = {{ chip = "plenum-none", line = "0" }}
+[store]
+folder = "{folder}"
+[real_time]
+priority = 0
+"""
+
+
+def run(*arguments):
+    return subprocess.run([PROGRAM, *arguments], capture_output=True, text=True, timeout=LIMIT_S)
+
+
+class Mistakes(unittest.TestCase):
+    def test_a_file_that_is_not_there_is_named_and_ends_with_2(self):
+        done = run("--config", "/nowhere/board.toml")
+        self.assertEqual(done.stderr, "plenumd: /nowhere/board.toml: No such file or directory, expected a board.toml\n")
+        self.assertEqual(done.returncode, 2)
+
+    def test_an_option_that_is_none_ends_with_2(self):
+        self.assertEqual(run("--chekc").returncode, 2)
+
+    def test_version_is_printed(self):
+        done = run("--version")
+        self.assertRegex(done.stdout, r"^\d+\.\d+\.\d+\n$")
+        self.assertEqual(done.returncode, 0)
+
+
+class WithoutDevices(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+        self.board = self.folder / "board.toml"
+        self.board.write_text(BOARD.format(folder=self.folder), encoding="utf-8")
+
+    def test_check_names_each_thing_on_a_line_of_its_own_and_ends_with_1(self):
+        done = run("--config", str(self.board), "--check")
+        self.assertEqual([[line[:4].strip(), line[6:19].strip()] for line in done.stdout.splitlines()],
+                         [["ok", "configuration"], ["FAIL", "bus"], ["FAIL", "digital lines"], ["FAIL", "analog input"],
+                          ["FAIL", "analog output"], ["ok", "store"]])
+        self.assertEqual(done.returncode, 1)
+
+    def test_check_makes_nothing(self):
+        run("--config", str(self.board), "--check")
+        self.assertEqual(list(self.folder.iterdir()), [self.board])
+
+    def test_safe_tries_everything_and_ends_with_1(self):
+        done = run("--config", str(self.board), "--safe")
+        self.assertEqual(len(done.stderr.splitlines()), 2)
+        self.assertEqual(done.returncode, 1)
+
+    def test_it_runs_on_says_what_is_missing_feeds_the_watchdog_and_stops_when_asked(self):
+        manager = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+        self.addCleanup(manager.close)
+        manager.bind(str(self.folder / "notify"))
+        manager.settimeout(LIMIT_S)
+        environment = dict(os.environ, NOTIFY_SOCKET=str(self.folder / "notify"), WATCHDOG_USEC="300000")
+        environment.pop("WATCHDOG_PID", None)
+        board = subprocess.Popen([PROGRAM, "--config", str(self.board)], env=environment, stderr=subprocess.PIPE, text=True)
+        try:
+            self.assertEqual([manager.recv(64) for _ in range(4)], [b"READY=1"] + 3 * [b"WATCHDOG=1"])
+            board.send_signal(signal.SIGTERM)
+            said = board.communicate(timeout=LIMIT_S)[1].splitlines()
+        finally:
+            board.kill()
+        self.assertEqual(board.returncode, 0)
+        missing = [line for line in said if "expected" in line and "real_time" not in line and "memory" not in line]
+        self.assertEqual(len(missing), 4, said)
+        manager.settimeout(0)
+        told = []
+        try:
+            while True:
+                told.append(manager.recv(64))
+        except BlockingIOError:
+            pass
+        self.assertEqual(told[-1], b"STOPPING=1")
+
+
+unittest.main()
