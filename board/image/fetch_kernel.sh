@@ -2,7 +2,8 @@
 # Debian's stock arm64 kernel, its headers and a static busybox, unpacked under build/image/kernel, without the machine's
 # own apt or dpkg being touched. Prints nothing when the newest is there already.
 #   build/image/kernel/release   e.g. 6.1.0-40-arm64
-#   build/image/kernel/tree      boot/vmlinuz-RELEASE, lib/modules/RELEASE, usr/src/linux-headers-RELEASE, bin/busybox
+#   build/image/kernel/tree      boot/vmlinuz-RELEASE, lib/modules/RELEASE, usr/src/linux-headers-RELEASE, bin/busybox,
+#                                systemd-boot
 set -euo pipefail
 
 top=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
@@ -24,7 +25,7 @@ if [ "$(cat "$work/kernel/version" 2>/dev/null)" = "$release $version" ]; then e
 echo "== fetching Linux $release ($version)"
 cd "$work/debs"
 rm -f ./*.deb
-apt-get "${options[@]}" -qq download "linux-image-$release" "linux-headers-$release" "linux-headers-${release%-arm64}-common" busybox-static
+apt-get "${options[@]}" -qq download "linux-image-$release" "linux-headers-$release" "linux-headers-${release%-arm64}-common" busybox-static systemd-boot-efi
 # What the headers need to build a module runs here, not there.
 apt-get -o APT::Sandbox::User="$(id -un)" -qq download "linux-kbuild-6.1=$version"
 

@@ -12,6 +12,7 @@ rm -rf "$staged"
 mkdir -p "$staged"/{bin,dev,proc,sys,run,system}
 cp "$tree/bin/busybox" "$staged/bin/"
 ln -s busybox "$staged/bin/sh"
+ln -s bin "$staged/sbin" # where the kernel looks for modprobe
 cp "$here/initramfs/init" "$here/initramfs/modules" "$staged/"
 
 # A module that is built in, or another that it needs, is no file; one that the kernel does not have ends this with an error.

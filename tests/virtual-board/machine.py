@@ -48,7 +48,8 @@ class Channel:
     def send(self, text):
         self.socket.sendall(text.encode())
 
-    def _fill(self, end, what):
+    def fill(self, end, what):
+        """More bytes, before `end`."""
         left = end - time.monotonic()
         if left <= 0:
             raise Timeout(what)
@@ -64,14 +65,14 @@ class Channel:
     def line(self, limit_s, what):
         end = time.monotonic() + limit_s
         while b"\n" not in self.buffer:
-            self._fill(end, what)
+            self.fill(end, what)
         line, self.buffer = self.buffer.split(b"\n", 1)
         return line.decode(errors="replace").rstrip("\r")
 
     def bytes(self, count, limit_s, what):
         end = time.monotonic() + limit_s
         while len(self.buffer) < count:
-            self._fill(end, what)
+            self.fill(end, what)
         taken, self.buffer = self.buffer[:count], self.buffer[count:]
         return taken
 
@@ -81,26 +82,35 @@ class Channel:
 
 class Machine:
     """qemu's machine `virt` with two CAN controllers on one bus. `disk`: a disk image, whose changes are thrown away; none:
-    the guest lives in its initramfs. Seconds are of this machine's clock."""
+    the guest lives in its initramfs. `firmware`: it boots the disk by UEFI, as a board does, and has no agent. Seconds are of
+    this machine's clock."""
+
+    FIRMWARE = "/usr/share/qemu-efi-aarch64/QEMU_EFI.fd"
 
     START_s = 10.0  # qemu's own start
-    BOOT_s = 240.0
-    COMMAND_s = 60.0
+    BOOT_s = 300.0
+    COMMAND_s = 120.0
 
-    def __init__(self, disk=None, boot_s=BOOT_s):
+    def __init__(self, disk=None, firmware=False, boot_s=BOOT_s):
         self.folder = Path(tempfile.mkdtemp(prefix="plenum-virtual-board-"))
         release = (IMAGE / "kernel/release").read_text().strip()
         self.console = self.folder / "console"
         command = [
             "qemu-system-aarch64", "-nodefaults", "-display", "none", "-M", "virt,gic-version=3", "-cpu", "cortex-a53", "-smp", "1", "-m", "512",
-            "-kernel", str(IMAGE / f"kernel/tree/boot/vmlinuz-{release}"), "-initrd", str(GUEST / "initramfs.cpio.gz"),
-            "-append", "console=ttyAMA0 panic=-1" + (" root=LABEL=plenum" if disk else ""), "-no-reboot",
-            "-serial", f"file:{self.console}",
+            "-no-reboot", "-serial", "chardev:serial",
             "-qmp", f"unix:{self.folder}/qmp,server=on,wait=off",
             "-device", "virtio-serial-pci", "-chardev", f"socket,id=agent,path={self.folder}/agent,server=on,wait=off",
             "-device", "virtserialport,chardev=agent,name=plenum.agent",
             "-object", "can-bus,id=can", "-device", "kvaser_pci,canbus=can", "-device", "kvaser_pci,canbus=can",
         ]
+        if firmware:
+            # A guest whose console nobody reads stands still: expect() is to read it.
+            command += ["-chardev", f"socket,id=serial,path={self.folder}/serial,server=on,wait=off,logfile={self.console}", "-bios", self.FIRMWARE]
+        else:
+            # gpio_keys would take the line of the power key, which here is the board's emergency stop.
+            words = "console=ttyAMA0 panic=-1 modprobe.blacklist=gpio_keys" + (" root=LABEL=plenum net.ifnames=0" if disk else "")
+            command += ["-chardev", f"file,id=serial,path={self.console}"]
+            command += ["-kernel", str(IMAGE / f"kernel/tree/boot/vmlinuz-{release}"), "-initrd", str(GUEST / "initramfs.cpio.gz"), "-append", words]
         if disk:
             command += ["-drive", f"file={disk},format=raw,if=none,id=disk,snapshot=on", "-device", "virtio-blk-pci,drive=disk"]
             command += ["-netdev", "user,id=door,restrict=on,hostfwd=tcp:127.0.0.1:0-:29536", "-device", "virtio-net-pci,netdev=door,romfile="]
@@ -112,8 +122,11 @@ class Machine:
             self.monitor = self._connect("qmp")
             self.monitor.line(self.START_s, "qemu's monitor")
             self.qmp("qmp_capabilities")
-            self.agent = self._connect("agent")
-            self._expect_agent(boot_s)
+            if firmware:
+                self.serial = self._connect("serial")
+            else:
+                self.agent = self._connect("agent")
+                self._expect_agent(boot_s)
         except BaseException:
             self.close()
             raise
@@ -150,6 +163,13 @@ class Machine:
             self.lost = True
             said = self.console.read_text(errors="replace").splitlines()[-25:] if self.console.exists() else []
             raise Timeout("\n".join([f"waited in vain for {passed}; the console's last lines:", *said])) from None
+
+    def expect(self, text, limit_s):
+        """Reads the serial console up to where `text` stands."""
+        end = time.monotonic() + limit_s
+        while text.encode() not in self.serial.buffer:
+            self._within(lambda: self.serial.fill(end, f"'{text}' on the console, after {limit_s} s"))
+        self.serial.buffer = self.serial.buffer.split(text.encode(), 1)[1]
 
     def qmp(self, name, **arguments):
         """One command of qemu's monitor, and what it returns."""
@@ -192,7 +212,7 @@ class Machine:
         if self.process.poll() is None:
             self.process.kill()
         self.process.wait()
-        for channel in (getattr(self, "monitor", None), getattr(self, "agent", None)):
+        for channel in (getattr(self, name, None) for name in ("monitor", "serial", "agent")):
             if channel:
                 channel.close()
         shutil.rmtree(self.folder, ignore_errors=True)

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # build/virtual-board/guest.cpio.gz: what the test adds to the initramfs of the image, for one boot and in memory only. The
-# front end (a kernel module), plantd and the agent.
+# front end (a kernel module), plantd, can_door, the agent, and the units that start them.
 set -euo pipefail
 
 top=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
@@ -22,10 +22,19 @@ cmake --build "$work/guest"
 
 staged=$work/staged
 rm -rf "$staged"
-mkdir -p "$staged/run-extra/virtual-board"
+mkdir -p "$staged/run-extra/virtual-board" "$staged/run-extra/systemd/system/multi-user.target.wants"
 cp "$here/guest/main" "$staged/"
-cp "$here/guest/agent" "$work/guest/plantd" "$staged/run-extra/virtual-board/"
+cp "$here/guest/agent" "$work/guest/plantd" "$work/guest/can_door" "$staged/run-extra/virtual-board/"
 ${cross}strip --strip-debug -o "$staged/run-extra/virtual-board/plenum_frontend.ko" "$module_folder/plenum_frontend.ko"
+
+for unit in "$here"/guest/units/*.service; do
+  cp "$unit" "$staged/run-extra/systemd/system/"
+  ln -s "../${unit##*/}" "$staged/run-extra/systemd/system/multi-user.target.wants/"
+done
+
+# An emulated processor on a busy machine is slow: what its devices take is no reason to give them up.
+mkdir "$staged/run-extra/systemd/system.conf.d"
+printf '[Manager]\nDefaultDeviceTimeoutSec=infinity\nDefaultTimeoutStartSec=infinity\n' >"$staged/run-extra/systemd/system.conf.d/virtual-board.conf"
 
 # Where there is no root file system, the modules come along, with those of the initramfs: depmod's index is one.
 cp -r "$top/build/image/initramfs/lib" "$staged/"

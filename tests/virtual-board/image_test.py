@@ -1,0 +1,84 @@
+"""The image of board/image: that it boots by itself, and what its libiio, libgpiod and can-utils make of the devices."""
+
+import socket
+import sys
+import unittest
+from pathlib import Path
+
+from machine import IMAGE, Machine
+
+DISK = IMAGE / "plenum-arm64.img"
+
+
+class ImageByFirmware(unittest.TestCase):
+    @unittest.skipUnless(Path(Machine.FIRMWARE).exists(), "SKIP: no UEFI for arm64: apt-get install qemu-efi-aarch64")
+    def test_it_boots_by_uefi_to_a_login_and_lets_root_in_at_the_console(self):
+        with Machine(disk=DISK, firmware=True) as board:
+            board.expect("plenum login: ", Machine.BOOT_s)
+            board.serial.send("root\n")
+            board.expect("root@plenum:~# ", Machine.COMMAND_s)
+            board.serial.send("[ $(findmnt -no LABEL /) = plenum ] && [ $(findmnt -no LABEL /boot/efi) = PLENUM-EFI ]; echo mounted=$?\n")
+            board.expect("mounted=0", Machine.COMMAND_s)
+
+
+class ImageAndFrontEnd(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.board = Machine(disk=DISK)
+        cls.addClassCleanup(cls.board.close)
+        cls.state, _ = cls.board.status("systemctl is-system-running --wait", Machine.BOOT_s)
+        cls.board.run("until [ -e /sys/class/net/can1 ]; do :; done")
+
+    def test_systemd_comes_up_with_nothing_failed(self):
+        self.assertEqual(self.state, 0, self.board.run("systemctl --failed"))
+
+    def test_libiio_finds_each_device_by_its_label(self):
+        told = self.board.run("iio_attr -d pressure sampling_frequency; iio_attr -c -i position voltage7 scale; iio_attr -c -o valve voltage0 powerdown")
+        self.assertIn("1000", told)
+        self.assertIn("0.305175781", told)
+
+    def test_libiio_captures_scans_of_every_converter_at_once(self):
+        for label, inputs in (("pressure", 8), ("position", 8), ("supply", 1)):
+            channels = " ".join(f"voltage{i}" for i in range(inputs))
+            size = self.board.run(f"iio_readdev -b 100 -s 100 {label} {channels} 2>/dev/null | wc -c")
+            self.assertEqual(int(size), 100 * 2 * inputs, label)
+
+    def test_libgpiod_sees_the_power_key_as_one_rising_and_one_falling_edge(self):
+        self.board.run("gpiomon -n 2 -F %e gpiochip0 3 >/run/edges 2>&1 & until gpioinfo gpiochip0 | grep -q 'line *3:.*gpiomon'; do :; done")
+        self.board.power_key()
+        self.board.run("until [ $(wc -l </run/edges) = 2 ]; do :; done")
+        self.assertEqual(self.board.run("cat /run/edges").split(), ["1", "0"])
+
+    def test_frames_cross_from_one_controller_to_the_other_and_through_the_door(self):
+        board = self.board
+        board.run("ip link show can0 | grep -q ',UP' || ip link set can0 up type can bitrate 1000000")
+        board.run("systemctl start virtual-board-door")
+        with socket.create_connection(("127.0.0.1", board.door_port()), Machine.COMMAND_s) as door:
+            door.settimeout(Machine.COMMAND_s)
+            stream = door.makefile("rw", newline="")
+
+            def told():
+                message = ""
+                while not message.endswith(">"):
+                    message += stream.read(1)
+                return message.strip()
+
+            def ask(message):
+                stream.write(message)
+                stream.flush()
+
+            self.assertEqual(told(), "< hi >")
+            ask("< open can1 >")
+            self.assertEqual(told(), "< ok >")
+            ask("< rawmode >")
+            self.assertEqual(told(), "< ok >")
+            board.run("cansend can0 123#C0FFEE")
+            self.assertRegex(told(), r"^< frame 123 [0-9.]+ C0FFEE >$")
+            board.run("candump -n 1 -L can0 >/run/frame & until grep -q can0 /proc/net/can/rcvlist_all; do :; done")
+            ask("< send 12345678 2 ab cd >")
+            board.run("until [ -s /run/frame ]; do :; done")
+            self.assertTrue(board.run("cat /run/frame").endswith("can0 12345678#ABCD"))
+
+
+if __name__ == "__main__":
+    sys.exit(unittest.main(verbosity=2))
