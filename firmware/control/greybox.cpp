@@ -1,0 +1,380 @@
+#include "firmware/control/greybox.hpp"
+
+#include <algorithm>
+
+#include "firmware/config/limits.hpp"
+#include "firmware/config/valve_curve.hpp"
+
+namespace plenum::control {
+namespace {
+
+using numeric::abs;
+using numeric::clamp;
+using numeric::max;
+using numeric::min;
+
+constexpr Scalar kTick_s = Scalar(config::kTick_s);
+
+/// What is beyond these is no pressure, volume or speed of a chamber; within them nothing overflows.
+constexpr Scalar kMostPressure_kPa = Scalar(1e5);
+constexpr Scalar kLeastVolume_mL = Scalar(0.1);
+constexpr Scalar kMostVolume_mL = Scalar(1e7);
+constexpr Scalar kMostSpeed_mL_s = Scalar(1e7);
+
+/// A hundredth of a 16 bit converter's step over 1000 kPa, far below the noise of any sensor.
+constexpr Scalar kClose_kPa = Scalar(2e-4);
+
+/// Of f, from a corner to the next: where it would come to rest on its way it does not pass.
+constexpr Scalar kMostSlowed = Scalar(-0.9999999);
+
+/// Below this slope Newton's step is left to the bracket.
+constexpr Scalar kLeastSlope_kPa_V = Scalar(1e-6);
+
+/// (r - r_b)/(r_a - r_b) at the ends of the chords: sines of equal angles, between which all chords of an ellipse err alike
+/// (0.2 %), the last one halved because an index below 1/2 falls steeper still.
+constexpr std::array<Scalar, Greybox::kChords + 1> kChordEnd = {
+    0.0F,        0.13052619F, 0.25881905F, 0.38268343F, 0.5F,        0.60876143F, 0.70710678F,
+    0.79335334F, 0.86602540F, 0.92387953F, 0.96592583F, 0.99144486F, 0.99785892F, 1.0F};
+
+/// Arguments of smax() at which C(u) is tabulated, dense where it bends; and openings [V], for what the ports do further.
+constexpr std::array<Scalar, 15> kBend = {-12.0F, -5.0F, -2.6F, -1.6F, -1.0F, -0.6F, -0.25F, 0.0F,
+                                          0.25F,  0.6F,  1.0F,  1.6F,  2.6F,  5.0F,  12.0F};
+constexpr std::array<Scalar, 16> kOpening_V = {0.12F, 0.3F, 0.5F, 0.75F, 1.05F, 1.4F, 1.8F, 2.25F,
+                                               2.75F, 3.3F, 4.0F, 4.8F,  5.7F,  6.7F, 7.8F, 9.0F};
+static_assert(2 + 2 * (kBend.size() + kOpening_V.size()) == Greybox::kNodes);
+
+constexpr Scalar kThinPlateCritical = Scalar(0.5282818);
+
+/// psi_0 of (G3), for a ratio between the critical one and 1.
+Scalar thin_plate(Scalar ratio) noexcept {
+  constexpr Scalar kChoked = Scalar(0.06698485);  // of the difference below, at the critical ratio
+  const Scalar difference =
+      numeric::power(ratio, Scalar(2.0 / 1.4)) - numeric::power(ratio, Scalar(2.4 / 1.4));
+  return numeric::sqrt(max(difference, Scalar(0)) / kChoked);
+}
+
+/// (G3) by its chords, and (G2) from it.
+class FlowFunction {
+ public:
+  explicit FlowFunction(std::span<const Scalar, Greybox::kParameters> of) noexcept
+      : discharge_slope_(of[Greybox::kDischargeSlope]) {
+    const Scalar width = of[Greybox::kCrackingRatio] - of[Greybox::kCriticalRatio];
+    for (std::size_t i = 0; i < ratio_.size(); ++i) {
+      ratio_[i] = of[Greybox::kCriticalRatio] + width * kChordEnd[i];
+      const Scalar as_plate =
+          thin_plate(kThinPlateCritical + (Scalar(1) - kThinPlateCritical) * kChordEnd[i]);
+      share_[i] = as_plate > Scalar(0)
+                      ? numeric::power(min(as_plate, Scalar(1)), Scalar(2) * of[Greybox::kSubsonicIndex])
+                      : Scalar(0);
+      share_[i] *= discharge(ratio_[i]);
+    }
+  }
+
+  Scalar ratio(std::size_t end) const noexcept { return ratio_[end]; }
+
+  /// phi(a, b)
+  Scalar flow(Scalar from_kPa, Scalar to_kPa) const noexcept {
+    return from_kPa >= to_kPa ? from_kPa * psi(to_kPa / from_kPa) : -to_kPa * psi(from_kPa / to_kPa);
+  }
+  /// psi(0)
+  Scalar discharge(Scalar ratio) const noexcept {
+    return Scalar(1) + discharge_slope_ * (kThinPlateCritical - ratio);
+  }
+
+ private:
+  Scalar psi(Scalar ratio) const noexcept {
+    if (ratio <= ratio_.front()) return discharge(ratio);
+    if (ratio >= ratio_.back()) return Scalar(0);
+    std::size_t i = 1;
+    while (i + 1 < ratio_.size() && ratio_[i] < ratio) ++i;
+    const Scalar along = (ratio - ratio_[i - 1]) / (ratio_[i] - ratio_[i - 1]);
+    return share_[i - 1] + along * (share_[i] - share_[i - 1]);
+  }
+
+  Scalar discharge_slope_ = 0;
+  std::array<Scalar, Greybox::kChords + 1> ratio_{};
+  std::array<Scalar, Greybox::kChords + 1> share_{};
+};
+
+/// The opening at which the argument of smax() is `x`, were the area linear.
+Scalar opening_V(const config::ValveCurve& port, Scalar x) noexcept {
+  return (x * port.transition_mL_s + port.leak_mL_s) / port.gain_mL_s_V;
+}
+
+/// ln(1 + y)/y, 1 at y = 0, for 1 + y > 0.
+Scalar log_ratio(Scalar y) noexcept {
+  if (abs(y) < Scalar(0.03)) {
+    return Scalar(1) - y * (Scalar(0.5) - y * (Scalar(1.0 / 3) - y * (Scalar(0.25) - y * Scalar(0.2))));
+  }
+  return numeric::log(Scalar(1) + y) / y;
+}
+
+}  // namespace
+
+void Greybox::configure(std::span<const Scalar, kParameters> parameters, Scalar command_low_V,
+                        Scalar command_high_V) noexcept {
+  dead_volume_mL_ = parameters[kDeadVolume];
+  volume_exponent_ = parameters[kVolumeExponent];
+
+  const FlowFunction flow(parameters);
+  supply_kPa_ = parameters[kSupply];
+  ambient_kPa_ = parameters[kAmbient];
+  std::size_t corner = 0;
+  corner_kPa_[corner++] = Scalar(0);
+  for (const Scalar fixed_kPa : {supply_kPa_, ambient_kPa_}) {
+    corner_kPa_[corner++] = fixed_kPa;
+    for (std::size_t end = 0; end <= kChords; ++end) {
+      corner_kPa_[corner++] = fixed_kPa * flow.ratio(end);
+      corner_kPa_[corner++] = fixed_kPa / flow.ratio(end);
+    }
+  }
+  std::sort(corner_kPa_.begin(), corner_kPa_.end());
+  for (std::size_t i = 0; i < kCorners; ++i) {
+    side_[i].at_corner = {flow.flow(supply_kPa_, corner_kPa_[i]), flow.flow(corner_kPa_[i], ambient_kPa_)};
+  }
+  // beyond the last corner the chamber's own pressure chokes both flows
+  side_.back().slope = {-flow.discharge(Scalar(0)), flow.discharge(Scalar(0))};
+  for (std::size_t i = 0; i + 1 < kCorners; ++i) {
+    const Scalar width_kPa = corner_kPa_[i + 1] - corner_kPa_[i];
+    side_[i].slope = {};
+    if (width_kPa <= Scalar(0)) continue;
+    side_[i].slope = {(side_[i + 1].at_corner.inlet - side_[i].at_corner.inlet) / width_kPa,
+                      (side_[i + 1].at_corner.exhaust - side_[i].at_corner.exhaust) / width_kPa};
+  }
+
+  const config::ValveCurve inlet{.gain_mL_s_V = parameters[kInletConductance],
+                                 .leak_mL_s = parameters[kInletLeak],
+                                 .transition_mL_s = parameters[kTransition],
+                                 .slope = parameters[kInletSlope],
+                                 .curve = parameters[kInletCurve],
+                                 .bend = parameters[kInletBend]};
+  const config::ValveCurve exhaust{.gain_mL_s_V = parameters[kExhaustConductance],
+                                   .leak_mL_s = parameters[kExhaustLeak],
+                                   .transition_mL_s = parameters[kTransition],
+                                   .slope = parameters[kExhaustSlope],
+                                   .curve = parameters[kExhaustCurve],
+                                   .bend = parameters[kExhaustBend]};
+  std::size_t filled = 0;
+  const auto add_opening = [&](Scalar of_inlet_V, Scalar of_exhaust_V) noexcept {
+    node_V_[filled++] = parameters[kOpenAbove] + of_inlet_V;
+    node_V_[filled++] = parameters[kExhaustBelow] - of_exhaust_V;
+  };
+  for (const Scalar x : kBend) add_opening(opening_V(inlet, x), opening_V(exhaust, x));
+  for (const Scalar opening : kOpening_V) add_opening(opening, opening);
+  node_V_[filled++] = command_low_V;
+  node_V_[filled++] = command_high_V;
+  for (Scalar& node : node_V_) node = clamp(node, command_low_V, command_high_V);
+  std::sort(node_V_.begin(), node_V_.end());
+  for (std::size_t i = 0; i < kNodes; ++i) {
+    node_[i] = {inlet.conductance_mL_s(node_V_[i] - parameters[kOpenAbove]),
+                exhaust.conductance_mL_s(parameters[kExhaustBelow] - node_V_[i])};
+  }
+  for (std::size_t i = 0; i + 1 < kNodes; ++i) {
+    const Scalar width_V = node_V_[i + 1] - node_V_[i];
+    slope_[i] = {};
+    if (width_V <= Scalar(0)) continue;
+    slope_[i] = {(node_[i + 1].inlet - node_[i].inlet) / width_V,
+                 (node_[i + 1].exhaust - node_[i].exhaust) / width_V};
+  }
+}
+
+Greybox::Tick Greybox::tick(Scalar pressure_kPa, const ChamberMotion& motion) const noexcept {
+  const Scalar volume_mL = clamp(motion.volume_mL + dead_volume_mL_, kLeastVolume_mL, kMostVolume_mL);
+  return {.pressure_kPa = clamp(pressure_kPa, Scalar(0), kMostPressure_kPa),
+          .per_volume = kTick_s / volume_mL,
+          .moved_mL_s = volume_exponent_ * clamp(motion.volume_rate_mL_s, -kMostSpeed_mL_s, kMostSpeed_mL_s)};
+}
+
+/// From the last corner that is not above the pressure.
+std::size_t Greybox::side_of(Scalar pressure_kPa) const noexcept {
+  std::size_t low = 0;
+  for (std::size_t step = 32; step > 0; step /= 2) {
+    if (low + step < kCorners && corner_kPa_[low + step] <= pressure_kPa) low += step;
+  }
+  return low;
+}
+
+Greybox::Flows Greybox::flows(std::size_t side, Scalar pressure_kPa) const noexcept {
+  const Side& of = side_[side];
+  const Scalar along_kPa = pressure_kPa - corner_kPa_[side];
+  return {of.at_corner.inlet + of.slope.inlet * along_kPa,
+          of.at_corner.exhaust + of.slope.exhaust * along_kPa};
+}
+
+/// (G1)
+Greybox::Rate Greybox::rate(const Tick& tick, std::size_t side, const Conductances& at,
+                            Scalar pressure_kPa) const noexcept {
+  const Flows flow = flows(side, pressure_kPa);
+  const Flows& slope = side_[side].slope;
+  return {.kPa = (at.inlet * flow.inlet - at.exhaust * flow.exhaust - tick.moved_mL_s * pressure_kPa) *
+                 tick.per_volume,
+          .slope = (at.inlet * slope.inlet - at.exhaust * slope.exhaust - tick.moved_mL_s) * tick.per_volume};
+}
+
+/// Goes from piece to piece; returns the pressure at the end [kPa].
+template <class Visit>
+Scalar Greybox::travel(const Tick& tick, const Conductances& at, Scalar ticks, Visit&& visit) const noexcept {
+  Piece piece;
+  piece.side = side_of(tick.pressure_kPa);
+  piece.from_kPa = tick.pressure_kPa;
+  Scalar left = ticks;
+  for (std::size_t passed = 0; passed < kCorners; ++passed) {
+    piece.rate = rate(tick, piece.side, at, piece.from_kPa);
+    piece.ticks = left;
+    piece.phi_1 = numeric::phi_1(-piece.rate.slope * left);
+    const Scalar end_kPa = piece.from_kPa + piece.rate.kPa * left * piece.phi_1;
+    const bool up = piece.rate.kPa > Scalar(0);
+    const std::size_t ahead = piece.side + (up ? 1 : 0);
+    const bool passes =
+        ahead < kCorners && ahead > 0 && (up ? end_kPa > corner_kPa_[ahead] : end_kPa < corner_kPa_[ahead]);
+    if (!passes) {
+      visit(piece);
+      return end_kPa;
+    }
+    const Scalar away_kPa = corner_kPa_[ahead] - piece.from_kPa;
+    const Scalar direct = away_kPa / piece.rate.kPa;  // [ticks], at the speed that it has here
+    piece.ticks = min(direct * log_ratio(max(piece.rate.slope * direct, kMostSlowed)), left);
+    piece.phi_1 = piece.ticks > Scalar(0) ? direct / piece.ticks : Scalar(1);
+    visit(piece);
+    left -= piece.ticks;
+    piece.from_kPa = corner_kPa_[ahead];
+    piece.side = up ? ahead : ahead - 1;
+  }
+  return piece.from_kPa;
+}
+
+/// A change of the pressure, and of f by what `by` says of it, from the beginning of a piece to its end. f is continuous:
+/// a corner passed sooner or later adds nothing.
+Scalar Greybox::carried(Scalar change_kPa, const Piece& piece, const Rate& by) noexcept {
+  const Scalar x = -piece.rate.slope * piece.ticks;
+  const Scalar phi_2 = numeric::phi_2(x, piece.phi_1);
+  // d phi_1/dx = phi_2 - phi_1
+  const Scalar by_slope = piece.rate.kPa * piece.ticks * (piece.phi_1 - phi_2);
+  return change_kPa * (Scalar(1) - x * piece.phi_1) +
+         piece.ticks * (by.kPa * piece.phi_1 + by_slope * by.slope);
+}
+
+Greybox::Rate Greybox::by_command(const Tick& tick, const Piece& piece,
+                                  const Conductances& slope) const noexcept {
+  const Flows flow = flows(piece.side, piece.from_kPa);
+  const Flows& by_pressure = side_[piece.side].slope;
+  return {.kPa = (slope.inlet * flow.inlet - slope.exhaust * flow.exhaust) * tick.per_volume,
+          .slope = (slope.inlet * by_pressure.inlet - slope.exhaust * by_pressure.exhaust) * tick.per_volume};
+}
+
+/// The one whose first node is the last that is not above the command.
+std::size_t Greybox::segment(Scalar command_V) const noexcept {
+  std::size_t low = 0;
+  for (std::size_t step = kNodes / 2; step > 0; step /= 2) {
+    if (node_V_[low + step] <= command_V) low += step;
+  }
+  return std::min(low, kNodes - 2);
+}
+
+Greybox::Conductances Greybox::conductances(std::size_t segment, Scalar command_V) const noexcept {
+  const Scalar along_V = command_V - node_V_[segment];
+  return {node_[segment].inlet + slope_[segment].inlet * along_V,
+          node_[segment].exhaust + slope_[segment].exhaust * along_V};
+}
+
+Prediction Greybox::step(Scalar pressure_kPa, Scalar command_V, const ChamberMotion& motion,
+                         Scalar ticks) const noexcept {
+  const Scalar command = clamp(command_V, node_V_.front(), node_V_.back());
+  const Tick now = tick(pressure_kPa, motion);
+  Scalar risen_kPa_ticks = Scalar(0);
+  const Scalar end_kPa =
+      travel(now, conductances(segment(command), command), ticks, [&](const Piece& piece) noexcept {
+        const Scalar phi_2 = numeric::phi_2(-piece.rate.slope * piece.ticks, piece.phi_1);
+        const Scalar mean_kPa = piece.from_kPa - now.pressure_kPa + piece.rate.kPa * piece.ticks * phi_2;
+        risen_kPa_ticks += mean_kPa * piece.ticks;
+      });
+  const Scalar risen_kPa = ticks > Scalar(0) ? risen_kPa_ticks / ticks : Scalar(0);
+  return {.end_kPa = end_kPa, .mean_kPa = now.pressure_kPa + risen_kPa};
+}
+
+Gradient Greybox::derivatives(Scalar pressure_kPa, Scalar command_V,
+                              const ChamberMotion& motion) const noexcept {
+  const Scalar command = clamp(command_V, node_V_.front(), node_V_.back());
+  const std::size_t in = segment(command);
+  const Tick now = tick(pressure_kPa, motion);
+  const Scalar by_volume = -now.per_volume / kTick_s;  // of the logarithm: f is as 1/(v + v_0)
+  const Scalar by_speed = -volume_exponent_ * now.per_volume;
+  Gradient by;
+  by.by_pressure = Scalar(1);
+  travel(now, conductances(in, command), Scalar(1), [&](const Piece& piece) noexcept {
+    by.by_pressure = carried(by.by_pressure, piece, {});
+    by.by_command_kPa_V = carried(by.by_command_kPa_V, piece, by_command(now, piece, slope_[in]));
+    by.by_volume_kPa_mL =
+        carried(by.by_volume_kPa_mL, piece, {piece.rate.kPa * by_volume, piece.rate.slope * by_volume});
+    by.by_volume_rate_kPa_s_mL =
+        carried(by.by_volume_rate_kPa_s_mL, piece, {piece.from_kPa * by_speed, by_speed});
+  });
+  return by;
+}
+
+Scalar Greybox::end_at_node_kPa(const Tick& tick, std::size_t node) const noexcept {
+  return travel(tick, node_[node], Scalar(1), [](const Piece&) noexcept {});
+}
+
+/// Where the pressure rises fastest (sign 1) or falls fastest (sign -1).
+std::size_t Greybox::extreme_node(const Tick& tick, Scalar sign) const noexcept {
+  const std::size_t side = side_of(tick.pressure_kPa);
+  std::size_t best = 0;
+  Scalar best_kPa = sign * rate(tick, side, node_[0], tick.pressure_kPa).kPa;
+  for (std::size_t i = 1; i < kNodes; ++i) {
+    const Scalar kPa = sign * rate(tick, side, node_[i], tick.pressure_kPa).kPa;
+    if (kPa > best_kPa) {
+      best = i;
+      best_kPa = kPa;
+    }
+  }
+  return best;
+}
+
+Greybox::Miss Greybox::miss(const Tick& tick, std::size_t segment, Scalar target_kPa,
+                            Scalar command_V) const noexcept {
+  Miss made;
+  made.command_V = command_V;
+  made.kPa = travel(tick, conductances(segment, command_V), Scalar(1), [&](const Piece& piece) noexcept {
+    made.by_V = carried(made.by_V, piece, by_command(tick, piece, slope_[segment]));
+  });
+  made.kPa -= target_kPa;
+  return made;
+}
+
+/// The end rises with the command, so that there is one answer; but above the supply's pressure an open inlet empties the
+/// chamber, below the ambient's an open exhaust fills it: there the limit is the valve as good as shut.
+Inverse Greybox::inverse(Scalar pressure_kPa, Scalar target_kPa, const ChamberMotion& motion,
+                         Scalar /*near_V*/) const noexcept {
+  const Tick now = tick(pressure_kPa, motion);
+  const auto out_of_reach = [&](std::size_t limit, Scalar reached_kPa) -> Inverse {
+    return {.command_V = node_V_[limit],
+            .reached_kPa = reached_kPa,
+            .saturated = abs(reached_kPa - target_kPa) > kClose_kPa};
+  };
+  std::size_t low = now.pressure_kPa < ambient_kPa_ ? extreme_node(now, Scalar(-1)) : 0;
+  std::size_t high = now.pressure_kPa > supply_kPa_ ? extreme_node(now, Scalar(1)) : kNodes - 1;
+  const Scalar least_kPa = end_at_node_kPa(now, low);
+  if (least_kPa >= target_kPa) return out_of_reach(low, least_kPa);
+  const Scalar most_kPa = end_at_node_kPa(now, high);
+  if (most_kPa <= target_kPa) return out_of_reach(high, most_kPa);
+  while (high - low > 1) {
+    const std::size_t middle = (low + high) / 2;
+    (end_at_node_kPa(now, middle) <= target_kPa ? low : high) = middle;
+  }
+
+  // Newton's method; where it would leave the bracket, the bracket is halved
+  Scalar low_V = node_V_[low], high_V = node_V_[low + 1];
+  Miss best = miss(now, low, target_kPa, low_V);
+  Miss here = best;
+  for (int i = 0; i < kRefinements && abs(best.kPa) > kClose_kPa; ++i) {
+    Scalar next_V = here.command_V - here.kPa / max(here.by_V, kLeastSlope_kPa_V);
+    if (!(next_V > low_V && next_V < high_V)) next_V = Scalar(0.5) * (low_V + high_V);
+    here = miss(now, low, target_kPa, next_V);
+    (here.kPa > Scalar(0) ? high_V : low_V) = next_V;
+    if (abs(here.kPa) < abs(best.kPa)) best = here;
+  }
+  return {.command_V = best.command_V, .reached_kPa = target_kPa + best.kPa, .saturated = false};
+}
+
+}  // namespace plenum::control

@@ -1,0 +1,371 @@
+// The grey-box model against its differential equation integrated in double, its derivatives against differences, and its
+// inverse against its own step.
+#include "firmware/control/greybox.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <random>
+
+namespace plenum::control {
+namespace {
+
+using Set = std::array<float, Greybox::kParameters>;
+
+/// A thin plate of a small valve, without leaks worth mention.
+constexpr Set small_valve() {
+  Set set{};
+  set[Greybox::kOpenAbove] = 5.08F;
+  set[Greybox::kExhaustBelow] = 4.92F;
+  set[Greybox::kInletConductance] = 60.0F;
+  set[Greybox::kExhaustConductance] = 64.0F;
+  set[Greybox::kInletLeak] = set[Greybox::kExhaustLeak] = 1e-3F;
+  set[Greybox::kTransition] = 0.01F;
+  set[Greybox::kCriticalRatio] = 0.5282818F;
+  set[Greybox::kSubsonicIndex] = 0.5F;
+  set[Greybox::kCrackingRatio] = 1.0F;
+  set[Greybox::kVolumeExponent] = 1.4F;
+  set[Greybox::kSupply] = 700.0F;
+  set[Greybox::kAmbient] = 101.325F;
+  return set;
+}
+constexpr Set kSmallValve = small_valve();
+
+struct Case {
+  Set set;
+  ChamberMotion motion;
+  float pressure_kPa;
+};
+
+/// Valves from drops to litres a second, chambers of 5 mL to 1 L that double or halve at up to 1.6 Hz.
+Case random_case(std::mt19937& random) {
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  const auto between = [&](double low, double high) { return low + (high - low) * unit(random); };
+  const auto log_between = [&](double low, double high) { return low * std::pow(high / low, unit(random)); };
+  const double gain = log_between(1.0, 1000.0);
+  const double null = between(3.0, 7.0);
+  const double overlap = between(-0.3, 0.3);
+  const double supply = between(300.0, 1000.0);
+  const double ambient = between(80.0, 105.0);
+  const double volume = log_between(5.0, 1000.0);
+  Case made{};
+  const auto put = [&made](Greybox::Parameter which, double value) {
+    made.set[which] = static_cast<float>(value);
+  };
+  put(Greybox::kOpenAbove, null + overlap);
+  put(Greybox::kExhaustBelow, null - overlap);
+  put(Greybox::kInletConductance, gain);
+  put(Greybox::kExhaustConductance, gain * between(0.7, 1.4));
+  put(Greybox::kInletLeak, gain * log_between(1e-4, 0.1));
+  put(Greybox::kExhaustLeak, gain * log_between(1e-4, 0.1));
+  put(Greybox::kTransition, gain * log_between(0.01, 0.5));
+  for (const Greybox::Parameter slope : {Greybox::kInletSlope, Greybox::kExhaustSlope}) {
+    const double q = between(-0.5, 2.0);
+    put(slope, q);
+    put(static_cast<Greybox::Parameter>(slope + 1), between(-0.3, 0.3));
+    put(static_cast<Greybox::Parameter>(slope + 2), between(-0.1, 0.2));
+  }
+  put(Greybox::kCriticalRatio, between(0.1, 0.6));
+  put(Greybox::kSubsonicIndex, between(0.4, 1.0));
+  put(Greybox::kCrackingRatio, between(0.9, 1.0));
+  put(Greybox::kDischargeSlope, between(-0.3, 0.3));
+  put(Greybox::kDeadVolume, between(0.0, 20.0));
+  put(Greybox::kVolumeExponent, between(1.0, 1.4));
+  put(Greybox::kSupply, supply);
+  put(Greybox::kAmbient, ambient);
+  made.motion.volume_mL = static_cast<float>(volume);
+  made.motion.volume_rate_mL_s = static_cast<float>(between(-1.0, 1.0) * 5.0 * volume);
+  made.pressure_kPa = static_cast<float>(between(ambient, supply));
+  return made;
+}
+
+Greybox model_of(const Set& set) {
+  Greybox model;
+  model.configure(set, 0.0F, 10.0F);
+  return model;
+}
+
+// ---- the equations once more, in double, from the header
+
+double thin_plate(double ratio) {
+  const auto difference = [](double r) { return std::pow(r, 2.0 / 1.4) - std::pow(r, 2.4 / 1.4); };
+  const double critical = std::pow(2.0 / 2.4, 3.5);
+  return ratio <= critical ? 1.0 : std::sqrt(difference(std::min(ratio, 1.0)) / difference(critical));
+}
+
+double flow_function(const Set& of, double ratio) {
+  const double critical = std::pow(2.0 / 2.4, 3.5);
+  const double b = of[Greybox::kCriticalRatio], a = of[Greybox::kCrackingRatio];
+  const double as_plate = critical + (ratio - b) * (1.0 - critical) / (a - b);
+  return (1.0 + static_cast<double>(of[Greybox::kDischargeSlope]) * (critical - ratio)) *
+         std::pow(thin_plate(as_plate), 2.0 * static_cast<double>(of[Greybox::kSubsonicIndex]));
+}
+
+double phi(const Set& of, double from_kPa, double to_kPa) {
+  return from_kPa >= to_kPa ? from_kPa * flow_function(of, to_kPa / from_kPa)
+                            : -to_kPa * flow_function(of, from_kPa / to_kPa);
+}
+
+/// `first` of the shape's three figures.
+double conductance(const Set& of, double gain, double leak, Greybox::Parameter first, double opening_V) {
+  const double o = std::max(opening_V, 0.0), g = o / (o + 2.0);
+  const double q = of[first], c = of[first + 1], e = of[first + 2];
+  const double bent = opening_V * std::max(1.0 + q * g + c * g * g + e * g * g * g, 0.05);
+  const double w = of[Greybox::kTransition];
+  const double x = (gain * bent - leak) / w;
+  return leak + w * 0.5 * (x + std::sqrt(x * x + 1.0));
+}
+
+/// (G1) with the volume at the middle of the tick held, as the model is told it.
+double rate_kPa_s(const Case& of, double pressure_kPa, double command_V) {
+  const Set& p = of.set;
+  const double inlet =
+      conductance(p, p[Greybox::kInletConductance], p[Greybox::kInletLeak], Greybox::kInletSlope,
+                  command_V - static_cast<double>(p[Greybox::kOpenAbove]));
+  const double exhaust =
+      conductance(p, p[Greybox::kExhaustConductance], p[Greybox::kExhaustLeak], Greybox::kExhaustSlope,
+                  static_cast<double>(p[Greybox::kExhaustBelow]) - command_V);
+  const double flows = inlet * phi(p, p[Greybox::kSupply], pressure_kPa) -
+                       exhaust * phi(p, pressure_kPa, p[Greybox::kAmbient]);
+  const double moved = static_cast<double>(p[Greybox::kVolumeExponent]) *
+                       static_cast<double>(of.motion.volume_rate_mL_s) * pressure_kPa;
+  return (flows - moved) /
+         (static_cast<double>(of.motion.volume_mL) + static_cast<double>(p[Greybox::kDeadVolume]));
+}
+
+struct Exact {
+  double end_kPa = 0.0;
+  double mean_kPa = 0.0;
+};
+
+/// By Runge-Kutta in steps that the fastest of the cases needs.
+Exact integrated(const Case& of, double command_V, double duration_s) {
+  constexpr int kSteps = 1000;
+  const double h = duration_s / kSteps;
+  double p = of.pressure_kPa, area = 0.0;
+  for (int i = 0; i < kSteps; ++i) {
+    const double k1 = rate_kPa_s(of, p, command_V);
+    const double k2 = rate_kPa_s(of, p + 0.5 * h * k1, command_V);
+    const double k3 = rate_kPa_s(of, p + 0.5 * h * k2, command_V);
+    const double k4 = rate_kPa_s(of, p + h * k3, command_V);
+    area += h * (p + h / 6.0 * (k1 + k2 + k3));
+    p += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
+  }
+  return {p, area / duration_s};
+}
+
+TEST(Greybox, IsExactWhileBothPortsAreChokedAndTheVolumeRests) {
+  // 500 kPa behind a supply of 1000, a sonic inlet: the pressure rises on a straight line
+  Set set = kSmallValve;
+  set[Greybox::kSupply] = 2000.0F;
+  const Case of{set, {.volume_mL = 100.0F, .volume_rate_mL_s = 0.0F}, 500.0F};
+  const Prediction got = model_of(set).step(500.0F, 6.08F, of.motion, 1.0F);
+  const double rise = 60.0 * 2000.0 / 100.0 * 0.01;  // the exhaust's leak takes a thousandth of a kPa
+  EXPECT_NEAR(got.end_kPa, 500.0 + rise, 0.01);
+  EXPECT_NEAR(got.mean_kPa, 500.0 + 0.5 * rise, 0.01);
+}
+
+TEST(Greybox, EmptiesThroughAChokedExhaustAsAnExponential) {
+  const Case of{kSmallValve, {.volume_mL = 100.0F, .volume_rate_mL_s = 0.0F}, 600.0F};
+  const Prediction got = model_of(kSmallValve).step(600.0F, 3.92F, of.motion, 1.0F);
+  const double rate = 64.0 / 100.0 * 0.01;
+  EXPECT_NEAR(got.end_kPa, 600.0 * std::exp(-rate), 0.02);
+  EXPECT_NEAR(got.mean_kPa, 600.0 * -std::expm1(-rate) / rate, 0.02);
+}
+
+TEST(Greybox, CompressesASealedChamberAsThePolytropeOfTheVolumeAtTheMiddle) {
+  Set set = kSmallValve;
+  set[Greybox::kTransition] = 1e-5F;
+  set[Greybox::kInletLeak] = set[Greybox::kExhaustLeak] = 1e-6F;
+  const Prediction got =
+      model_of(set).step(300.0F, 5.0F, {.volume_mL = 100.0F, .volume_rate_mL_s = -200.0F}, 1.0F);
+  EXPECT_NEAR(got.end_kPa, 300.0 * std::exp(1.4 * 200.0 / 100.0 * 0.01), 0.002);
+}
+
+TEST(Greybox, FollowsItsEquationOverATick) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> command(0.0, 10.0);
+  double worst = 0.0;
+  double sum = 0.0;
+  int count = 0;
+  for (int i = 0; i < 150; ++i) {
+    const Case of = random_case(random);
+    const double u = command(random);
+    const Exact exact = integrated(of, u, 0.01);
+    const Prediction got = model_of(of.set).step(of.pressure_kPa, static_cast<float>(u), of.motion, 1.0F);
+    const double span = static_cast<double>(of.set[Greybox::kSupply] - of.set[Greybox::kAmbient]);
+    const double error = std::max(std::abs(static_cast<double>(got.end_kPa) - exact.end_kPa),
+                                  std::abs(static_cast<double>(got.mean_kPa) - exact.mean_kPa)) /
+                         span;
+    worst = std::max(worst, error);
+    sum += error * error;
+    ++count;
+  }
+  // what the chords of psi take away: 0.2 % of the flow at most
+  EXPECT_LT(worst, 2e-3) << "of span";
+  EXPECT_LT(std::sqrt(sum / count), 3e-4) << "of span";
+}
+
+TEST(Greybox, ComesToRestAtTheSupplyHoweverStiff) {
+  Set set = kSmallValve;
+  set[Greybox::kInletConductance] = 20'000.0F;  // a chamber of 1 mL behind a tap
+  const Greybox model = model_of(set);
+  float pressure_kPa = 101.325F;
+  for (int k = 0; k < 50; ++k) {
+    pressure_kPa =
+        model.step(pressure_kPa, 10.0F, {.volume_mL = 1.0F, .volume_rate_mL_s = 0.0F}, 1.0F).end_kPa;
+    ASSERT_GT(pressure_kPa, 0.0F) << "tick " << k;
+    ASSERT_LT(pressure_kPa, 2000.0F) << "tick " << k;
+  }
+  EXPECT_NEAR(pressure_kPa, 700.0F, 0.5F);
+}
+
+/// The derivative of a broken line lies between its differences to either side.
+void expect_between(float got, double before, double here, double after, float step, const char* what,
+                    int set) {
+  const double h = static_cast<double>(step);
+  const double left = (here - before) / h, right = (after - here) / h;
+  const double rounding = 1e-6 * std::abs(here) / h;  // of the ends, in float
+  const double slack = rounding + 0.01 * std::max(std::abs(left), std::abs(right));
+  EXPECT_GE(static_cast<double>(got), std::min(left, right) - slack) << what << ", set " << set;
+  EXPECT_LE(static_cast<double>(got), std::max(left, right) + slack) << what << ", set " << set;
+}
+
+TEST(Greybox, HasTheDerivativesOfItsStep) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> command(0.5F, 9.5F);
+  for (int i = 0; i < 5000; ++i) {
+    const Case of = random_case(random);
+    const Greybox model = model_of(of.set);
+    const float u = command(random);
+    const Gradient got = model.derivatives(of.pressure_kPa, u, of.motion);
+    const auto end = [&](float dp, float du, float dv, float ds) {
+      ChamberMotion motion = of.motion;
+      motion.volume_mL += dv;
+      motion.volume_rate_mL_s += ds;
+      return static_cast<double>(model.step(of.pressure_kPa + dp, u + du, motion, 1.0F).end_kPa);
+    };
+    const double here = end(0, 0, 0, 0);
+    const float dp = 0.25F, du = 0.004F, dv = 0.004F * of.motion.volume_mL, ds = 0.1F * of.motion.volume_mL;
+    expect_between(got.by_pressure, end(-dp, 0, 0, 0), here, end(dp, 0, 0, 0), dp, "pressure", i);
+    expect_between(got.by_command_kPa_V, end(0, -du, 0, 0), here, end(0, du, 0, 0), du, "command", i);
+    expect_between(got.by_volume_kPa_mL, end(0, 0, -dv, 0), here, end(0, 0, dv, 0), dv, "volume", i);
+    expect_between(got.by_volume_rate_kPa_s_mL, end(0, 0, 0, -ds), here, end(0, 0, 0, ds), ds, "speed", i);
+  }
+}
+
+TEST(Greybox, TwoPartsOfATickAreTheTick) {
+  std::mt19937 random(6);
+  std::uniform_real_distribution<float> command(0.0F, 10.0F), part(0.0F, 1.0F);
+  for (int i = 0; i < 5000; ++i) {
+    const Case of = random_case(random);
+    const Greybox model = model_of(of.set);
+    const float u = command(random), first = part(random);
+    const Prediction whole = model.step(of.pressure_kPa, u, of.motion, 1.0F);
+    const Prediction begun = model.step(of.pressure_kPa, u, of.motion, first);
+    const Prediction ended = model.step(begun.end_kPa, u, of.motion, 1.0F - first);
+    ASSERT_NEAR(whole.end_kPa, ended.end_kPa, 2e-5F * of.pressure_kPa) << "set " << i;
+    ASSERT_NEAR(whole.mean_kPa, first * begun.mean_kPa + (1.0F - first) * ended.mean_kPa,
+                2e-5F * of.pressure_kPa)
+        << "set " << i;
+  }
+}
+
+TEST(Greybox, RisesWithTheCommandBetweenAmbientAndSupply) {
+  std::mt19937 random(4);
+  int compared = 0;
+  for (int i = 0; i < 500; ++i) {
+    const Case of = random_case(random);
+    const Greybox model = model_of(of.set);
+    const auto within = [&of](float kPa) {
+      return kPa > of.set[Greybox::kAmbient] && kPa < of.set[Greybox::kSupply];
+    };
+    float last = model.step(of.pressure_kPa, 0.0F, of.motion, 1.0F).end_kPa;
+    for (int k = 1; k <= 200; ++k) {
+      const float now = model.step(of.pressure_kPa, 0.05F * static_cast<float>(k), of.motion, 1.0F).end_kPa;
+      if (within(last) && within(now)) {
+        ASSERT_GT(now, last - 2e-6F * of.pressure_kPa) << "set " << i << " at " << 0.05 * k << " V";
+        ++compared;
+      }
+      last = now;
+    }
+  }
+  EXPECT_GT(compared, 50'000);
+}
+
+/// The end nearest to a target that any of many commands leads to; above the supply's pressure and below the ambient's
+/// only those of the side on which the pressure rises with the command.
+float nearest_of_many(const Greybox& model, const Case& of, float target_kPa) {
+  const float null_V = 0.5F * (of.set[Greybox::kOpenAbove] + of.set[Greybox::kExhaustBelow]);
+  float nearest_kPa = 1e9F;
+  for (int k = 0; k <= 200; ++k) {
+    const float u = 0.05F * static_cast<float>(k);
+    if (of.pressure_kPa > of.set[Greybox::kSupply] && u > null_V) continue;
+    if (of.pressure_kPa < of.set[Greybox::kAmbient] && u < null_V) continue;
+    const float end = model.step(of.pressure_kPa, u, of.motion, 1.0F).end_kPa;
+    if (std::abs(end - target_kPa) < std::abs(nearest_kPa - target_kPa)) nearest_kPa = end;
+  }
+  return nearest_kPa;
+}
+
+/// A chamber above its supply or below the ambient may be drawn, too: compressed or expanded behind shut ports.
+Case anywhere(std::mt19937& random) {
+  Case of = random_case(random);
+  std::uniform_real_distribution<float> factor(0.5F, 1.3F);
+  of.pressure_kPa *= factor(random);
+  return of;
+}
+
+TEST(Greybox, NoCommandLeadsNearerToATargetThanItsInverse) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<float> away(-0.2F, 0.2F);
+  int reached = 0;
+  for (int i = 0; i < 1500; ++i) {
+    const Case of = anywhere(random);
+    const Greybox model = model_of(of.set);
+    const float target = std::clamp(of.pressure_kPa * (1.0F + away(random)), of.set[Greybox::kAmbient],
+                                    of.set[Greybox::kSupply]);
+    const Inverse got = model.inverse(of.pressure_kPa, target, of.motion, 5.0F);
+    const float end = model.step(of.pressure_kPa, got.command_V, of.motion, 1.0F).end_kPa;
+    ASSERT_EQ(end, got.reached_kPa) << "set " << i;
+    // outside, the limit is the one of 64 commands at which the pressure rises or falls fastest
+    const bool inside =
+        of.pressure_kPa >= of.set[Greybox::kAmbient] && of.pressure_kPa <= of.set[Greybox::kSupply];
+    const float nearest = nearest_of_many(model, of, target);
+    ASSERT_LE(std::abs(end - target), std::abs(nearest - target) + (inside ? 1e-5F : 1e-4F) * of.pressure_kPa)
+        << "set " << i << " at " << got.command_V << " V";
+    if (!got.saturated) {
+      ASSERT_NEAR(end, target, 0.01F) << "set " << i << " at " << got.command_V << " V";
+      ++reached;
+    }
+  }
+  EXPECT_GT(reached, 500);
+}
+
+TEST(Greybox, AnswersEveryFiniteInputWithNumbers) {
+  constexpr float kHuge = std::numeric_limits<float>::max();
+  const Greybox model = model_of(kSmallValve);
+  for (const float p : {-kHuge, -1.0F, 0.0F, 101.325F, 700.0F, kHuge}) {
+    for (const float u : {-kHuge, 0.0F, 5.0F, 10.0F, kHuge}) {
+      for (const float v : {-kHuge, 0.0F, 1e-30F, 100.0F, kHuge}) {
+        for (const float s : {-kHuge, 0.0F, kHuge}) {
+          const ChamberMotion motion{.volume_mL = v, .volume_rate_mL_s = s};
+          const Prediction step = model.step(p, u, motion, 1.0F);
+          EXPECT_TRUE(std::isfinite(step.end_kPa) && std::isfinite(step.mean_kPa))
+              << p << " " << u << " " << v << " " << s;
+          const Gradient by = model.derivatives(p, u, motion);
+          EXPECT_TRUE(std::isfinite(by.by_pressure) && std::isfinite(by.by_command_kPa_V) &&
+                      std::isfinite(by.by_volume_kPa_mL) && std::isfinite(by.by_volume_rate_kPa_s_mL))
+              << p << " " << u << " " << v << " " << s;
+          EXPECT_TRUE(std::isfinite(model.inverse(p, 300.0F, motion, u).command_V));
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace plenum::control
