@@ -1,7 +1,5 @@
 #include "firmware/chamber_loop.hpp"
 
-#include <span>
-
 #include "firmware/config/limits.hpp"
 
 namespace plenum {
@@ -33,13 +31,7 @@ void ChamberLoop::take_over(const config::ModelParameters& parameters) noexcept 
   // The observer's estimate stands where the last tick began, as the next observation expects; a measurement
   // is a mean, and half a tick older.
   const numeric::Scalar pressure_now_kPa = has_model() ? regulator_.pressure_kPa() : pressure_kPa_;
-  model_ = nullptr;
-  if (parameters.kind == config::ModelKind::tassa9) {
-    const std::span<const float> values(parameters.value);
-    tassa9_.configure(values.first<control::Tassa9::kParameters>(), settings_.command_low_V,
-                      settings_.command_high_V);
-    model_ = &tassa9_;
-  }
+  model_ = known_.take_over(parameters, settings_.command_low_V, settings_.command_high_V);
   // What had been learned was the old model's faults. Pressure and command stay: no bump.
   regulator_.reset(pressure_now_kPa, command_V_);
 }

@@ -6,10 +6,10 @@
 #include "firmware/canopen/process_image.hpp"
 #include "firmware/config/chamber_settings.hpp"
 #include "firmware/config/model_image.hpp"
+#include "firmware/control/any_model.hpp"
 #include "firmware/control/excitation.hpp"
 #include "firmware/control/reference_shaper.hpp"
 #include "firmware/control/regulator.hpp"
-#include "firmware/control/tassa9.hpp"
 #include "firmware/control/volume_observer.hpp"
 #include "firmware/ports/analog.hpp"
 #include "firmware/safety/monitors.hpp"
@@ -68,8 +68,8 @@ class ChamberLoop {
   control::ReferenceShaper shaper_;
   control::Regulator regulator_;
   control::Excitation excitation_;
-  control::Tassa9 tassa9_;
-  const control::PressureModel* model_ = nullptr;  ///< the member of the kind in force
+  control::AnyModel known_;
+  const control::PressureModel* model_ = nullptr;  ///< the one in force
 
   float pressure_kPa_ = 0.0F;      ///< last usable measurement
   control::ChamberMotion motion_;  ///< of the tick at hand

@@ -1,7 +1,6 @@
 #include "firmware/shadow_run.hpp"
 
 #include <bit>
-#include <span>
 
 #include "firmware/numeric/scalar.hpp"
 
@@ -31,13 +30,8 @@ std::uint8_t bit(std::size_t chamber) noexcept {
 }  // namespace
 
 void ShadowRun::Runner::take(const config::ModelParameters& parameters) noexcept {
-  model = nullptr;
+  model = known.take_over(parameters, 0.0F, config::kCommandSpan_V);
   squares = 0.0F;
-  if (parameters.kind == config::ModelKind::tassa9) {
-    const std::span<const float> values(parameters.value);
-    tassa9.configure(values.first<control::Tassa9::kParameters>(), 0.0F, config::kCommandSpan_V);
-    model = &tassa9;
-  }
 }
 
 void ShadowRun::Runner::advance(const Tick& tick, float delay_ticks) noexcept {

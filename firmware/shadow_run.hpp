@@ -27,8 +27,8 @@
 
 #include "firmware/config/limits.hpp"
 #include "firmware/config/parameter_slots.hpp"
+#include "firmware/control/any_model.hpp"
 #include "firmware/control/pressure_model.hpp"
-#include "firmware/control/tassa9.hpp"
 #include "firmware/telemetry/recorder.hpp"
 
 namespace plenum {
@@ -64,7 +64,7 @@ class ShadowRun final : public config::ModelTrial {
 
   /// One model on its way through a stretch, and its error over all of them.
   struct Runner {
-    control::Tassa9 tassa9;
+    control::AnyModel known;
     const control::PressureModel* model = nullptr;
     float pressure_kPa = 0.0F;
     float squares = 0.0F;

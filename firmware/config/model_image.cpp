@@ -3,6 +3,7 @@
 #include <bit>
 
 #include "firmware/config/crc32.hpp"
+#include "firmware/config/valve_curve.hpp"
 #include "firmware/numeric/scalar.hpp"
 
 namespace plenum::config {
@@ -28,6 +29,56 @@ constexpr std::array<ParameterSpec, kTassa9Count> kTassa9 = {{
     {"c8", -0.99999994F, 0.99999994F},
     {"c9_V", kRateMargin_V, 10.0F},
     {"c_gamma_V", 0.001F, 2.0F},
+    {"supply_kPa", 50.0F, 2000.0F},
+    {"ambient_kPa", 10.0F, 200.0F},
+}};
+
+enum Greybox : std::uint8_t {
+  open_above,
+  exhaust_below,
+  inlet_conductance,
+  exhaust_conductance,
+  inlet_leak,
+  exhaust_leak,
+  transition,
+  inlet_slope,
+  inlet_curve,
+  inlet_bend,
+  exhaust_slope,
+  exhaust_curve,
+  exhaust_bend,
+  critical_ratio,
+  subsonic_index,
+  cracking_ratio,
+  discharge_slope,
+  dead_volume,
+  volume_exponent,
+  greybox_supply,
+  greybox_ambient,
+  kGreyboxCount
+};
+
+// In the order of control::Greybox::Parameter: what valves from drops to a hundred litres a second and their chambers can be.
+constexpr std::array<ParameterSpec, kGreyboxCount> kGreybox = {{
+    {"open_above_V", -5.0F, 15.0F},
+    {"exhaust_below_V", -5.0F, 15.0F},
+    {"inlet_conductance_mL_per_s_V", 1e-3F, 1e5F},
+    {"exhaust_conductance_mL_per_s_V", 1e-3F, 1e5F},
+    {"inlet_leak_mL_per_s", 0.0F, 1e5F},
+    {"exhaust_leak_mL_per_s", 0.0F, 1e5F},
+    {"transition_mL_per_s", 1e-4F, 1e5F},
+    {"inlet_slope", -6.0F, 20.0F},
+    {"inlet_curve", -20.0F, 20.0F},
+    {"inlet_bend", -40.0F, 40.0F},
+    {"exhaust_slope", -6.0F, 20.0F},
+    {"exhaust_curve", -20.0F, 20.0F},
+    {"exhaust_bend", -40.0F, 40.0F},
+    {"critical_ratio", 0.05F, 0.8F},
+    {"subsonic_index", 0.25F, 1.5F},
+    {"cracking_ratio", 0.85F, 1.0F},
+    {"discharge_slope", -0.8F, 0.8F},
+    {"dead_volume_mL", -5000.0F, 5000.0F},
+    {"volume_exponent", 1.0F, 1.4F},
     {"supply_kPa", 50.0F, 2000.0F},
     {"ambient_kPa", 10.0F, 200.0F},
 }};
@@ -109,10 +160,45 @@ ImageVerdict validate_tassa9(const ModelParameters& parameters) noexcept {
   return {};
 }
 
+/// `first`: the port's slope in the image, its curve and bend follow.
+ImageVerdict validate_port(const ModelParameters& parameters, Greybox first) noexcept {
+  const ValveCurve port{.slope = parameters.value[first],
+                        .curve = parameters.value[first + 1U],
+                        .bend = parameters.value[first + 2U]};
+  constexpr int kSteps = 100;
+  constexpr float kStep_V = kCommandSpan_V / kSteps;
+  float before_V = 0.0F;
+  for (int i = 1; i <= kSteps; ++i) {
+    const float opening_V = kStep_V * static_cast<float>(i);
+    const float bent_V = port.bent_V(opening_V);
+    if (!(bent_V > before_V)) {
+      return {ImageError::not_admissible, first, parameters.value[first], opening_V - kStep_V, opening_V};
+    }
+    before_V = bent_V;
+  }
+  return {};
+}
+
+ImageVerdict validate_greybox(const ModelParameters& parameters) noexcept {
+  const auto& of = parameters.value;
+  const auto blame_low = [&](Greybox which, float low) noexcept -> ImageVerdict {
+    return {ImageError::not_admissible, which, of[which], low, kGreybox[which].high};
+  };
+  if (!(of[greybox_supply] > of[greybox_ambient])) return blame_low(greybox_supply, of[greybox_ambient]);
+  constexpr float kLeastSubsonic = 0.05F;
+  const float cracking_low = of[critical_ratio] + kLeastSubsonic;
+  if (!(of[cracking_ratio] >= cracking_low)) return blame_low(cracking_ratio, cracking_low);
+  for (const Greybox first : {inlet_slope, exhaust_slope}) {
+    if (const ImageVerdict verdict = validate_port(parameters, first); !verdict) return verdict;
+  }
+  return {};
+}
+
 }  // namespace
 
 std::span<const ParameterSpec> parameter_schema(ModelKind kind) noexcept {
   if (kind == ModelKind::tassa9) return kTassa9;
+  if (kind == ModelKind::greybox) return kGreybox;
   return {};
 }
 
@@ -184,7 +270,7 @@ ImageVerdict validate(const ModelParameters& parameters) noexcept {
       return {ImageError::out_of_range, index, value, schema[i].low, schema[i].high};
     }
   }
-  return validate_tassa9(parameters);
+  return parameters.kind == ModelKind::greybox ? validate_greybox(parameters) : validate_tassa9(parameters);
 }
 
 std::size_t encode(const ModelParameters& parameters, std::span<std::uint8_t> bytes) noexcept {

@@ -15,7 +15,7 @@
 
 namespace plenum::config {
 
-enum class ModelKind : std::uint16_t { none = 0, tassa9 = 1 };
+enum class ModelKind : std::uint16_t { none = 0, tassa9 = 1, greybox = 2 };
 
 inline constexpr std::size_t kMaxParameters = 32;
 inline constexpr std::size_t kMaxImageBytes = 28 + 4 * kMaxParameters + 4;
@@ -103,6 +103,13 @@ inline constexpr float kCommandSpan_V = 10.0F;
 ///    over the whole command range 0..10 V. Table I asks for c3 > -1 "to maintain the monotonicity of s(u)",
 ///    which does not suffice for (10b) as printed: c2 = 1, c3 = -0.1 falls beyond |x| = 1.83 V. Both bounds
 ///    are checked.
+///
+/// Joint conditions of greybox (control/greybox.hpp), answered likewise:
+///  - supply_kPa > ambient_kPa;
+///  - cracking_ratio above critical_ratio by at least 0.05;
+///  - the opening of each port (valve_curve.hpp) rises with the command: checked at each 0.1 V up to 10 V, the answer blames
+///    the port's slope and tells in `low` and `high` the opening [V] from and to which it falls. Without that the inverse
+///    has no answer.
 ImageVerdict validate(const ModelParameters& parameters) noexcept;
 
 /// Writes the image. Returns its size; 0 when `bytes` is too small, the kind is unknown or the count is not

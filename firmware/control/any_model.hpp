@@ -1,0 +1,38 @@
+// Room for a model of any kind that an image can hold: one of them at a time.
+#pragma once
+
+#include <span>
+
+#include "firmware/config/model_image.hpp"
+#include "firmware/control/greybox.hpp"
+#include "firmware/control/pressure_model.hpp"
+#include "firmware/control/tassa9.hpp"
+
+namespace plenum::control {
+
+class AnyModel {
+ public:
+  /// Takes over parameters that config::validate() has passed. Returns the model, which lives as long as this; nullptr for
+  /// kind none.
+  const PressureModel* take_over(const config::ModelParameters& parameters, Scalar command_low_V,
+                                 Scalar command_high_V) noexcept {
+    const std::span<const float> values(parameters.value);
+    switch (parameters.kind) {
+      case config::ModelKind::none:
+        return nullptr;
+      case config::ModelKind::tassa9:
+        tassa9_.configure(values.first<Tassa9::kParameters>(), command_low_V, command_high_V);
+        return &tassa9_;
+      case config::ModelKind::greybox:
+        greybox_.configure(values.first<Greybox::kParameters>(), command_low_V, command_high_V);
+        return &greybox_;
+    }
+    return nullptr;
+  }
+
+ private:
+  Tassa9 tassa9_;
+  Greybox greybox_;
+};
+
+}  // namespace plenum::control
