@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <stdexcept>
@@ -16,6 +17,12 @@ namespace {
 using plenum::config::ModelKind;
 using plenum::config::ModelParameters;
 
+struct Kind {
+  std::string_view name;
+  ModelKind kind;
+};
+constexpr std::array<Kind, 2> kKinds{{{"tassa9", ModelKind::tassa9}, {"greybox", ModelKind::greybox}}};
+
 }  // namespace
 
 double shortest_decimal(float value) {
@@ -26,13 +33,19 @@ double shortest_decimal(float value) {
   return static_cast<float>(decimal) == value ? decimal : static_cast<double>(value);
 }
 
-std::vector<std::uint8_t> encode_tassa9(std::span<const double> parameters, const ModelOrigin& origin) {
-  const std::size_t expected = plenum::config::parameter_schema(ModelKind::tassa9).size();
+std::vector<std::uint8_t> encode_model(std::string_view kind, std::span<const double> parameters,
+                                       const ModelOrigin& origin) {
+  const auto named =
+      std::find_if(kKinds.begin(), kKinds.end(), [&](const Kind& one) { return one.name == kind; });
+  if (named == kKinds.end()) {
+    throw std::invalid_argument(fmt::format("a model of kind '{}', expected tassa9 or greybox", kind));
+  }
+  const std::size_t expected = plenum::config::parameter_schema(named->kind).size();
   if (parameters.size() != expected) {
     throw std::invalid_argument(fmt::format("{} parameters, expected {}", parameters.size(), expected));
   }
   ModelParameters model;
-  model.kind = ModelKind::tassa9;
+  model.kind = named->kind;
   model.count = static_cast<std::uint16_t>(parameters.size());
   model.fit_error_kPa = static_cast<float>(origin.fit_error_kPa);
   model.fit_date_s = origin.fit_date_s;
@@ -44,13 +57,15 @@ std::vector<std::uint8_t> encode_tassa9(std::span<const double> parameters, cons
   return image;
 }
 
-DecodedModel decode_tassa9(std::span<const std::uint8_t> image) {
+DecodedModel decode_model(std::span<const std::uint8_t> image) {
   ModelParameters model;
   if (const auto verdict = plenum::config::decode(image, model); !verdict) {
-    throw ProtocolError(fmt::format("the image of {} bytes {}, expected a 9-parameter model", image.size(),
+    throw ProtocolError(fmt::format("the image of {} bytes {}, expected a model", image.size(),
                                     plenum::config::describe(verdict.error)));
   }
   DecodedModel decoded;
+  for (const Kind& one : kKinds)
+    if (one.kind == model.kind) decoded.kind = one.name;
   decoded.origin = {.fit_error_kPa = shortest_decimal(model.fit_error_kPa),
                     .fit_date_s = model.fit_date_s,
                     .valve_serial = model.valve_serial,

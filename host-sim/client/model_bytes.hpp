@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace plenum::host::client {
@@ -17,17 +18,19 @@ struct ModelOrigin {
 };
 
 struct DecodedModel {
+  std::string kind;  ///< "tassa9", "greybox"
   ModelOrigin origin;
   /// Image order. Each is the shortest decimal that rounds to the float of the image, so that encoding it
   /// again gives the same bytes.
   std::vector<double> parameters;
 };
 
-/// The image of a 9-parameter model: c1..c9, c_gamma, P_c, P_r, rounded to float. Not judged here: that is
-/// the board's part. Throws std::invalid_argument for another number of parameters.
-std::vector<std::uint8_t> encode_tassa9(std::span<const double> parameters, const ModelOrigin& origin);
+/// The image of a model, its parameters in image order, rounded to float. Not judged here: that is the board's part. Throws
+/// std::invalid_argument for a kind that the images of this version do not know, or another number of parameters.
+std::vector<std::uint8_t> encode_model(std::string_view kind, std::span<const double> parameters,
+                                       const ModelOrigin& origin);
 
 /// Throws ProtocolError saying what is wrong with the image.
-DecodedModel decode_tassa9(std::span<const std::uint8_t> image);
+DecodedModel decode_model(std::span<const std::uint8_t> image);
 
 }  // namespace plenum::host::client

@@ -410,7 +410,8 @@ trace::ModelFile to_model_file(const Tassa9Fit& fit, std::optional<unsigned> cha
   using Json = nlohmann::ordered_json;
   trace::ModelFile file;
   file.chamber = chamber;
-  file.parameters = fit.model.image();
+  const auto image = fit.model.image();
+  file.parameters.assign(image.begin(), image.end());
   file.fit["rms_one_step_kPa"] = fit.rms_one_step_kPa;
   file.fit["rms_free_run_kPa"] = fit.rms_free_run_kPa;
   file.fit["rows"] = fit.rows;

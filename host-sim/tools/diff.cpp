@@ -38,11 +38,13 @@ void compare_models(std::span<const std::uint8_t> file, std::span<const std::uin
     lines.push_back({where + "model", file.empty() ? "" : "there", board.empty() ? "" : "there"});
     return;
   }
-  const client::DecodedModel a = client::decode_tassa9(file);
-  const client::DecodedModel b = client::decode_tassa9(board);
-  for (std::size_t i = 0; i < a.parameters.size(); ++i) {
-    lines.push_back(
-        {where + std::string(trace::kTassa9Names[i]), shown(a.parameters[i]), shown(b.parameters[i])});
+  const client::DecodedModel a = client::decode_model(file);
+  const client::DecodedModel b = client::decode_model(board);
+  lines.push_back({where + "kind", a.kind, b.kind});
+  if (a.kind == b.kind) {
+    const auto names = trace::parameter_names(a.kind);
+    for (std::size_t i = 0; i < names.size(); ++i)
+      lines.push_back({where + std::string(names[i]), shown(a.parameters[i]), shown(b.parameters[i])});
   }
   lines.push_back({where + "fit error [kPa]", shown(a.origin.fit_error_kPa), shown(b.origin.fit_error_kPa)});
   lines.push_back({where + "fit date [s]", fmt::format("{}", a.origin.fit_date_s),

@@ -28,14 +28,15 @@ client::ModelUpload upload_of(const trace::ModelFile& file, unsigned chamber) {
       .fit_date_s = count_in(file.fit, kDate),
       .valve_serial = count_in(file.fit, kValve),
       .sensor_serial = count_in(file.fit, kSensor)};
-  return {static_cast<std::uint8_t>(chamber - 1), client::encode_tassa9(file.parameters, origin)};
+  return {static_cast<std::uint8_t>(chamber - 1), client::encode_model(file.kind, file.parameters, origin)};
 }
 
 trace::ModelFile file_of(std::span<const std::uint8_t> image, unsigned chamber) {
-  const client::DecodedModel decoded = client::decode_tassa9(image);
+  const client::DecodedModel decoded = client::decode_model(image);
   trace::ModelFile file;
   file.chamber = chamber;
-  std::copy(decoded.parameters.begin(), decoded.parameters.end(), file.parameters.begin());
+  file.kind = decoded.kind;
+  file.parameters = decoded.parameters;
   file.fit[kError] = decoded.origin.fit_error_kPa;
   if (decoded.origin.fit_date_s != 0) file.fit[kDate] = decoded.origin.fit_date_s;
   if (decoded.origin.valve_serial != 0) file.fit[kValve] = decoded.origin.valve_serial;

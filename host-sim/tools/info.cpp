@@ -81,7 +81,7 @@ Json models(client::Session& session, const Output& output) {
     if (set.image.empty()) {
       output.print("  {:>7}  {}\n", chamber + 1, client::phase_name(set.phase));
     } else {
-      const client::ModelOrigin origin = client::decode_tassa9(set.image).origin;
+      const client::ModelOrigin origin = client::decode_model(set.image).origin;
       output.print("  {:>7}  {:<9}  {:<9}  {:>10}  {:<10}  {:>15.3g}  {:>12}  {:>13}\n", chamber + 1,
                    client::phase_name(set.phase), hex(set.crc, 8), set.generation,
                    date_text(origin.fit_date_s), origin.fit_error_kPa, serial(origin.valve_serial),

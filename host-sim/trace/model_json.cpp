@@ -17,24 +17,51 @@ using Json = nlohmann::ordered_json;
 constexpr std::string_view kSchema = "plenum-model/1";
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Open ranges of the parameters, as kTassa9Names: the paper's Table I, and what is a voltage or a pressure
-/// is positive.
+/// Of a parameter; open, but for the bounds of the grey-box model, which are the board's.
 struct Range {
-  double above;
-  double below;
+  double low;
+  double high;
+  bool open = true;
+  bool holds(double value) const {
+    return open ? value > low && value < high : value >= low && value <= high;
+  }
 };
-constexpr std::array<Range, kTassa9Count> kRanges{{{2.0, 8.0},
-                                                   {-kInfinity, kInfinity},
-                                                   {-1.0, kInfinity},
-                                                   {-kInfinity, kInfinity},
-                                                   {-kInfinity, kInfinity},
-                                                   {-kInfinity, kInfinity},
-                                                   {-kInfinity, kInfinity},
-                                                   {-1.0, 1.0},
-                                                   {0.0, kInfinity},
-                                                   {0.0, kInfinity},
-                                                   {0.0, kInfinity},
-                                                   {0.0, kInfinity}}};
+
+/// As kTassa9Names: the paper's Table I, and what is a voltage or a pressure is positive.
+constexpr std::array<Range, kTassa9Count> kTassa9Ranges{{{2.0, 8.0},
+                                                         {-kInfinity, kInfinity},
+                                                         {-1.0, kInfinity},
+                                                         {-kInfinity, kInfinity},
+                                                         {-kInfinity, kInfinity},
+                                                         {-kInfinity, kInfinity},
+                                                         {-kInfinity, kInfinity},
+                                                         {-1.0, 1.0},
+                                                         {0.0, kInfinity},
+                                                         {0.0, kInfinity},
+                                                         {0.0, kInfinity},
+                                                         {0.0, kInfinity}}};
+
+constexpr std::array<Range, kGreyboxCount> kGreyboxRanges{
+    {{-5.0, 15.0, false},  {-5.0, 15.0, false},      {1e-3, 1e5, false},  {1e-3, 1e5, false},
+     {0.0, 1e5, false},    {0.0, 1e5, false},        {1e-4, 1e5, false},  {-6.0, 20.0, false},
+     {-20.0, 20.0, false}, {-40.0, 40.0, false},     {-6.0, 20.0, false}, {-20.0, 20.0, false},
+     {-40.0, 40.0, false}, {0.05, 0.8, false},       {0.25, 1.5, false},  {0.85, 1.0, false},
+     {-0.8, 0.8, false},   {-5000.0, 5000.0, false}, {1.0, 1.4, false},   {50.0, 2000.0, false},
+     {10.0, 200.0, false}}};
+
+struct Kind {
+  std::string_view name;
+  std::span<const std::string_view> names;
+  std::span<const Range> ranges;
+};
+constexpr std::array<Kind, 2> kKinds{
+    {{"tassa9", kTassa9Names, kTassa9Ranges}, {"greybox", kGreyboxNames, kGreyboxRanges}}};
+
+const Kind* kind_of(std::string_view name) {
+  const auto found =
+      std::find_if(kKinds.begin(), kKinds.end(), [&](const Kind& kind) { return kind.name == name; });
+  return found == kKinds.end() ? nullptr : &*found;
+}
 
 std::string shown(const Json& value) {
   std::string text = value.dump();
@@ -60,21 +87,39 @@ void expect_text(const Json& object, std::string_view name, std::string_view exp
   }
 }
 
-void check_values(const std::array<double, kTassa9Count>& values, std::string_view file) {
-  for (std::size_t i = 0; i < kTassa9Count; ++i) {
-    const auto [above, below] = kRanges[i];
-    if (!(values[i] > above && values[i] < below)) {
-      throw InputError(fmt::format("{}: field 'parameters.{}' is {}, expected a number above {} and below {}",
-                                   file, kTassa9Names[i], values[i], above, below));
+void check_values(const Kind& kind, std::span<const double> values, std::string_view file) {
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const Range& range = kind.ranges[i];
+    if (!range.holds(values[i])) {
+      throw InputError(fmt::format("{}: field 'parameters.{}' is {}, expected a number {} {} {} {}", file,
+                                   kind.names[i], values[i], range.open ? "above" : "from", range.low,
+                                   range.open ? "and below" : "to", range.high));
     }
   }
-  if (!(values[10] > values[11])) {
+  // both kinds end with the supply's and the ambient pressure
+  const double supply_kPa = values[values.size() - 2], ambient_kPa = values.back();
+  if (!(supply_kPa > ambient_kPa)) {
     throw InputError(fmt::format("{}: field 'parameters.supply_kPa' is {}, expected above ambient_kPa = {}",
-                                 file, values[10], values[11]));
+                                 file, supply_kPa, ambient_kPa));
   }
 }
 
+const Kind& kind_in(const Json& document, std::string_view file) {
+  const Json& value = field(document, "kind", file, "\"tassa9\" or \"greybox\"");
+  const Kind* kind = value.is_string() ? kind_of(value.get<std::string>()) : nullptr;
+  if (kind == nullptr) {
+    throw InputError(
+        fmt::format("{}: field 'kind' is {}, expected \"tassa9\" or \"greybox\"", file, shown(value)));
+  }
+  return *kind;
+}
+
 }  // namespace
+
+std::span<const std::string_view> parameter_names(std::string_view kind) {
+  const Kind* found = kind_of(kind);
+  return found == nullptr ? std::span<const std::string_view>() : found->names;
+}
 
 ModelFile parse_model(std::string_view text, std::string_view file) {
   Json document;
@@ -90,8 +135,9 @@ ModelFile parse_model(std::string_view text, std::string_view file) {
     throw InputError(fmt::format("{}: {}, expected an object of schema {}", file, shown(document), kSchema));
   }
   expect_text(document, "schema", kSchema, file);
+  const Kind& kind = kind_in(document, file);
   ModelFile model;
-  expect_text(document, "kind", model.kind, file);
+  model.kind = kind.name;
   if (const auto chamber = document.find("chamber"); chamber != document.end() && !chamber->is_null()) {
     if (!chamber->is_number_unsigned() || chamber->get<std::uint64_t>() > 255) {
       throw InputError(fmt::format("{}: field 'chamber' is {}, expected a whole number from 0 to 255", file,
@@ -105,24 +151,23 @@ ModelFile parse_model(std::string_view text, std::string_view file) {
                                  shown(parameters)));
   }
   for (const auto& [name, value] : parameters.items()) {
-    if (std::find(kTassa9Names.begin(), kTassa9Names.end(), name) == kTassa9Names.end()) {
+    if (std::find(kind.names.begin(), kind.names.end(), name) == kind.names.end()) {
       throw InputError(fmt::format("{}: field 'parameters.{}' is unknown, expected {}", file, name,
-                                   fmt::join(kTassa9Names, ", ")));
+                                   fmt::join(kind.names, ", ")));
     }
   }
-  for (std::size_t i = 0; i < kTassa9Count; ++i) {
-    const auto found = parameters.find(kTassa9Names[i]);
+  for (const std::string_view name : kind.names) {
+    const auto found = parameters.find(name);
     if (found == parameters.end()) {
-      throw InputError(
-          fmt::format("{}: field 'parameters.{}' is missing, expected a number", file, kTassa9Names[i]));
+      throw InputError(fmt::format("{}: field 'parameters.{}' is missing, expected a number", file, name));
     }
     if (!found->is_number()) {
-      throw InputError(fmt::format("{}: field 'parameters.{}' is {}, expected a number", file,
-                                   kTassa9Names[i], shown(*found)));
+      throw InputError(
+          fmt::format("{}: field 'parameters.{}' is {}, expected a number", file, name, shown(*found)));
     }
-    model.parameters[i] = found->get<double>();
+    model.parameters.push_back(found->get<double>());
   }
-  check_values(model.parameters, file);
+  check_values(kind, model.parameters, file);
   if (const auto fit = document.find("fit"); fit != document.end()) {
     if (!fit->is_object()) {
       throw InputError(fmt::format("{}: field 'fit' is {}, expected an object", file, shown(*fit)));
@@ -141,8 +186,8 @@ std::string format_model(const ModelFile& model) {
   document["schema"] = kSchema;
   document["kind"] = model.kind;
   if (model.chamber) document["chamber"] = *model.chamber;
-  for (std::size_t i = 0; i < kTassa9Count; ++i)
-    document["parameters"][kTassa9Names[i]] = model.parameters[i];
+  const std::span<const std::string_view> names = parameter_names(model.kind);
+  for (std::size_t i = 0; i < names.size(); ++i) document["parameters"][names[i]] = model.parameters.at(i);
   document["fit"] = model.fit;
   return document.dump(2) + '\n';
 }

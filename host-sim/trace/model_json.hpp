@@ -6,8 +6,10 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace plenum::host::trace {
 
@@ -18,17 +20,44 @@ inline constexpr std::array<std::string_view, kTassa9Count> kTassa9Names{
     "c1_V",       "c2_per_V", "c3_per_V3", "c4_kPa_s_per_mL", "c5_per_mL",  "c6_per_mL",
     "c7_per_V_s", "c8",       "c9_V",      "c_gamma_V",       "supply_kPa", "ambient_kPa"};
 
+/// Those of the grey-box model, likewise: control/greybox.hpp says what they are.
+inline constexpr std::size_t kGreyboxCount = 21;
+inline constexpr std::array<std::string_view, kGreyboxCount> kGreyboxNames{"open_above_V",
+                                                                           "exhaust_below_V",
+                                                                           "inlet_conductance_mL_per_s_V",
+                                                                           "exhaust_conductance_mL_per_s_V",
+                                                                           "inlet_leak_mL_per_s",
+                                                                           "exhaust_leak_mL_per_s",
+                                                                           "transition_mL_per_s",
+                                                                           "inlet_slope",
+                                                                           "inlet_curve",
+                                                                           "inlet_bend",
+                                                                           "exhaust_slope",
+                                                                           "exhaust_curve",
+                                                                           "exhaust_bend",
+                                                                           "critical_ratio",
+                                                                           "subsonic_index",
+                                                                           "cracking_ratio",
+                                                                           "discharge_slope",
+                                                                           "dead_volume_mL",
+                                                                           "volume_exponent",
+                                                                           "supply_kPa",
+                                                                           "ambient_kPa"};
+
 struct ModelFile {
   std::string kind = "tassa9";
-  std::optional<unsigned> chamber;                ///< which chamber of the board it was fitted on, if known
-  std::array<double, kTassa9Count> parameters{};  ///< as kTassa9Names
+  std::optional<unsigned> chamber;  ///< which chamber of the board it was fitted on, if known
+  std::vector<double> parameters;   ///< as parameter_names(kind)
   nlohmann::ordered_json fit = nlohmann::ordered_json::object();  ///< how it was found; free of contract
 };
 
+/// The parameters of a kind ("tassa9", "greybox"); empty for another one.
+std::span<const std::string_view> parameter_names(std::string_view kind);
+
 /// Reads a model. Throws InputError naming file, field, what was found and what was expected: not JSON,
-/// another schema or kind, a parameter missing, unknown, not a finite number or against the paper's Table I
-/// (2 < c1 < 8, -1 < c3, -1 < c8 < 1, 0 < c9) or c_gamma > 0, supply > ambient > 0. What a board asks beyond
-/// that, the board checks.
+/// another schema or kind, a parameter missing, unknown, not a finite number, of a 9-parameter model against the paper's
+/// Table I (2 < c1 < 8, -1 < c3, -1 < c8 < 1, 0 < c9) or c_gamma > 0, of a grey-box model against the board's ranges, of both
+/// supply > ambient > 0. What a board asks beyond that, the board checks.
 ModelFile read_model(const std::filesystem::path& path);
 
 /// As read_model, from memory; `file` is the name used in errors.

@@ -83,7 +83,7 @@ client::ModelUpload identified(const std::vector<client::CapturedRow>& rows, uns
   const identify::Tassa9Fit fit = identify::fit_tassa9_profiled(logs, description, options);
   fmt::print(stderr, "chamber {}: c_gamma {} V, one-step {:.2f} kPa, free run {:.2f} kPa\n", chamber + 1,
              fit.model.c_gamma_V, fit.rms_one_step_kPa, fit.rms_free_run_kPa);
-  return {static_cast<std::uint8_t>(chamber), client::encode_tassa9(fit.model.image(), {})};
+  return {static_cast<std::uint8_t>(chamber), client::encode_model("tassa9", fit.model.image(), {})};
 }
 
 void identify_and_upload(client::Session& session, const std::vector<client::CapturedRow>& rows) {

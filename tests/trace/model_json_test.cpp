@@ -61,7 +61,7 @@ TEST(ModelJson, NamesTheFieldWhatWasFoundAndWhatWasExpected) {
               HasSubstr("m.json: field 'schema' is \"plenum-model/2\", expected \"plenum-model/1\""));
   EXPECT_THAT(refusal_after([](Json& j) { j.erase("schema"); }), HasSubstr("field 'schema' is missing"));
   EXPECT_THAT(refusal_after([](Json& j) { j["kind"] = 9; }),
-              HasSubstr("field 'kind' is 9, expected \"tassa9\""));
+              HasSubstr("field 'kind' is 9, expected \"tassa9\" or \"greybox\""));
   EXPECT_THAT(refusal_after([](Json& j) { j["chamber"] = -1; }), HasSubstr("field 'chamber' is -1"));
   EXPECT_THAT(refusal_after([](Json& j) { j["fit"] = 1; }),
               HasSubstr("field 'fit' is 1, expected an object"));

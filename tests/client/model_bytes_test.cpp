@@ -1,0 +1,76 @@
+// A model between its file and its image: both ends agree on every name and bound.
+#include "host-sim/client/model_bytes.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <stdexcept>
+
+#include "firmware/config/model_image.hpp"
+#include "host-sim/client/session.hpp"
+#include "host-sim/client/shortest_decimal.hpp"
+#include "host-sim/trace/input_error.hpp"
+#include "host-sim/trace/model_json.hpp"
+
+namespace plenum::host::client {
+namespace {
+
+using plenum::config::ModelKind;
+
+trace::ModelFile thin_plate() {
+  trace::ModelFile model;
+  model.kind = "greybox";
+  model.parameters = {5.08, 4.92, 60.0, 64.0, 1.0, 1.0, 2.0, 0.0, 0.0,   0.0,  0.0,
+                      0.0,  0.0,  0.53, 0.5,  1.0, 0.0, 5.0, 1.4, 700.0, 101.3};
+  return model;
+}
+
+bool reads_back(const trace::ModelFile& model) {
+  try {
+    trace::parse_model(trace::format_model(model), "m.json");
+    return true;
+  } catch (const trace::InputError&) {
+    return false;
+  }
+}
+
+TEST(ModelBytes, FilesAndImagesNameTheSameParametersInTheSameOrder) {
+  for (const auto& [name, kind] :
+       {std::pair{"tassa9", ModelKind::tassa9}, std::pair{"greybox", ModelKind::greybox}}) {
+    const auto in_file = trace::parameter_names(name);
+    const auto in_image = plenum::config::parameter_schema(kind);
+    ASSERT_EQ(in_file.size(), in_image.size()) << name;
+    for (std::size_t i = 0; i < in_file.size(); ++i) EXPECT_EQ(in_file[i], in_image[i].name) << name;
+  }
+}
+
+TEST(ModelBytes, AFileOfAGreyBoxModelIsHeldToTheBoardsRanges) {
+  ASSERT_TRUE(reads_back(thin_plate()));
+  const auto schema = plenum::config::parameter_schema(ModelKind::greybox);
+  // without the last two, whose ranges the condition between them cuts
+  for (std::size_t i = 0; i + 2 < schema.size(); ++i) {
+    trace::ModelFile model = thin_plate();
+    for (const float bound : {schema[i].low, schema[i].high}) {
+      const double decimal = shortest_decimal(bound);
+      model.parameters[i] = decimal;
+      EXPECT_TRUE(reads_back(model)) << schema[i].name << " = " << decimal;
+      model.parameters[i] = std::nextafter(decimal, bound == schema[i].low ? -1e9 : 1e9);
+      EXPECT_FALSE(reads_back(model)) << schema[i].name << " beyond " << decimal;
+    }
+  }
+}
+
+TEST(ModelBytes, KindAndParametersSurviveTheImage) {
+  const trace::ModelFile model = thin_plate();
+  const DecodedModel decoded = decode_model(encode_model(model.kind, model.parameters, {}));
+  EXPECT_EQ(decoded.kind, "greybox");
+  EXPECT_EQ(decoded.parameters, model.parameters);
+}
+
+TEST(ModelBytes, AKindThatIsNoneAndAWrongCountAreTold) {
+  EXPECT_THROW(encode_model("spline", {}, {}), std::invalid_argument);
+  EXPECT_THROW(encode_model("greybox", std::vector<double>(12, 1.0), {}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace plenum::host::client
