@@ -58,7 +58,8 @@ void wait_for_scans(drivers::IioInput& input) {
   std::vector<pollfd> polled;
   for (const int descriptor : input.descriptors())
     polled.push_back({.fd = descriptor, .events = POLLIN, .revents = 0});
-  while (input.gathered() < input.scans_per_tick() && !input.gone()) {
+  const unsigned enough = std::max(1U, input.scans_per_tick());
+  while (input.gathered() < enough && !input.gone()) {
     const std::uint64_t now_ns = rt::monotonic_ns();
     if (now_ns >= latest_ns) return;
     ::poll(polled.data(), polled.size(), static_cast<int>((latest_ns - now_ns) / kMillisecond_ns) + 1);

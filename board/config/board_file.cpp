@@ -123,8 +123,8 @@ void read_can(TomlTable& document, BoardFile& board) {
 
 void read_analog_input(TomlTable& document, BoardFile& board) {
   TomlTable input = document.need("analog_input", document.table("analog_input"), "a table [analog_input]");
-  const auto rate = input.need("rate_Hz", input.whole("rate_Hz", kTicks_Hz, kHighestRate_Hz),
-                               fmt::format("a multiple of {}, scans a second", kTicks_Hz));
+  const auto rate = input.need("rate_Hz", input.whole("rate_Hz", 0, kHighestRate_Hz),
+                               "scans a second, or 0 for devices that run freely");
   if (rate % kTicks_Hz != 0)
     input.refuse("rate_Hz", fmt::format("= {}", rate), fmt::format("a multiple of {}", kTicks_Hz));
   board.analog_in.rate_Hz = static_cast<unsigned>(rate);
@@ -213,12 +213,17 @@ void read_store(TomlTable& document, BoardFile& board) {
 }
 
 void read_real_time(TomlTable& document, BoardFile& board) {
+  // of devices that run freely nobody knows how many scans make a tick
+  const bool runs_freely = board.analog_in.rate_Hz == 0;
+  if (runs_freely) board.real_time.pacing = Pacing::timer;
   std::optional<TomlTable> table = document.table("real_time");
   if (!table) return;
   constexpr int kCpus = 1024;  // as many as a cpu_set_t holds
   RealTime& real_time = board.real_time;
   if (const auto pacing = table->choice("pacing", {"adc", "timer"}))
     real_time.pacing = Pacing{static_cast<std::uint8_t>(*pacing)};
+  if (runs_freely && real_time.pacing == Pacing::adc)
+    table->refuse("pacing", "= 'adc'", "timer, as analog_input.rate_Hz is 0");
   if (const auto priority = table->whole("priority", 0, 99)) real_time.priority = static_cast<int>(*priority);
   if (const auto cpu = table->whole("cpu", 0, kCpus - 1)) real_time.cpu = static_cast<int>(*cpu);
   if (const auto overrun = table->choice("overrun", {"skip", "count", "fault"}))

@@ -50,8 +50,8 @@ TEST(BoardFile, TheExampleIsReadWhole) {
   EXPECT_EQ(board.settings.node.node_id, 5);
   EXPECT_EQ(board.settings.node.identity.serial, 1U);
   EXPECT_EQ(board.settings.node.bit_rates, 1U);
-  EXPECT_EQ(board.analog_in.rate_Hz, 1000U);
-  EXPECT_EQ(board.analog_in.trigger, "plenum-adc");
+  EXPECT_EQ(board.analog_in.rate_Hz, 0U);
+  EXPECT_EQ(board.analog_in.trigger, "");
   ASSERT_EQ(board.analog_in.channels.size(), 17U);
   EXPECT_EQ(board.analog_in.channels[1].device, "ad7606-0");
   EXPECT_EQ(board.analog_in.channels[1].channel, "voltage1");
@@ -65,7 +65,7 @@ TEST(BoardFile, TheExampleIsReadWhole) {
   EXPECT_EQ(board.settings.board.supply_low_kPa, 400.0F);
   EXPECT_EQ(board.settings.chamber[0].over_pressure_kPa, 900.0F);
   EXPECT_EQ(board.settings.chamber[3].safe_output, SafeOutput::vent);
-  EXPECT_EQ(board.real_time.pacing, Pacing::adc);
+  EXPECT_EQ(board.real_time.pacing, Pacing::timer);
   EXPECT_EQ(board.real_time.priority, 80);
   EXPECT_FALSE(board.real_time.cpu.has_value());
   EXPECT_TRUE(board.watchdog.empty());
@@ -86,6 +86,14 @@ TEST(BoardFile, TheSafeVoltageIsTheRestingCommandUnlessStated) {
   EXPECT_EQ(parse_board(kLeast, "").analog_out.safe_V[0], 5.0F);
   EXPECT_EQ(parse_board(with(command, command + "\nsafe_output = \"vent\""), "").analog_out.safe_V[0], 3.0F);
   EXPECT_EQ(parse_board(with(command, command + "\nsafe_V = 4.5"), "").analog_out.safe_V[0], 4.5F);
+}
+
+TEST(BoardFile, TheConverterPacesTheTicksUnlessItRunsFreely) {
+  EXPECT_EQ(parse_board(kLeast, "").real_time.pacing, Pacing::adc);
+  const std::string freely = with("rate_Hz = 1000", "rate_Hz = 0");
+  EXPECT_EQ(parse_board(freely, "").real_time.pacing, Pacing::timer);
+  EXPECT_EQ(refusal(freely + "[real_time]\npacing = \"adc\"\n"),
+            "board.toml: line 13: real_time.pacing = 'adc', expected timer, as analog_input.rate_Hz is 0");
 }
 
 TEST(BoardFile, WithoutANodeIdItWaitsForLss) {
@@ -137,7 +145,7 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"rate_Hz = 1000", "rate_Hz = 1001",
                 "board.toml: line 5: analog_input.rate_Hz = 1001, expected a multiple of 100"},
         Mistake{"rate_Hz = 1000", "rate_Hz = 1000.0",
-                "board.toml: line 5: analog_input.rate_Hz is a number, expected a whole number from 100 to "
+                "board.toml: line 5: analog_input.rate_Hz is a number, expected a whole number from 0 to "
                 "100000"},
         Mistake{
             kPosition, "",
