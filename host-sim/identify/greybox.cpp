@@ -1,0 +1,73 @@
+#include "host-sim/identify/greybox.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "host-sim/effects/chamber_effects.hpp"
+#include "host-sim/plant/gas.hpp"
+#include "host-sim/trace/input_error.hpp"
+
+namespace plenum::host::identify {
+namespace {
+
+constexpr double kMl_per_m3 = 1e6;
+constexpr double kPa_per_kPa = 1e3;
+/// Of the transition: a corner that is sharper the board cannot tell from this one.
+constexpr double kLeastTransition_mL_s = 1e-3;
+
+effects::ChamberEffects effects_of(const trace::RigDescription& rig) {
+  try {
+    return effects::chamber_effects(rig.effects);
+  } catch (const std::invalid_argument& error) {
+    throw trace::InputError(std::string("rig: ") + error.what());
+  }
+}
+
+}  // namespace
+
+GreyboxModel greybox_of(const trace::RigDescription& rig, std::optional<unsigned> chamber) {
+  const effects::ChamberEffects of = effects_of(rig);
+  const auto figure = [&](effects::Id id, std::size_t place) {
+    return of.figures[effects::kFirstFigure[id] + place];
+  };
+  plant::Gas gas;
+  gas.temperature_K = rig.gas.temperature_K;
+  const auto plate = plant::thin_plate_constants(gas, rig.valve.discharge_coefficient);
+  const double conductance_mL_s_m2 =
+      gas.kappa * gas.specific_gas_constant_J_kg_K() * gas.temperature_K * plate.beta_s_m * kMl_per_m3;
+  const auto conductance = [&](double area_m2) { return conductance_mL_s_m2 * area_m2; };
+
+  GreyboxModel made;
+  made.file.kind = "greybox";
+  made.file.chamber = chamber;
+  made.file.parameters = {rig.valve.open_above_V,
+                          rig.valve.exhaust_below_V,
+                          conductance(rig.valve.inlet_area_per_V_m2),
+                          conductance(rig.valve.exhaust_area_per_V_m2),
+                          conductance(rig.valve.inlet_leak_m2),
+                          conductance(rig.valve.exhaust_leak_m2),
+                          std::max(conductance(rig.valve.transition_m2), kLeastTransition_mL_s),
+                          figure(effects::kIdAreaShape, 0),  // slope, curve and bend of the inlet
+                          figure(effects::kIdAreaShape, 1),
+                          figure(effects::kIdAreaShape, 4),
+                          figure(effects::kIdAreaShape, 2),  // and of the exhaust
+                          figure(effects::kIdAreaShape, 3),
+                          figure(effects::kIdAreaShape, 5),
+                          figure(effects::kIdFlowFunction, 0),
+                          figure(effects::kIdFlowFunction, 1),
+                          figure(effects::kIdFlowFunction, 2),
+                          figure(effects::kIdFlowFunction, 3),
+                          figure(effects::kIdVolumeError, 0),
+                          gas.kappa,
+                          rig.supply.pressure_Pa / kPa_per_kPa,
+                          rig.ambient.pressure_Pa / kPa_per_kPa};
+  constexpr effects::EffectSet kCarried =
+      1U << effects::kIdAreaShape | 1U << effects::kIdFlowFunction | 1U << effects::kIdVolumeError;
+  for (std::size_t id = 0; id < effects::kEffects; ++id) {
+    if (((of.on & ~kCarried) >> id & 1U) != 0) made.left_out.emplace_back(effects::kCatalogue[id]->id);
+  }
+  trace::parse_model(trace::format_model(made.file), "grey-box model of the rig");
+  return made;
+}
+
+}  // namespace plenum::host::identify

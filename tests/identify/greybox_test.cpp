@@ -1,0 +1,117 @@
+// The board's model of a rig against the rig's own physics, which share no code: free runs of ten seconds.
+#include "host-sim/identify/greybox.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <random>
+
+#include "firmware/control/greybox.hpp"
+#include "host-sim/effects/chamber_effects.hpp"
+#include "host-sim/effects/free_run.hpp"
+#include "host-sim/trace/input_error.hpp"
+
+namespace plenum::host::identify {
+namespace {
+
+constexpr std::size_t kRows = 1000;
+
+/// Random commands, each held for 50 to 500 ms, on a volume that doubles at 1.6 Hz.
+struct Drive {
+  std::vector<double> command_V, volume_m3;
+};
+Drive violent() {
+  std::mt19937 random(8);
+  std::uniform_real_distribution<double> command(3.5, 6.5);
+  std::uniform_int_distribution<int> hold(5, 50);
+  Drive drive;
+  while (drive.command_V.size() < kRows) {
+    const double u = command(random);
+    for (int left = hold(random); left > 0; --left) drive.command_V.push_back(u);
+  }
+  drive.command_V.resize(kRows);
+  for (std::size_t k = 0; k < kRows; ++k) {
+    const double phase = 2.0 * 3.14159265358979 * 1.6 * 0.01 * static_cast<double>(k);
+    drive.volume_m3.push_back(100e-6 * std::pow(2.0, 0.5 * std::sin(phase)));
+  }
+  return drive;
+}
+
+std::vector<double> of_the_rig(const trace::RigDescription& rig, const Drive& drive) {
+  effects::ChamberEffects with = effects::chamber_effects(rig.effects);
+  with.figures[effects::kOpenAbove] = rig.valve.open_above_V;
+  with.figures[effects::kExhaustBelow] = rig.valve.exhaust_below_V;
+  with.figures[effects::kInletGain] = rig.valve.inlet_area_per_V_m2;
+  with.figures[effects::kExhaustGain] = rig.valve.exhaust_area_per_V_m2;
+  with.figures[effects::kInletLeak] = rig.valve.inlet_leak_m2;
+  with.figures[effects::kExhaustLeak] = rig.valve.exhaust_leak_m2;
+  with.figures[effects::kTransition] = rig.valve.transition_m2;
+  const effects::Surroundings around{.gas = {},
+                                     .supply_Pa = rig.supply.pressure_Pa,
+                                     .ambient_Pa = rig.ambient.pressure_Pa,
+                                     .discharge_coefficient = rig.valve.discharge_coefficient};
+  constexpr effects::Timing kInstants{.tick_s = 0.01, .average_s = 0.0, .steps = 8};
+  const effects::Run run{with.figures, 300e3};
+  std::vector<double> lanes(kRows * effects::kLanes);
+  effects::free_run(around, effects::make_drive(drive.command_V, drive.volume_m3, kInstants), with.on,
+                    {&run, 1}, lanes);
+  std::vector<double> readings;
+  for (std::size_t k = 0; k < kRows; ++k) readings.push_back(lanes[k * effects::kLanes]);
+  return readings;
+}
+
+/// The largest difference from the rig over the run, in percent of P_c - P_r.
+double worst_drift_percent(const trace::RigDescription& rig) {
+  const Drive drive = violent();
+  const std::vector<double> truth_Pa = of_the_rig(rig, drive);
+  const GreyboxModel made = greybox_of(rig);
+  std::array<float, plenum::control::Greybox::kParameters> parameters{};
+  for (std::size_t i = 0; i < parameters.size(); ++i)
+    parameters[i] = static_cast<float>(made.file.parameters[i]);
+  plenum::control::Greybox model;
+  model.configure(parameters, 0.0F, 10.0F);
+  float pressure_kPa = 300.0F;
+  double worst_kPa = 0.0;
+  for (std::size_t k = 0; k + 1 < kRows; ++k) {
+    const double from_mL = 1e6 * drive.volume_m3[k], to_mL = 1e6 * drive.volume_m3[k + 1];
+    const plenum::control::ChamberMotion motion{
+        .volume_mL = static_cast<float>(0.5 * (from_mL + to_mL)),
+        .volume_rate_mL_s = static_cast<float>((to_mL - from_mL) / 0.01)};
+    pressure_kPa = model.step(pressure_kPa, static_cast<float>(drive.command_V[k]), motion, 1.0F).end_kPa;
+    worst_kPa = std::max(worst_kPa, std::abs(static_cast<double>(pressure_kPa) - 1e-3 * truth_Pa[k + 1]));
+  }
+  return 1e5 * worst_kPa / (rig.supply.pressure_Pa - rig.ambient.pressure_Pa);
+}
+
+TEST(GreyboxOfARig, FollowsTheThinPlate) {
+  EXPECT_LT(worst_drift_percent({}), 0.3);
+}
+
+TEST(GreyboxOfARig, FollowsTheRigsEffectsThatDoNotChangeInTime) {
+  trace::RigDescription rig;
+  rig.effects["area_shape"] = {{"inlet_slope", 1.0}, {"inlet_curve", -0.5}, {"exhaust_slope", 0.6}};
+  rig.effects["flow_function"] = {
+      {"critical_ratio", 0.35}, {"subsonic_index", 0.6}, {"discharge_slope", 0.1}};
+  rig.effects["volume_error"] = {{"offset_mL", 15.0}};
+  EXPECT_LT(worst_drift_percent(rig), 0.3);
+  EXPECT_THAT(greybox_of(rig).left_out, testing::IsEmpty());
+}
+
+TEST(GreyboxOfARig, NamesTheEffectsThatItDoesNotCarry) {
+  trace::RigDescription rig;
+  rig.effects["spool_lag"] = {{"natural_frequency_Hz", 9.8}};
+  rig.effects["volume_error"] = {{"offset_mL", 15.0}};
+  EXPECT_THAT(greybox_of(rig).left_out, testing::ElementsAre("spool_lag"));
+  rig.effects["black_magic"] = {};
+  EXPECT_THROW(greybox_of(rig), trace::InputError);
+}
+
+TEST(GreyboxOfARig, SaysWhichChamberItIsOf) {
+  EXPECT_EQ(greybox_of({}, 3).file.chamber, 3U);
+  EXPECT_EQ(greybox_of({}).file.kind, "greybox");
+}
+
+}  // namespace
+}  // namespace plenum::host::identify
