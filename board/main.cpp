@@ -30,6 +30,12 @@ void warn(const std::string& message) {
   fmt::print(stderr, "{}plenumd: {}\n", kWarning, message);
 }
 
+void sum_up(const plenum::canopen::ProcessImage& image) {
+  fmt::print(stderr,
+             "<6>plenumd: stopped after {} ticks, {} overruns, latency {} us at most, {} us in 999 of 1000\n",
+             image.tick_count, image.overrun_count, image.latency.max_us(), image.latency.p999_us());
+}
+
 /// LSS may have been told a rate that the interface is not set to any more.
 void compare_bit_rates(const config::BoardFile& file, unsigned stored_kbit) {
   const auto& rates = plenum::canopen::kBitRates_kbit;
@@ -53,6 +59,7 @@ int run(const config::BoardFile& file) {
   Plenumd loop(file.real_time, *board, hardware.events(), hardware);
   loop.run();
   hardware.stopping();
+  sum_up(board->controller().image());
   return kDone;
 }
 
