@@ -199,7 +199,7 @@ void read_gpio(TomlTable& document, BoardFile& board) {
 }
 
 std::filesystem::path read_absolute_path(TomlTable& table, std::string_view key) {
-  const std::filesystem::path path = table.text(key).value_or("");
+  std::filesystem::path path = table.text(key).value_or("");
   if (!path.empty() && !path.is_absolute())
     table.refuse(key, fmt::format("= '{}'", path.string()), "a path that begins with /");
   return path;

@@ -6,6 +6,7 @@
 #include <sys/mman.h>
 
 #include <array>
+#include <bit>
 #include <cerrno>
 #include <cstddef>
 #include <cstring>
@@ -15,7 +16,7 @@ namespace plenum::board::rt {
 namespace {
 
 /// More than the deepest tick needs, by far.
-constexpr std::size_t kStackBytes = 256 * 1024;
+constexpr std::size_t kStackBytes = std::size_t{256} * 1024;
 
 /// Every page of it is there before it is needed.
 [[gnu::noinline]] void touch_stack() {
@@ -30,7 +31,7 @@ int keep_segments(dl_phdr_info* object, std::size_t, void*) {
   const std::span headers(object->dlpi_phdr, object->dlpi_phnum);
   for (const auto& segment : headers) {
     if (segment.p_type != PT_LOAD || (segment.p_flags & (PF_X | PF_W)) == 0) continue;
-    if (::mlock(reinterpret_cast<const void*>(object->dlpi_addr + segment.p_vaddr), segment.p_memsz) != 0)
+    if (::mlock(std::bit_cast<const void*>(object->dlpi_addr + segment.p_vaddr), segment.p_memsz) != 0)
       return 1;
   }
   return 0;
