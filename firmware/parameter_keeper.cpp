@@ -131,7 +131,8 @@ void ParameterKeeper::step(Controller& controller) noexcept {
     return;
   }
   const StoreOrder& order = controller.node().order();
-  ordered_ = order.what != StoreOrder::What::none && !order.done;
+  const bool stands = order.what != StoreOrder::What::none && !order.done;
+  ordered_ = stands && !controller.node().is_resetting();  // halfway through one it would save halves
   if (!ordered_ && !unsaved_) return;
   models_written_ = unsaved_;
   unsaved_ = false;

@@ -36,13 +36,13 @@ void map_four_chambers(PdoParameters& parameters, bool receive, std::uint32_t in
 
 }  // namespace
 
-Communication default_communication(const Config& config) noexcept {
+Communication delivered_communication() noexcept {
   Communication communication;
-  communication.emergency_cob_id = cob::kEmergency + config.node_id;
+  communication.emergency_cob_id = cob::kEmergency;
 
   for (std::uint32_t n = 0; n < kRpdos; ++n) {
     PdoParameters& rpdo = communication.rpdo[n].parameters;
-    rpdo.cob_id = cob::kRpdo1 + 0x100 * n + config.node_id;
+    rpdo.cob_id = cob::kRpdo1 + 0x100 * n;
     rpdo.transmission_type = n < 2 ? kEachSync : kOnEvent;
     if (n < 2) {
       map_four_chambers(rpdo, true, object::kSetpoint, 4 * n);
@@ -56,7 +56,7 @@ Communication default_communication(const Config& config) noexcept {
   for (std::uint32_t n = 0; n < kTpdos; ++n) {
     PdoParameters& tpdo = communication.tpdo[n].parameters;
     if (n < 4) {
-      tpdo.cob_id = cob::kNoRtr | (cob::kTpdo1 + 0x100 * n + config.node_id);
+      tpdo.cob_id = cob::kNoRtr | (cob::kTpdo1 + 0x100 * n);
       tpdo.transmission_type = n < 2 ? kEachSync : kOnEvent;
     } else {
       tpdo.cob_id = cob::kInvalid | cob::kNoRtr;
@@ -75,6 +75,15 @@ Communication default_communication(const Config& config) noexcept {
          {object::kCodes + chamber, 2, 16}});
   }
   return communication;
+}
+
+void give_node_id(Communication& delivered, std::uint8_t node_id) noexcept {
+  const auto give = [node_id](std::uint32_t& cob_id) {
+    if ((cob_id & cob::kIdMask) != 0) cob_id += node_id;  // an empty one is nobody's
+  };
+  give(delivered.emergency_cob_id);
+  for (Rpdo& rpdo : delivered.rpdo) give(rpdo.parameters.cob_id);
+  for (Tpdo& tpdo : delivered.tpdo) give(tpdo.parameters.cob_id);
 }
 
 ErrorState error_state(const ProcessImage& image) noexcept {

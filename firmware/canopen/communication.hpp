@@ -119,8 +119,12 @@ struct Communication {
   std::uint32_t commit_crc = 0;
 };
 
-/// The defaults of the predefined connection set for this node id (README.md of this room lists them).
-Communication default_communication(const Config& config) noexcept;
+/// The defaults of the predefined connection set (README.md of this room lists them), as of node id 0: identifiers are bases. It
+/// looks up every mapped object, and is made once (DataSheet).
+Communication delivered_communication() noexcept;
+
+/// Adds the node id to the identifiers that belong to a node.
+void give_node_id(Communication& delivered, std::uint8_t node_id) noexcept;
 
 /// Work on the parameter store that no tick can wait for. One order stands at a time.
 ///

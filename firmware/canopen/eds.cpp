@@ -147,13 +147,6 @@ struct Object {
   }
 };
 
-enum class Group : std::uint8_t { mandatory, optional, manufacturer };
-
-Group group_of(std::uint32_t index) noexcept {
-  if (index == 0x1000 || index == 0x1001 || index == 0x1018) return Group::mandatory;
-  return index >= 0x2000 && index < 0x6000 ? Group::manufacturer : Group::optional;
-}
-
 /// The order of the sheet: row by row of the table, and of a row each instance.
 bool to_next_object(std::uint16_t& row, std::uint8_t& instance) noexcept {
   if (++instance >= object_dictionary()[row].instances) {
@@ -161,17 +154,6 @@ bool to_next_object(std::uint16_t& row, std::uint8_t& instance) noexcept {
     row = static_cast<std::uint16_t>(row + rows_from(row).size());
   }
   return row < object_dictionary().size();
-}
-
-std::int32_t count_objects(Group group) noexcept {
-  std::int32_t count = 0;
-  std::uint16_t row = 0;
-  std::uint8_t instance = 0;
-  do {
-    const Object object{rows_from(row), instance};
-    if (group_of(object.index()) == group) ++count;
-  } while (to_next_object(row, instance));
-  return count;
 }
 
 void put_instance(TextLine& line, const Object& object) noexcept {
@@ -232,18 +214,16 @@ bool adds_node_id(const Entry& entry, std::uint32_t bits) noexcept {
 DataSheet::DataSheet(const Identity& identity, config::ModelDesk& desk,
                      telemetry::Recorder& recorder) noexcept
     : delivered_{.node_id = 0, .identity = identity},
-      device_{delivered_, image_, desk, settings_, recorder, *this, default_communication(delivered_),
-              {},         {},     {}} {}
+      device_{delivered_, image_, desk, settings_, recorder, *this, delivered_communication(), {}, {}, {}} {}
 
 std::size_t DataSheet::read(std::uint32_t offset, std::span<std::uint8_t> bytes) noexcept {
   if (offset == 0) {
-    back_ = {};
+    marks_ = {};
     restart({});
   } else if (offset < begun_.offset) {
-    if (offset < back_[1].offset) back_[1] = back_[0];
-    restart(back_[1]);
+    go_back(offset);
   }
-  if (offset < begun_.offset || offset - begun_.offset > 3 * kRepeat) return 0;
+  if (offset < begun_.offset || offset - begun_.offset > kRepeat) return 0;
 
   std::size_t done = 0;
   while (done < bytes.size()) {
@@ -277,9 +257,22 @@ void DataSheet::restart(const Position& at) noexcept {
   line_.clear();
 }
 
+/// To the last mark that is not behind `offset`. What is ahead of it will be marked again.
+void DataSheet::go_back(std::uint32_t offset) noexcept {
+  for (std::size_t back = 0; back < kMarks; ++back) {
+    const Position& mark = marks_[newest_mark_];
+    if (mark.offset <= offset) break;
+    newest_mark_ = (newest_mark_ + kMarks - 1) % kMarks;
+  }
+  restart(marks_[newest_mark_]);
+}
+
 void DataSheet::advance() noexcept {
   begun_ = next_;
-  if (begun_.offset - back_[1].offset >= kRepeat) back_ = {back_[1], begun_};
+  if (begun_.offset - marks_[newest_mark_].offset >= kMarkEvery) {
+    newest_mark_ = (newest_mark_ + 1) % kMarks;
+    marks_[newest_mark_] = begun_;
+  }
   make_line(next_);
 }
 
@@ -323,7 +316,8 @@ void DataSheet::head_line(Position& at) noexcept {
 }
 
 void DataSheet::list_line(Position& at) noexcept {
-  const auto group = static_cast<Group>(static_cast<int>(at.part) - static_cast<int>(Part::mandatory));
+  const int group = static_cast<int>(at.part) - static_cast<int>(Part::mandatory);
+  const ObjectList list = objects_of(static_cast<ObjectGroup>(group));
   if (at.number == 0) {
     constexpr std::array<std::string_view, 3> kHeader = {"[MandatoryObjects]\n", "[OptionalObjects]\n",
                                                          "[ManufacturerObjects]\n"};
@@ -333,20 +327,21 @@ void DataSheet::list_line(Position& at) noexcept {
   }
   if (at.number == 1) {
     line_.put("SupportedObjects=");
-    line_.decimal(count_objects(group));
+    line_.decimal(list.objects);
     line_.put("\n");
     ++at.number;
     return;
   }
-  bool more = at.row < object_dictionary().size();
-  while (more && group_of(Object{rows_from(at.row), at.instance}.index()) != group)
-    more = to_next_object(at.row, at.instance);
-  if (more) {
+  if (at.row < list.first_row.size()) {
+    const Entry& row = object_dictionary()[list.first_row[at.row]];
     line_.decimal(at.number - 1);
     line_.put("=0x");
-    line_.hexadecimal(Object{rows_from(at.row), at.instance}.index(), 4);
+    line_.hexadecimal(row.index + std::uint32_t{row.stride} * at.instance, 4);
     ++at.number;
-    to_next_object(at.row, at.instance);
+    if (++at.instance == row.instances) {
+      at.instance = 0;
+      ++at.row;
+    }
   } else {
     at.part = static_cast<Part>(static_cast<int>(at.part) + 1);
     at.row = 0;

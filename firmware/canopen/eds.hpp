@@ -24,7 +24,7 @@ class DataSheet {
 
   /// Bytes of the sheet from `offset` on; returns their count, 0 at the end. To be read forward; one may go back by
   /// kRepeat bytes, or to 0. Any other offset is answered as the end. Work: the lines that the bytes belong to, and
-  /// three times kRepeat bytes when going back.
+  /// kMarkEvery bytes and a line before them when going back.
   std::size_t read(std::uint32_t offset, std::span<std::uint8_t> bytes) noexcept;
 
   /// Bytes of the whole sheet. The first call makes every line once, about a millisecond of a PC: to be called before the
@@ -52,6 +52,7 @@ class DataSheet {
   };
 
   void restart(const Position& at) noexcept;
+  void go_back(std::uint32_t offset) noexcept;
   void advance() noexcept;
   void make_line(Position& at) noexcept;
   void head_line(Position& at) noexcept;
@@ -67,7 +68,11 @@ class DataSheet {
   Device device_;  ///< as delivered, read for the defaults
   TextLine line_;  ///< the one that begins at begun_, and next_ is where it ends
   Position begun_, next_;
-  std::array<Position, 2> back_{};  ///< two places behind, the older one at least kRepeat behind
+  static constexpr std::uint32_t kMarkEvery = 16;
+  /// Enough for kRepeat bytes behind the line that is being read: marks are never nearer to each other than kMarkEvery.
+  static constexpr std::size_t kMarks = (kRepeat + 2 * TextLine::kCapacity) / kMarkEvery + 2;
+  std::array<Position, kMarks> marks_{};  ///< a ring of places behind
+  std::size_t newest_mark_ = 0;
   std::uint32_t size_ = 0;
 };
 

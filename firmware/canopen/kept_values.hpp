@@ -1,6 +1,8 @@
 // The values that 1010h keeps, as rows of the stored set, and their way back into the dictionary.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
@@ -41,14 +43,68 @@ struct Restored {
   }
 };
 
-/// Writes the rows of `group` in `body` as a client would, a PDO in the order that CiA 301 asks for (7.5.2.35 ff.): switched
-/// off, mapping emptied, objects, their count, the rest, its identifier. Rows of other groups are passed over.
-///
-/// `saved_id`: the node id when the rows were collected. Identifiers that ended in it follow a node id that has changed
-/// since; otherwise two boards could share them, and none could be told why.
+/// How much of a reset one tick may do. A unit is about the cost of looking at one stored row, some 15 instructions.
+class Work {
+ public:
+  explicit Work(int units) noexcept : all_(units), left_(units) {}
+
+  bool is_left() const noexcept { return left_ > 0; }
+  /// A piece begins while any is left; one as dear as this waits for a tick that has room for it, or does nothing else.
+  bool has_room_for(int units) const noexcept { return left_ >= units || left_ == all_; }
+  void take(int units) noexcept { left_ -= units; }
+  void end() noexcept { left_ = 0; }
+
+ private:
+  int all_;
+  int left_;
+};
+
+/// Writes stored rows of one group as a client would, a PDO in the order that CiA 301 asks for (7.5.2.35 ff.): switched off and
+/// emptied; its objects, and all that is no PDO's; the count of the objects; its identifier. Rows of other groups are passed over.
+/// The rows are expected in the order of collect_kept(), which has a PDO's identifier before its mapping, and the count of a
+/// mapping before its objects; what another order keeps from being written is skipped.
 ///
 /// A chamber, or the board, one of whose settings is skipped keeps the installer's: half of a set of limits is none.
-void restore_kept(Device& device, Kept group, std::span<const std::uint8_t> body, std::uint8_t saved_id,
-                  Restored& restored) noexcept;
+class KeptRestoration {
+ public:
+  /// `body` stays where it is until go_on() is done, or begin() comes again.
+  ///
+  /// `saved_id`: the node id when the rows were collected. Identifiers that ended in it follow a node id that has changed
+  /// since; otherwise two boards could share them, and none could be told why.
+  void begin(Kept group, std::span<const std::uint8_t> body, std::uint8_t saved_id) noexcept;
+
+  /// As many rows as `work` allows. Returns true when all are done.
+  bool go_on(Device& device, Restored& restored, Work& work) noexcept;
+
+ private:
+  static constexpr std::size_t kPdos = kRpdos + kTpdos;
+
+  /// Rows that have to wait for others.
+  template <std::size_t capacity>
+  struct Waiting {
+    std::array<config::RecordRow, capacity> row{};
+    std::size_t count = 0;
+    std::size_t done = 0;
+
+    bool add(const config::RecordRow& later) noexcept {
+      if (count == capacity) return false;
+      row[count++] = later;
+      return true;
+    }
+    const config::RecordRow* next() const noexcept { return done == count ? nullptr : &row[done]; }
+  };
+
+  Found look_up(const config::RecordRow& row) noexcept;
+  void take(Device& device, Restored& restored, const config::RecordRow& row, Work& work) noexcept;
+  void write(Device& device, Restored& restored, const config::RecordRow& row) noexcept;
+  bool set_aside(Device& device, const config::RecordRow& row) noexcept;
+
+  Kept group_ = Kept::no;
+  config::RowReader rows_{{}};
+  std::uint8_t saved_id_ = 0;
+  const Entry* near_ = nullptr;  ///< the entry of the row before: this row's is seldom far
+  Waiting<kPdos> mapping_counts_;
+  Waiting<kPdos + 1> identifiers_;  ///< of the PDOs and 1014h
+};
 
 }  // namespace plenum::canopen

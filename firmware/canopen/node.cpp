@@ -59,8 +59,10 @@ Node::Node(const Config& config, ProcessImage& image, config::ModelDesk& desk, c
            telemetry::Recorder& recorder) noexcept
     : config_(config),
       sheet_(config_.identity, desk, recorder),
-      device_{config_, image, desk, settings, recorder, sheet_, default_communication(config_), {}, {}, {}} {
-  reset_communication();
+      device_{config_, image, desk, settings, recorder, sheet_, sheet_.delivered().communication,
+              {},      {},    {}} {
+  begin_communication();
+  boot_up();
 }
 
 void Node::receive(const CanFrame& frame) noexcept {
@@ -108,45 +110,41 @@ void Node::receive_nmt(const CanFrame& frame) noexcept {
 void Node::keep(std::span<const std::uint8_t> rows, std::uint8_t saved_id) noexcept {
   kept_ = rows;
   saved_id_ = saved_id;
+  step_ = Step::begin;  // the rows that a reset was reading are gone
 }
 
 Restored Node::restart(std::uint8_t node_id) noexcept {
   if (node_id >= 1 && node_id <= 127) config_.node_id = node_id;
-  Restored restored;
-  restore_application(restored);
-  reset_communication(restored);
-  return restored;
-}
-
-void Node::restore_application(Restored& restored) noexcept {
-  config::SettingsDesk& settings = device_.settings;
-  settings.begin_restore();
-  restore_kept(device_, Kept::application, kept_, saved_id_, restored);
-  if (settings.end_restore()) return;
-  const std::uint8_t chamber = settings.refusal().chamber;
-  restored.skip(static_cast<std::uint16_t>(chamber == 0 ? 0x2418 : 0x2400 + chamber - 1), 0);
+  reset_ = Reset::node;
+  begin_reset();
+  Work all(std::numeric_limits<int>::max());
+  while (is_resetting()) go_on(all);
+  return restored_;
 }
 
 /// Of a node that is reset twice the greater reset counts.
 void Node::ask_for(Reset reset) noexcept {
   if (reset == Reset::node) device_.image.control_word = 0;
-  reset_ = std::max(reset_, reset);
+  if (reset > reset_) {
+    reset_ = reset;
+    step_ = Step::begin;
+  }
   sdo_.reset();
   queue_.clear();
   enter(NmtState::initialising);
 }
 
-void Node::work_off_reset() noexcept {
-  const bool rests = (device_.image.status_word & word::kStateMask) == 0;  // INIT, FAULT_INIT, NOT_READY
-  if (reset_ == Reset::none || (reset_ == Reset::node && !rests)) return;
-  const Reset asked = reset_;
-  reset_ = Reset::none;
-  if (asked == Reset::node) return reset_node();
-  reset_communication();
+void Node::begin_reset() noexcept {
+  restored_ = {};
+  step_ = Step::communication_defaults;
+  if (reset_ != Reset::node) return;
+  device_.settings.begin_restore();
+  restoration_.begin(Kept::application, kept_, saved_id_);
+  step_ = Step::application;
 }
 
 /// What the bus wrote goes back to its power-on value or to the stored one; what the controller says stays its own.
-void Node::reset_node() noexcept {
+void Node::forget_process() noexcept {
   ProcessImage& image = device_.image;
   const ProcessImage fresh;
   image.control_word = fresh.control_word;
@@ -158,7 +156,61 @@ void Node::reset_node() noexcept {
     chamber.setpoint_Pa = 0.0F;
     chamber.hold_setpoint_Pa = 0.0F;
   }
-  restart(config_.node_id);
+}
+
+/// One step of a reset, or the part of it that `work` allows.
+void Node::go_on(Work& work) noexcept {
+  // callgrind, gcc 12 -O2
+  constexpr int kBegin = 20;
+  constexpr int kInstalled = 5;
+  constexpr int kJudge = 40;
+  constexpr int kDefaults = 60;
+  switch (step_) {
+    case Step::begin: {
+      const bool rests = (device_.image.status_word & word::kStateMask) == 0;  // INIT, FAULT_INIT, NOT_READY
+      if (reset_ == Reset::node && !rests) return work.end();
+      work.take(kBegin);
+      if (reset_ == Reset::node) forget_process();
+      return begin_reset();
+    }
+    case Step::application:
+      if (!restoration_.go_on(device_, restored_, work)) return;
+      owner_ = config::kChambers;  // the board's first
+      step_ = Step::settings;
+      return;
+    case Step::settings: {
+      const int cost = device_.settings.has_restored(owner_) ? kJudge : kInstalled;
+      if (!work.has_room_for(cost)) return work.end();
+      work.take(cost);
+      take_restored(owner_);
+      return;
+    }
+    case Step::communication_defaults:
+      if (!work.has_room_for(kDefaults)) return work.end();
+      work.take(kDefaults);
+      begin_communication();
+      restoration_.begin(Kept::communication, kept_, saved_id_);
+      step_ = Step::communication;
+      return;
+    case Step::communication:
+      if (!restoration_.go_on(device_, restored_, work)) return;
+      reset_ = Reset::none;
+      step_ = Step::begin;
+      boot_up();
+      return;
+  }
+}
+
+void Node::take_restored(std::size_t owner) noexcept {
+  config::SettingsDesk& settings = device_.settings;
+  const bool is_board = owner == config::kChambers;
+  if (!settings.take_restored(owner))
+    restored_.skip(
+        static_cast<std::uint16_t>(is_board ? object::kBoardSettings : object::kChamberSettings + owner), 0);
+  owner_ = is_board ? 0 : owner + 1;
+  if (owner_ != config::kChambers) return;
+  settings.end_restore();
+  step_ = Step::communication_defaults;
 }
 
 void Node::enter(NmtState state) noexcept {
@@ -175,19 +227,17 @@ void Node::enter(NmtState state) noexcept {
   state_ = state;
 }
 
-void Node::reset_communication() noexcept {
-  Restored counted_at_start;
-  reset_communication(counted_at_start);
-}
-
-void Node::reset_communication(Restored& restored) noexcept {
+void Node::begin_communication() noexcept {
   const std::uint8_t given = lss_.given_node_id();
   if (given != 0 && given != config_.node_id) {
     config_.node_id = given;
     device_.image.control_word = 0;  // its master knows it by the old one, and could not stop it
   }
-  device_.communication = default_communication(config_);
-  restore_kept(device_, Kept::communication, kept_, saved_id_, restored);
+  device_.communication = sheet_.delivered().communication;
+  give_node_id(device_.communication, config_.node_id);
+}
+
+void Node::boot_up() noexcept {
   sdo_.reset();
   queue_.clear();
   since_heartbeat_us_ = 0;
@@ -215,7 +265,10 @@ void Node::receive_lss(const CanFrame& frame) noexcept {
   if (lss_.request(device_, frame.data, response)) send(cob::kLssResponse, response);
   const std::uint8_t given = lss_.given_node_id();
   const bool is_named = given != 0 && given != kUnconfiguredNodeId;
-  if (state_ == NmtState::initialising && lss_.is_waiting() && is_named) reset_communication();
+  if (state_ == NmtState::initialising && lss_.is_waiting() && is_named) {
+    ask_for(Reset::communication);
+    work_off_reset();
+  }
 }
 
 void Node::receive_sdo(const CanFrame& frame) noexcept {
@@ -306,6 +359,11 @@ void Node::apply(Rpdo& rpdo) noexcept {
   rpdo.watched = true;
   rpdo.since_applied_us = 0;
   if (carries_setpoint(mapping)) ++device_.image.setpoint_count;
+}
+
+void Node::work_off_reset() noexcept {
+  constexpr int kWorkATick = 130;
+  for (Work work(kWorkATick); is_resetting() && work.is_left();) go_on(work);
 }
 
 void Node::tick(std::uint32_t elapsed_us) noexcept {

@@ -32,12 +32,13 @@ class Node {
 
   /// Takes one frame, at any time between ticks. Bounded work: an SDO request finds its
   /// object by halving the table. A frame that is foreign, malformed, remote, extended or carries a refused value changes
-  /// nothing but a counter. A reset is noted here and worked off by tick(), however many have come; until then the node
-  /// hears nothing else.
+  /// nothing but a counter. A reset is noted here and worked off by tick(), however many have come; until its boot-up message
+  /// the node hears nothing else.
   void receive(const ports::CanFrame& frame) noexcept;
 
   /// `elapsed_us` has passed: reset, watchdog, emergency, heartbeat, TPDOs, SDO time-out. A reset of the node takes 6040h back as it
-  /// comes, and brings stored values back once 6041h says INIT or FAULT_INIT: settings do not change under a regulation.
+  /// comes, and brings stored values back once 6041h says INIT or FAULT_INIT: settings do not change under a regulation. A
+  /// reset takes as many ticks as what is stored asks for, each of bounded work, and ends with the boot-up message.
   void tick(std::uint32_t elapsed_us) noexcept;
 
   /// Takes the next frame to send. Returns false when there is none. Segments of a block upload are made here, one at a
@@ -54,6 +55,8 @@ class Node {
   Restored restart(std::uint8_t node_id) noexcept;
   /// Adds the values in force of `group`.
   void collect(Kept group, config::RowWriter& rows) const noexcept { collect_kept(device_, group, rows); }
+  /// A reset is asked for, or under way: what collect() would find is half of one set and half of another.
+  bool is_resetting() const noexcept { return reset_ != Reset::none; }
   std::uint8_t node_id() const noexcept { return config_.node_id; }
 
   NmtState state() const noexcept { return state_; }
@@ -61,6 +64,8 @@ class Node {
 
  private:
   enum class Reset : std::uint8_t { none, communication, node };
+  /// What is to be done next in a reset; one of the communication has the first and the last two.
+  enum class Step : std::uint8_t { begin, application, settings, communication_defaults, communication };
 
   void receive_nmt(const ports::CanFrame& frame) noexcept;
   void receive_heartbeat(const ports::CanFrame& frame) noexcept;
@@ -70,12 +75,14 @@ class Node {
   void receive_pdo(Rpdo& rpdo, const ports::CanFrame& frame) noexcept;
   void apply(Rpdo& rpdo) noexcept;
   void enter(NmtState state) noexcept;
-  void restore_application(Restored& restored) noexcept;
   void ask_for(Reset reset) noexcept;
   void work_off_reset() noexcept;
-  void reset_node() noexcept;
-  void reset_communication(Restored& restored) noexcept;
-  void reset_communication() noexcept;
+  void begin_reset() noexcept;
+  void go_on(Work& work) noexcept;
+  void forget_process() noexcept;
+  void take_restored(std::size_t owner) noexcept;
+  void begin_communication() noexcept;
+  void boot_up() noexcept;
   void watch_setpoints(std::uint32_t elapsed_us) noexcept;
   void obey_error_behaviour() noexcept;
   void report_error() noexcept;
@@ -92,7 +99,11 @@ class Node {
   std::span<const std::uint8_t> kept_;
   std::uint8_t saved_id_ = 0;
   NmtState state_ = NmtState::initialising;
-  Reset reset_ = Reset::none;          ///< asked for and not worked off yet
+  Reset reset_ = Reset::none;  ///< asked for and not worked off yet
+  Step step_ = Step::begin;    ///< of reset_
+  std::size_t owner_ = 0;      ///< in Step::settings, whose come next
+  KeptRestoration restoration_;
+  Restored restored_;                  ///< of the last reset
   bool communication_failed_ = false;  ///< as of the last tick: bus-off, or a heartbeat lost
   std::uint32_t since_heartbeat_us_ = 0;
   std::uint16_t reported_code_ = 0;  ///< the error of the last emergency message

@@ -53,10 +53,61 @@ constexpr std::size_t kLssBytes = 32;
 static_assert(kept_bytes() + kModelBytes + kLssBytes <= config::kMaxBodyBytes,
               "all that is kept fits a slot");
 
+constexpr ObjectGroup group_of(const Entry& row) {
+  if (row.index == 0x1000 || row.index == 0x1001 || row.index == 0x1018) return ObjectGroup::mandatory;
+  return row.index >= 0x2000 && row.index < 0x6000 ? ObjectGroup::manufacturer : ObjectGroup::optional;
+}
+
+constexpr bool begins_object(std::size_t row, ObjectGroup group) {
+  return (row == 0 || kTable[row - 1].index != kTable[row].index) && group_of(kTable[row]) == group;
+}
+
+constexpr std::size_t count_first_rows(ObjectGroup group) {
+  std::size_t count = 0;
+  for (std::size_t row = 0; row < kTable.size(); ++row) count += begins_object(row, group) ? 1U : 0U;
+  return count;
+}
+
+template <ObjectGroup group>
+constexpr auto first_rows() {
+  std::array<std::uint16_t, count_first_rows(group)> rows{};
+  std::size_t count = 0;
+  for (std::size_t row = 0; row < kTable.size(); ++row) {
+    if (begins_object(row, group)) rows[count++] = static_cast<std::uint16_t>(row);
+  }
+  return rows;
+}
+
+template <ObjectGroup group>
+constexpr auto kFirstRows = first_rows<group>();
+
+template <ObjectGroup group>
+constexpr ObjectList list() {
+  std::uint16_t objects = 0;
+  for (const std::uint16_t row : kFirstRows<group>)
+    objects = static_cast<std::uint16_t>(objects + kTable[row].instances);
+  return {kFirstRows<group>, objects};
+}
+
+template <ObjectGroup group>
+constexpr ObjectList kList = list<group>();
+
 }  // namespace
 
 std::span<const Entry> object_dictionary() noexcept {
   return kTable;
+}
+
+ObjectList objects_of(ObjectGroup group) noexcept {
+  switch (group) {
+    case ObjectGroup::mandatory:
+      return kList<ObjectGroup::mandatory>;
+    case ObjectGroup::optional:
+      return kList<ObjectGroup::optional>;
+    case ObjectGroup::manufacturer:
+      return kList<ObjectGroup::manufacturer>;
+  }
+  return {};
 }
 
 Found find(std::uint16_t index, std::uint8_t sub) noexcept {
@@ -81,6 +132,18 @@ Found find(std::uint16_t index, std::uint8_t sub) noexcept {
     if (sub >= row->sub && sub <= row->last_sub) return {.entry = &*row, .place = {instance, sub}};
   }
   return {.abort = Abort::no_subindex};
+}
+
+Found find(std::uint16_t index, std::uint8_t sub, const Entry* near) noexcept {
+  for (int i = 0; i < 2 && near != nullptr && near != kTable.data() + kTable.size(); ++i, ++near) {
+    if (index < near->index || sub < near->sub || sub > near->last_sub) continue;
+    const unsigned offset = index - std::uint32_t{near->index};
+    const bool apart = near->stride == object::kChamberStride;
+    const unsigned instance = apart ? offset / object::kChamberStride : offset;
+    if (instance >= near->instances || (apart && offset % object::kChamberStride != 0)) continue;
+    return {.entry = near, .place = {static_cast<std::uint8_t>(instance), sub}};
+  }
+  return find(index, sub);
 }
 
 bool admissible(const Entry& entry, std::uint32_t bits) noexcept {

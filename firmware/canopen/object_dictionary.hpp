@@ -73,6 +73,15 @@ struct Entry {
 /// All rows.
 std::span<const Entry> object_dictionary() noexcept;
 
+/// The lists of a data sheet (CiA 306).
+enum class ObjectGroup : std::uint8_t { mandatory, optional, manufacturer };
+
+struct ObjectList {
+  std::span<const std::uint16_t> first_row;  ///< of each object and its instances, in object_dictionary()
+  std::uint16_t objects = 0;                 ///< every instance counted
+};
+ObjectList objects_of(ObjectGroup group) noexcept;
+
 struct Found {
   Abort abort = Abort::none;  ///< no_object or no_subindex when `entry` is null
   const Entry* entry = nullptr;
@@ -81,6 +90,8 @@ struct Found {
 
 /// Halves the table: bounded by the logarithm of its length and the rows of one object.
 Found find(std::uint16_t index, std::uint8_t sub) noexcept;
+/// The same, and at once when it is of the row `near` or of the one after it. `near`: a row of the table, or null.
+Found find(std::uint16_t index, std::uint8_t sub, const Entry* near) noexcept;
 
 /// Value in range for its type, and finite if REAL32.
 bool admissible(const Entry& entry, std::uint32_t bits) noexcept;

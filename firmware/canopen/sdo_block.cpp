@@ -34,6 +34,7 @@ Abort SdoServer::block_download(Device& device, const Bytes& request, Bytes& res
   const Abort abort = open_download(request, (request[0] & kSizeBit) != 0);
   if (abort != Abort::none) return abort;
   with_crc_ = (request[0] & kCrcBit) != 0;
+  crc_ = 0;
   sequence_ = 0;
   ended_by_ = {};
   multiplex(response, 0xA0U | kCrcBit, index_, sub_);
@@ -58,6 +59,8 @@ bool SdoServer::block_download_segment(Device& device, const Bytes& request, Byt
   if (sequence == sequence_ + 1U) {
     if (size_announced_ && done_ >= size_) return conclude(device, Abort::length_mismatch, response);
     if (done_ + kSegmentBytes > buffer_.size()) return conclude(device, Abort::out_of_memory, response);
+    // the segment before is whole, now that another follows; how much of the last one counts its end request tells
+    if (done_ != 0) crc_ = crc16(std::span(buffer_).subspan(done_ - kSegmentBytes, kSegmentBytes), crc_);
     std::copy_n(request.begin() + 1, kSegmentBytes, buffer_.begin() + static_cast<std::ptrdiff_t>(done_));
     done_ += kSegmentBytes;
     ++sequence_;
@@ -76,10 +79,11 @@ void SdoServer::confirm_sub_block(Bytes& response) noexcept {
 
 Abort SdoServer::end_block_download(Device& device, const Bytes& request, Bytes& response) noexcept {
   if (state_ != State::block_download_end) return Abort::unknown_command;
-  done_ -= request[0] >> 2 & 0x07U;  // unused bytes of the last segment
+  const std::span<const std::uint8_t> last =
+      std::span(buffer_).subspan(done_ - kSegmentBytes, kSegmentBytes - (request[0] >> 2 & 0x07U));
+  done_ -= static_cast<std::uint32_t>(kSegmentBytes - last.size());
   if (done_ > kMaxDomainBytes) return Abort::length_too_high;
-  const std::span<const std::uint8_t> bytes = std::span(buffer_).first(done_);
-  if (with_crc_ && crc16(bytes) != load_le(std::span(request).subspan<1, 2>())) return Abort::crc_error;
+  if (with_crc_ && crc16(last, crc_) != load_le(std::span(request).subspan<1, 2>())) return Abort::crc_error;
   response[0] = 0xA1;
   return finish_download(device);
 }

@@ -118,19 +118,32 @@ class Reader {
 
 class Fnv1a {
  public:
-  void byte(std::uint32_t x) noexcept { hash_ = (hash_ ^ (x & 0xFFU)) * 0x01000193U; }
-  void word(std::uint32_t x, int bytes) noexcept {
+  constexpr void byte(std::uint32_t x) noexcept { hash_ = (hash_ ^ (x & 0xFFU)) * 0x01000193U; }
+  constexpr void word(std::uint32_t x, int bytes) noexcept {
     for (int i = 0; i < bytes; ++i) byte(x >> (8 * i));
   }
-  void text(const char* s) noexcept {
+  constexpr void text(const char* s) noexcept {
     for (; *s != '\0'; ++s) byte(static_cast<std::uint8_t>(*s));
     byte(0);  // parts "ab","c" from "a","bc"
   }
-  std::uint32_t hash() const noexcept { return hash_; }
+  constexpr std::uint32_t hash() const noexcept { return hash_; }
 
  private:
   std::uint32_t hash_ = 0x811C9DC5U;
 };
+
+constexpr std::uint32_t hash_of(ModelKind kind, std::span<const ParameterSpec> schema) noexcept {
+  Fnv1a fnv;
+  fnv.word(static_cast<std::uint32_t>(kind), 2);
+  for (const ParameterSpec& spec : schema) {
+    fnv.text(spec.name);
+    fnv.word(std::bit_cast<std::uint32_t>(spec.low), 4);
+    fnv.word(std::bit_cast<std::uint32_t>(spec.high), 4);
+  }
+  return fnv.hash();
+}
+
+constexpr std::uint32_t kTassa9Hash = hash_of(ModelKind::tassa9, kTassa9);
 
 ImageVerdict refuse(ImageError error) noexcept {
   return {.error = error};
@@ -203,14 +216,7 @@ std::span<const ParameterSpec> parameter_schema(ModelKind kind) noexcept {
 }
 
 std::uint32_t schema_hash(ModelKind kind) noexcept {
-  Fnv1a fnv;
-  fnv.word(static_cast<std::uint32_t>(kind), 2);
-  for (const ParameterSpec& spec : parameter_schema(kind)) {
-    fnv.text(spec.name);
-    fnv.word(std::bit_cast<std::uint32_t>(spec.low), 4);
-    fnv.word(std::bit_cast<std::uint32_t>(spec.high), 4);
-  }
-  return fnv.hash();
+  return kind == ModelKind::tassa9 ? kTassa9Hash : hash_of(kind, {});
 }
 
 const char* describe(ImageError error) noexcept {

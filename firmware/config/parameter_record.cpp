@@ -62,13 +62,4 @@ bool RowWriter::add(const RecordRow& row) noexcept {
   return true;
 }
 
-bool RowReader::next(RecordRow& row) noexcept {
-  if (rest_.size() < kRowHeaderBytes || rest_.size() - kRowHeaderBytes < rest_[3]) return false;
-  row.index = static_cast<std::uint16_t>(rest_[0] | rest_[1] << 8);
-  row.sub = rest_[2];
-  row.value = rest_.subspan(kRowHeaderBytes, rest_[3]);
-  rest_ = rest_.subspan(kRowHeaderBytes + row.value.size());
-  return true;
-}
-
 }  // namespace plenum::config

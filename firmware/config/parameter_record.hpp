@@ -73,7 +73,14 @@ class RowReader {
  public:
   explicit RowReader(std::span<const std::uint8_t> body) noexcept : rest_(body) {}
   /// The next row; its value lies in the body. Returns false at the end, and at a row that the body cuts off.
-  bool next(RecordRow& row) noexcept;
+  bool next(RecordRow& row) noexcept {
+    if (rest_.size() < kRowHeaderBytes || rest_.size() - kRowHeaderBytes < rest_[3]) return false;
+    row.index = static_cast<std::uint16_t>(rest_[0] | rest_[1] << 8);
+    row.sub = rest_[2];
+    row.value = rest_.subspan(kRowHeaderBytes, rest_[3]);
+    rest_ = rest_.subspan(kRowHeaderBytes + row.value.size());
+    return true;
+  }
 
  private:
   std::span<const std::uint8_t> rest_;

@@ -3,7 +3,12 @@
 namespace plenum::config {
 
 SettingVerdict SettingsDesk::set(const BoardSettings& settings) noexcept {
-  const SettingVerdict verdict = restoring_ ? SettingVerdict{} : validate(settings);
+  if (restoring_) {
+    restored_board_ = settings;
+    came_back_ |= 1U << kChambers;
+    return {};
+  }
+  const SettingVerdict verdict = validate(settings);
   if (verdict) {
     board_ = settings;
   } else {
@@ -13,7 +18,12 @@ SettingVerdict SettingsDesk::set(const BoardSettings& settings) noexcept {
 }
 
 SettingVerdict SettingsDesk::set(std::size_t chamber, const ChamberSettings& settings) noexcept {
-  const SettingVerdict verdict = restoring_ ? SettingVerdict{} : validate(settings);
+  if (restoring_) {
+    restored_chamber_[chamber] = settings;
+    came_back_ |= 1U << chamber;
+    return {};
+  }
+  const SettingVerdict verdict = validate(settings);
   if (verdict) {
     chamber_[chamber] = settings;
     changed_ = static_cast<std::uint8_t>(changed_ | 1U << chamber);
@@ -24,29 +34,31 @@ SettingVerdict SettingsDesk::set(std::size_t chamber, const ChamberSettings& set
 }
 
 void SettingsDesk::begin_restore() noexcept {
-  board_ = installed_board_;
-  chamber_ = installed_chamber_;
-  changed_ = 0xFF;
+  restored_board_ = installed_board_;
+  restored_chamber_ = installed_chamber_;
   restoring_ = true;
+  came_back_ = 0;
   refused_ = 0;
 }
 
-void SettingsDesk::refuse_restored(std::size_t chamber) noexcept {
-  refused_ |= 1U << chamber;
+void SettingsDesk::refuse_restored(std::size_t owner) noexcept {
+  refused_ |= 1U << owner;
 }
 
-bool SettingsDesk::end_restore() noexcept {
-  restoring_ = false;
-  const BoardSettings board = board_;
-  board_ = installed_board_;
-  const auto taken = [&](std::size_t c) { return (refused_ >> c & 1U) == 0; };
-  bool all_kept = !taken(kChambers) || set(board);
-  for (std::size_t c = 0; c < kChambers; ++c) {
-    const ChamberSettings chamber = chamber_[c];
-    chamber_[c] = installed_chamber_[c];
-    if (taken(c)) all_kept = static_cast<bool>(set(c, chamber)) && all_kept;
+bool SettingsDesk::take_restored(std::size_t owner) noexcept {
+  const bool of_board = owner == kChambers;
+  if (!of_board) changed_ = static_cast<std::uint8_t>(changed_ | 1U << owner);
+  const bool refused = (refused_ >> owner & 1U) != 0 || !has_restored(owner);
+  SettingVerdict verdict;
+  if (of_board) {
+    if (!refused) verdict = validate(restored_board_);
+    board_ = refused || !verdict ? installed_board_ : restored_board_;
+  } else {
+    if (!refused) verdict = validate(restored_chamber_[owner]);
+    chamber_[owner] = refused || !verdict ? installed_chamber_[owner] : restored_chamber_[owner];
   }
-  return all_kept;
+  if (!verdict) refusal_ = {static_cast<std::uint8_t>(of_board ? 0 : owner + 1), verdict};
+  return static_cast<bool>(verdict);
 }
 
 std::uint8_t SettingsDesk::take_changed() noexcept {

@@ -1,7 +1,7 @@
 // Where settings are changed and read back: the seam between the bus and the controller.
 //
 // A change is judged at once by validate(), and takes effect at the next tick's edge, when the controller asks what has changed.
-// Invariant: the settings on the desk have passed validate(), but for what stands between begin_restore() and end_restore().
+// Invariant: the settings in force have passed validate().
 #pragma once
 
 #include <array>
@@ -38,15 +38,25 @@ class SettingsDesk {
   SettingVerdict set(std::size_t chamber, const ChamberSettings& settings) noexcept;
   const SettingRefusal& refusal() const noexcept { return refusal_; }
 
-  /// A stored set comes back over the installer's settings: these are put back, and what the bus has written since is gone. It
-  /// comes field by field, in an order that knows nothing of the relations between fields: from here on nothing is judged ...
+  /// A stored set comes back over the installer's settings, and what the bus has written since is gone. It comes field by field, in
+  /// an order that knows nothing of the relations between fields, and over many ticks: from here on nothing is judged, and what
+  /// was in force stays so ...
   void begin_restore() noexcept;
   bool restoring() const noexcept { return restoring_; }
+  /// What the next field goes into: the settings in force, or the half of a set that has come back so far.
+  const BoardSettings& edited_board() const noexcept { return restoring_ ? restored_board_ : board_; }
+  const ChamberSettings& edited(std::size_t chamber) const noexcept {
+    return restoring_ ? restored_chamber_[chamber] : chamber_[chamber];
+  }
   /// A stored value of this chamber, or with kChambers of the board, could not be read: its settings are not to be taken.
-  void refuse_restored(std::size_t chamber) noexcept;
-  /// ... until here. Chambers, or the board, whose settings are refused or not admissible keep the installer's. Returns
-  /// false when any were not admissible.
-  bool end_restore() noexcept;
+  void refuse_restored(std::size_t owner) noexcept;
+  /// A value of it has come back; of who has none the installer's settings are taken, which need no judgement.
+  bool has_restored(std::size_t owner) const noexcept { return (came_back_ >> owner & 1U) != 0; }
+  /// ... until here, one owner after the other, a chamber or kChambers, the board. Who was refused keeps the installer's settings,
+  /// and so does one whose restored settings are not admissible. Returns false for the latter.
+  bool take_restored(std::size_t owner) noexcept;
+  /// After the last of them.
+  void end_restore() noexcept { restoring_ = false; }
 
   /// Chambers whose settings have changed since the last call (bit c: chamber c).
   std::uint8_t take_changed() noexcept;
@@ -57,7 +67,10 @@ class SettingsDesk {
   BoardSettings board_;
   Chambers chamber_{};
   bool restoring_ = false;
-  std::uint32_t refused_ = 0;  ///< bit c: refuse_restored(c)
+  BoardSettings restored_board_;  ///< while restoring_, as the next
+  Chambers restored_chamber_{};
+  std::uint32_t came_back_ = 0;  ///< bit c: has_restored(c)
+  std::uint32_t refused_ = 0;    ///< bit c: refuse_restored(c)
   std::uint8_t changed_ = 0;
   SettingRefusal refusal_;
 };

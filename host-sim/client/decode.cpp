@@ -131,8 +131,7 @@ std::string values_text(const std::vector<DecodedValue>& values) {
 }  // namespace
 
 Decoder::Decoder()
-    : defaults_(std::make_unique<canopen::Communication>(canopen::default_communication(canopen::Config{}))) {
-}
+    : defaults_(std::make_unique<canopen::Communication>(canopen::delivered_communication())) {}
 Decoder::~Decoder() = default;
 
 Decoded Decoder::decode(const CanFrame& frame) {

@@ -185,10 +185,16 @@ class Bench {
     node_.collect(canopen::Kept::application, rows);
     node_.keep(std::span(kept_).first(rows.size()), kNode);
     for (const std::uint8_t command : Bytes{2, 1, 128, 7}) count("NMT", canopen::cob::kNmt, {command, kNode});
-    count("NMT reset communication", canopen::cob::kNmt, {130, kNode});
-    count_tick("tick that resets the communication");
-    count("NMT reset node", canopen::cob::kNmt, {129, kNode});
-    count_tick("tick that resets the node");
+    count_reset("NMT reset communication", 130, "tick that resets the communication");
+    count_reset("NMT reset node", 129, "tick that resets the node");
+  }
+
+  /// Every tick from the command to the boot-up message.
+  void count_reset(const std::string& command_label, std::uint8_t command, const std::string& tick_label) {
+    count(command_label, canopen::cob::kNmt, {command, kNode});
+    int ticks = 0;
+    for (; node_.state() == canopen::NmtState::initialising; ++ticks) count_tick(tick_label);
+    std::fprintf(stderr, "%s: %d ticks to the boot-up message\n", command_label.c_str(), ticks);
   }
 
   void count_lss() {

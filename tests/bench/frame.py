@@ -25,6 +25,9 @@ def main():
                               capture_output=True, text=True)
         if done.returncode != 0:
             sys.exit(f"frame: {done.stderr.strip()}")
+        for line in done.stderr.splitlines():
+            if not line.startswith("=="):  # valgrind's own
+                print(line, file=sys.stderr)
         for dump in Path(folder).glob("out.*"):
             lines = dump.read_text().splitlines()
             label = next((line.removeprefix(TRIGGER) for line in lines if line.startswith(TRIGGER)), None)

@@ -35,7 +35,7 @@ Abort read_limit_mbar(const Device& device, Place at, std::uint32_t& bits) noexc
 
 template <float config::ChamberSettings::*member>
 Abort write_limit_mbar(Device& device, Place at, std::uint32_t bits) noexcept {
-  config::ChamberSettings settings = device.settings.chamber(at.instance);
+  config::ChamberSettings settings = device.settings.edited(at.instance);
   settings.*member = static_cast<float>(static_cast<std::int16_t>(bits)) / kMbar_per_kPa;
   return set_chamber(device, at, settings);
 }

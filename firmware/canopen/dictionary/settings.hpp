@@ -25,7 +25,7 @@ inline Abort read_chamber_float(const Device& device, Place at, std::uint32_t& b
 }
 
 inline Abort write_chamber_float(Device& device, Place at, std::uint32_t bits) noexcept {
-  config::ChamberSettings settings = device.settings.chamber(at.instance);
+  config::ChamberSettings settings = device.settings.edited(at.instance);
   settings.*config::kChamberFloats[at.sub - 1U].member = std::bit_cast<float>(bits);
   return set_chamber(device, at, settings);
 }
@@ -36,7 +36,7 @@ inline Abort read_chamber_ticks(const Device& device, Place at, std::uint32_t& b
 }
 
 inline Abort write_chamber_ticks(Device& device, Place at, std::uint32_t bits) noexcept {
-  config::ChamberSettings settings = device.settings.chamber(at.instance);
+  config::ChamberSettings settings = device.settings.edited(at.instance);
   settings.*config::kChamberTicks[at.sub - 1U].member = static_cast<std::uint16_t>(bits);
   return set_chamber(device, at, settings);
 }
@@ -47,7 +47,7 @@ inline Abort read_in_use(const Device& device, Place at, std::uint32_t& bits) no
 }
 
 inline Abort write_in_use(Device& device, Place at, std::uint32_t bits) noexcept {
-  config::ChamberSettings settings = device.settings.chamber(at.instance);
+  config::ChamberSettings settings = device.settings.edited(at.instance);
   settings.in_use = bits != 0;
   return set_chamber(device, at, settings);
 }
@@ -58,7 +58,7 @@ inline Abort read_safe_output(const Device& device, Place at, std::uint32_t& bit
 }
 
 inline Abort write_safe_output(Device& device, Place at, std::uint32_t bits) noexcept {
-  config::ChamberSettings settings = device.settings.chamber(at.instance);
+  config::ChamberSettings settings = device.settings.edited(at.instance);
   settings.safe_output = static_cast<config::SafeOutput>(bits);
   return set_chamber(device, at, settings);
 }
@@ -76,7 +76,7 @@ inline Abort read_board_float(const Device& device, Place at, std::uint32_t& bit
 }
 
 inline Abort write_board_float(Device& device, Place at, std::uint32_t bits) noexcept {
-  config::BoardSettings settings = device.settings.board();
+  config::BoardSettings settings = device.settings.edited_board();
   settings.*config::kBoardFloats[at.sub - 1U].member = std::bit_cast<float>(bits);
   return set_board(device, settings);
 }
@@ -87,7 +87,7 @@ inline Abort read_board_ticks(const Device& device, Place at, std::uint32_t& bit
 }
 
 inline Abort write_board_ticks(Device& device, Place at, std::uint32_t bits) noexcept {
-  config::BoardSettings settings = device.settings.board();
+  config::BoardSettings settings = device.settings.edited_board();
   settings.*config::kBoardTicks[at.sub - 1U].member = static_cast<std::uint16_t>(bits);
   return set_board(device, settings);
 }

@@ -191,6 +191,17 @@ class Bench : public host::client::Link {
     for (int i = 0; i < count; ++i) tick();
   }
 
+  /// A reset, until its boot-up message has come.
+  void reset(canopen::NmtCommand command) {
+    session.nmt(command);
+    tick();
+    for (int i = 0; board.controller().node().is_resetting(); ++i) {
+      if (i == 1000) throw std::runtime_error("a reset takes no 10 s");
+      tick();
+    }
+    tick();
+  }
+
   using Images = std::array<std::vector<std::uint8_t>, kChambers>;
 
   /// Puts these models and values into the store, as a board would have left them; an empty image is none.

@@ -30,10 +30,6 @@ struct Saving : Bench {
   }
   void save(std::uint8_t group = all) { session.write(object::kStore, group, kSaveSignature); }
   void load(std::uint8_t group = all) { session.write(object::kRestore, group, kLoadSignature); }
-  void reset(NmtCommand command) {
-    session.nmt(command);
-    run(2);
-  }
   std::uint16_t heartbeat() { return session.read<std::uint16_t>(object::kHeartbeatTime, 0); }
   std::uint8_t preview() { return session.read<std::uint8_t>(object::kPreviewTicks, 0); }
   void set(std::uint16_t heartbeat_ms, std::uint8_t preview_ticks) {

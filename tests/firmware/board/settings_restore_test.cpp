@@ -30,10 +30,7 @@ struct Storing : Bench {
   void set(std::uint8_t sub, float value) { session.write<float>(object::kChamberSettings, sub, value); }
   void save() { session.write(object::kStore, 3, canopen::kSaveSignature); }
   void load() { session.write(object::kRestore, 3, canopen::kLoadSignature); }
-  void reset(NmtCommand command = NmtCommand::reset_node) {
-    session.nmt(command);
-    run(2);
-  }
+  void reset(NmtCommand command = NmtCommand::reset_node) { Bench::reset(command); }
 };
 
 // ---- a reset and the pressure ----
@@ -87,7 +84,7 @@ TEST(SettingsRestore, EndsARegulationByAnyNumberOfResetsAtOnce) {
   }
   bench.tick();
   EXPECT_EQ(bench.state(), safety::State::init);
-  bench.tick();
+  while (bench.board.controller().node().is_resetting()) bench.tick();
   const auto frames = bench.take();
   EXPECT_EQ(std::count_if(frames.begin(), frames.end(),
                           [](const ports::CanFrame& frame) {
@@ -97,6 +94,42 @@ TEST(SettingsRestore, EndsARegulationByAnyNumberOfResetsAtOnce) {
       << "boot-up messages";
   EXPECT_EQ(bench.session.read<float>(object::kChamberSettings, kPressureHigh), 400.0F)
       << "a reset of the node is more than one of the communication";
+}
+
+TEST(SettingsRestore, LeavesWhatIsInForceUntilAChambersSettingsAreBackAsAWhole) {
+  Storing board;
+  board.set(9, 110.0F);
+  board.set(kPressureHigh, 680.0F);
+  board.set(kOverPressure, 690.0F);
+  board.save();
+  board.set(kPressureHigh, 300.0F);
+  board.set(kOverPressure, 310.0F);
+  board.session.nmt(NmtCommand::reset_node);
+  int ticks = 0;
+  for (board.tick(); board.board.controller().node().is_resetting(); board.tick()) ++ticks;
+  EXPECT_GT(ticks, 3) << "in pieces";
+  EXPECT_EQ(board.field(kPressureHigh), 680.0F);
+  EXPECT_EQ(board.field(kOverPressure), 690.0F);
+  EXPECT_EQ(board.image().store.skipped_rows, 0);
+}
+
+/// The order has been given, and its set is not composed yet, when the reset comes.
+TEST(SettingsRestore, SavesNoHalfOfASetWhenAResetFollowsASaveAtOnce) {
+  Storing board;
+  board.set(kPressureHigh, 680.0F);
+  board.set(kOverPressure, 690.0F);
+  board.save();
+  board.set(kOverPressure, 685.0F);
+  board.put(0x600 + Bench::kNode, {0x23, 0x10, 0x10, 1, 's', 'a', 'v', 'e'});
+  board.put(0, {0x81, Bench::kNode});
+  board.tick();
+  EXPECT_TRUE(board.board.controller().node().is_resetting());
+  while (board.board.controller().node().is_resetting()) board.tick();
+  board.run(100);
+  Storing restarted(board.store.durable);
+  EXPECT_EQ(restarted.image().store.skipped_rows, 0);
+  EXPECT_EQ(restarted.field(kPressureHigh), 680.0F);
+  EXPECT_EQ(restarted.field(kOverPressure), 690.0F);
 }
 
 TEST(SettingsRestore, LetsARegulationGoOnWhenOnlyTheCommunicationIsReset) {

@@ -117,7 +117,7 @@ TEST(ObjectDictionary, KeepsOnlyWhatCanBeReadAndWrittenAgain) {
 }
 
 TEST(ObjectDictionary, ActivatesEveryDefaultMapping) {
-  const Communication communication = default_communication(Config{});
+  const Communication communication = delivered_communication();
   for (const Rpdo& rpdo : communication.rpdo) {
     EXPECT_NE(rpdo.parameters.mapping.count, 0);
     EXPECT_NE(rpdo.parameters.mapping.bytes, 0);

@@ -12,6 +12,15 @@ ChamberSettings with_limits(float high_kPa, float over_kPa) {
   return settings;
 }
 
+/// Takes every owner's restored settings; false when any were not admissible.
+bool take_all(SettingsDesk& desk) {
+  bool admissible = desk.take_restored(kChambers);
+  for (std::size_t chamber = 0; chamber < kChambers; ++chamber)
+    admissible = desk.take_restored(chamber) && admissible;
+  desk.end_restore();
+  return admissible;
+}
+
 TEST(SettingsDesk, TakesWhatIsAdmissibleAndTellsOnceWhichChambersChanged) {
   SettingsDesk desk;
   EXPECT_EQ(desk.take_changed(), 0);
@@ -41,12 +50,16 @@ TEST(SettingsDesk, RestoresASetWhoseFieldsContradictTheOldOnesOnTheWay) {
   SettingsDesk desk;
   desk.begin_restore();
   // field by field: 950 kPa lies beyond the trip of 900 kPa that still stands
-  ChamberSettings settings = desk.chamber(0);
+  ChamberSettings settings = desk.edited(0);
   settings.pressure_high_kPa = 950.0F;
   EXPECT_TRUE(desk.set(0, settings));
+  settings = desk.edited(0);
   settings.over_pressure_kPa = 980.0F;
   EXPECT_TRUE(desk.set(0, settings));
-  EXPECT_TRUE(desk.end_restore());
+  EXPECT_EQ(desk.chamber(0).pressure_high_kPa, ChamberSettings{}.pressure_high_kPa)
+      << "half of a set is not in force";
+  EXPECT_EQ(desk.take_changed(), 0);
+  EXPECT_TRUE(take_all(desk));
   EXPECT_EQ(desk.chamber(0).pressure_high_kPa, 950.0F);
   EXPECT_EQ(desk.chamber(0).over_pressure_kPa, 980.0F);
 }
@@ -58,7 +71,7 @@ TEST(SettingsDesk, RestoresOverTheInstallersSettingsAndNotOverWhatWasWrittenSinc
   board.supply_ticks = 7;
   ASSERT_TRUE(desk.set(board));
   desk.begin_restore();
-  EXPECT_TRUE(desk.end_restore());
+  EXPECT_TRUE(take_all(desk));
   EXPECT_EQ(desk.chamber(3).pressure_high_kPa, ChamberSettings{}.pressure_high_kPa);
   EXPECT_EQ(desk.board().supply_ticks, BoardSettings{}.supply_ticks);
 }
@@ -74,7 +87,7 @@ TEST(SettingsDesk, PutsBackTheInstallersSettingsWhereRestoredOnesAreNotAdmissibl
   BoardSettings board;
   board.supply_ticks = 0;
   desk.set(board);
-  EXPECT_FALSE(desk.end_restore());
+  EXPECT_FALSE(take_all(desk));
   EXPECT_EQ(desk.chamber(0).pressure_high_kPa, 300.0F);
   EXPECT_EQ(desk.chamber(1).pressure_high_kPa, 400.0F);
   EXPECT_EQ(desk.board().supply_ticks, BoardSettings{}.supply_ticks);
@@ -93,7 +106,7 @@ TEST(SettingsDesk, TakesNothingOfAChamberOrTheBoardOneOfWhoseStoredValuesCouldNo
     desk.set(board);
     desk.set(3, with_limits(300.0F, 350.0F));
     desk.set(4, with_limits(400.0F, 450.0F));
-    EXPECT_TRUE(desk.end_restore()) << "none was found inadmissible here";
+    EXPECT_TRUE(take_all(desk)) << "none was found inadmissible here";
     EXPECT_EQ(desk.chamber(3).pressure_high_kPa, refuses ? ChamberSettings{}.pressure_high_kPa : 300.0F);
     EXPECT_EQ(desk.chamber(4).pressure_high_kPa, 400.0F);
     EXPECT_EQ(desk.board().supply_ticks, refuses ? BoardSettings{}.supply_ticks : 7);
