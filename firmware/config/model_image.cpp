@@ -144,6 +144,7 @@ constexpr std::uint32_t hash_of(ModelKind kind, std::span<const ParameterSpec> s
 }
 
 constexpr std::uint32_t kTassa9Hash = hash_of(ModelKind::tassa9, kTassa9);
+constexpr std::uint32_t kGreyboxHash = hash_of(ModelKind::greybox, kGreybox);
 
 ImageVerdict refuse(ImageError error) noexcept {
   return {.error = error};
@@ -216,7 +217,9 @@ std::span<const ParameterSpec> parameter_schema(ModelKind kind) noexcept {
 }
 
 std::uint32_t schema_hash(ModelKind kind) noexcept {
-  return kind == ModelKind::tassa9 ? kTassa9Hash : hash_of(kind, {});
+  if (kind == ModelKind::tassa9) return kTassa9Hash;
+  if (kind == ModelKind::greybox) return kGreyboxHash;
+  return hash_of(kind, {});
 }
 
 const char* describe(ImageError error) noexcept {

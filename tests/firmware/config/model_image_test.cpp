@@ -4,6 +4,7 @@
 #include <rapidcheck/gtest.h>
 
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -125,6 +126,24 @@ TEST(ModelImage, IsNotWrittenIntoTooSmallAPlaceOrForAnUnknownKind) {
   ModelParameters miscounted = tassa9_sample();
   miscounted.count = 60000;
   EXPECT_EQ(encode(miscounted, room), 0U);
+}
+
+/// FNV-1a, written again: kind, then of each parameter its name with the zero at its end, low and high.
+TEST(ModelImage, SchemaHashCoversEveryNameAndRangeOfItsKind) {
+  for (const ModelKind kind : {ModelKind::tassa9, ModelKind::greybox}) {
+    std::uint32_t hash = 2166136261U;
+    const auto take = [&hash](std::uint32_t value, int bytes) {
+      for (int i = 0; i < bytes; ++i) hash = (hash ^ (value >> (8 * i) & 0xFFU)) * 16777619U;
+    };
+    take(static_cast<std::uint32_t>(kind), 2);
+    ASSERT_FALSE(parameter_schema(kind).empty());
+    for (const ParameterSpec& spec : parameter_schema(kind)) {
+      for (const char letter : std::string(spec.name) + '\0') take(static_cast<std::uint8_t>(letter), 1);
+      take(std::bit_cast<std::uint32_t>(spec.low), 4);
+      take(std::bit_cast<std::uint32_t>(spec.high), 4);
+    }
+    EXPECT_EQ(schema_hash(kind), hash) << "kind " << static_cast<int>(kind);
+  }
 }
 
 TEST(ModelSchema, ListsTheTwelveParametersOfTassa9InOrder) {
