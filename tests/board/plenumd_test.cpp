@@ -129,6 +129,7 @@ TEST_F(PlenumdTest, FramesAreAnsweredBetweenTheTicks) {
   events.stop_after(5);
   run(kClock);
   EXPECT_TRUE(hardware.ticks.empty());
+  ASSERT_FALSE(bench.can.from_board.empty());
   EXPECT_EQ(bench.can.from_board.back().id, 0x585U);
   EXPECT_GE(answers.at(0), 1U);
 }
