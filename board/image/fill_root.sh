@@ -17,6 +17,8 @@ LABEL=plenum      /          ext4  defaults,noatime     0 1
 LABEL=PLENUM-EFI  /boot/efi  vfat  ro,nofail,umask=022  0 2
 FSTAB
 mkdir -p "$root/boot/efi"
+# It sets up can0, as the package of plenumd says.
+systemctl -q --root="$root" enable systemd-networkd
 # The serial console is the way in, for who stands before the board; nothing listens on a network.
 sed -i 's/^root:[^:]*:/root::/' "$root/etc/shadow"
 find "$root/var/cache/apt" "$root/var/lib/apt/lists" -type f -delete

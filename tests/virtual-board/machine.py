@@ -97,6 +97,8 @@ class Machine:
         self.console = self.folder / "console"
         command = [
             "qemu-system-aarch64", "-nodefaults", "-display", "none", "-M", "virt,gic-version=3", "-cpu", "cortex-a53", "-smp", "1", "-m", "512",
+            # Time goes by instructions, 8 ns each, and waits for a PC that is slower: README.md.
+            "-icount", "shift=3,sleep=on",
             "-no-reboot", "-serial", "chardev:serial",
             "-qmp", f"unix:{self.folder}/qmp,server=on,wait=off",
             "-device", "virtio-serial-pci", "-chardev", f"socket,id=agent,path={self.folder}/agent,server=on,wait=off",

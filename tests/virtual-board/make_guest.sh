@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # build/virtual-board/guest.cpio.gz: what the test adds to the initramfs of the image, for one boot and in memory only. The
-# front end (a kernel module), plantd, can_door, the agent, and the units that start them.
+# front end (a kernel module), plantd, can_door, the agent, the units that start them.
 set -euo pipefail
 
 top=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
@@ -35,6 +35,9 @@ done
 # An emulated processor on a busy machine is slow: what its devices take is no reason to give them up.
 mkdir "$staged/run-extra/systemd/system.conf.d"
 printf '[Manager]\nDefaultDeviceTimeoutSec=infinity\nDefaultTimeoutStartSec=infinity\n' >"$staged/run-extra/systemd/system.conf.d/virtual-board.conf"
+
+# These tests want the devices for themselves.
+ln -s /dev/null "$staged/run-extra/systemd/system/plenumd.service"
 
 # Where there is no root file system, the modules come along, with those of the initramfs: depmod's index is one.
 cp -r "$top/build/image/initramfs/lib" "$staged/"
