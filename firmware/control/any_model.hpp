@@ -16,7 +16,7 @@ class AnyModel {
   /// kind none.
   const PressureModel* take_over(const config::ModelParameters& parameters, Scalar command_low_V,
                                  Scalar command_high_V) noexcept {
-    const std::span<const float> values(parameters.value);
+    const std::span values(parameters.value);
     switch (parameters.kind) {
       case config::ModelKind::none:
         return nullptr;

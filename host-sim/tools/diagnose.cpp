@@ -11,6 +11,7 @@
 #include "host-sim/diagnose/found_rig.hpp"
 #include "host-sim/diagnose/gap_json.hpp"
 #include "host-sim/diagnose/log_check.hpp"
+#include "host-sim/identify/greybox.hpp"
 #include "host-sim/tools/command.hpp"
 #include "host-sim/tools/diagnose_report.hpp"
 #include "host-sim/tools/effects.hpp"
@@ -33,6 +34,7 @@ struct Options {
   std::vector<std::string> strike;
   std::string report;
   std::string save_rig;
+  std::string save_model;
   Output output;
 };
 
@@ -92,12 +94,19 @@ void print_report(const Output& output, const GapReport& report) {
   if (report.next) output.print("next      {}\n", next_text(report));
 }
 
+void save_model(const Options& options, const trace::RigDescription& found) {
+  const identify::GreyboxModel model = identify::greybox_of(found, chamber_in_name(options.logs.front()));
+  trace::write_model(options.save_model, model.file);
+  options.output.print("model: {}{}\n", options.save_model,
+                       model.left_out.empty() ? "" : ", without " + listed(model.left_out, "and"));
+}
+
 int run(const Options& options) {
   if (!options.input.has_rig() && !options.input.of_ventilator()) {
     throw std::invalid_argument("--rig is missing, expected the RIG.toml that the logs are of");
   }
   for (const std::string& id : options.strike) effect_of(id, "--strike");
-  for (const std::string& file : {options.report, options.save_rig}) {
+  for (const std::string& file : {options.report, options.save_rig, options.save_model}) {
     if (!file.empty()) require_writable(file);
   }
   const trace::RigDescription rig = options.input.rig();
@@ -122,6 +131,7 @@ int run(const Options& options) {
     trace::write_rig(options.save_rig, diagnose::found_rig(rig, report));
     options.output.print("rig: {}\n", options.save_rig);
   }
+  if (!options.save_model.empty()) save_model(options, diagnose::found_rig(rig, report));
   if (!options.report.empty()) {
     diagnose_page(report).write(options.report);
     options.output.print("report: {}\n", options.report);
@@ -156,6 +166,11 @@ Command add_diagnose(CLI::App& program) {
   app->add_option("--save-rig", options->save_rig,
                   "Write the rig with its valve as fitted and the effects found (default: do not)")
       ->type_name("OUT.toml");
+  app->add_option(
+         "--save-model", options->save_model,
+         "Write the board's grey-box model with the valve as fitted and the effects found that it has "
+         "parameters for: area_shape, flow_function, volume_error (default: do not)")
+      ->type_name("MODEL.json");
   options->output.add_to(*app);
   app->footer(
       example("  plenum diagnose --rig logs/rig.toml logs/chamber-1.csv --json gap.json --report gap.html"));

@@ -31,16 +31,6 @@ struct Options {
   Output output;
 };
 
-/// The number of the chamber that a log is of, where its name says so: chamber-3.csv.
-std::optional<unsigned> chamber_in_name(const std::string& file) {
-  constexpr std::string_view kStem = "chamber-";
-  const std::string name = std::filesystem::path(file).stem().string();
-  const std::size_t at = name.rfind(kStem);
-  if (at == std::string::npos || name.size() != at + kStem.size() + 1) return std::nullopt;
-  const char digit = name.back();
-  return digit >= '1' && digit <= '8' ? std::optional(static_cast<unsigned>(digit - '0')) : std::nullopt;
-}
-
 double kink_width_V(const std::string& text) {
   std::size_t used = 0;
   double value = 0.0;

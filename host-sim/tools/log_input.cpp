@@ -64,4 +64,13 @@ std::vector<trace::NamedLog> LogInput::read(const std::vector<std::string>& file
   return logs;
 }
 
+std::optional<unsigned> chamber_in_name(const std::string& file) {
+  constexpr std::string_view kStem = "chamber-";
+  const std::string name = std::filesystem::path(file).stem().string();
+  const std::size_t at = name.rfind(kStem);
+  if (at == std::string::npos || name.size() != at + kStem.size() + 1) return std::nullopt;
+  const char digit = name.back();
+  return digit >= '1' && digit <= '8' ? std::optional(static_cast<unsigned>(digit - '0')) : std::nullopt;
+}
+
 }  // namespace plenum::host::tools

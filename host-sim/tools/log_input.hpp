@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -33,5 +34,8 @@ class LogInput {
   std::string format_ = "csv";
   std::string rig_file_;
 };
+
+/// The number of the chamber that a log is of, where its name says so: chamber-3.csv.
+std::optional<unsigned> chamber_in_name(const std::string& file);
 
 }  // namespace plenum::host::tools
