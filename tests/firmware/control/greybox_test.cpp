@@ -90,6 +90,10 @@ Greybox model_of(const Set& set) {
 
 // ---- the equations once more, in double, from the header
 
+double figure(const Set& of, std::size_t which) {
+  return static_cast<double>(of[which]);
+}
+
 double thin_plate(double ratio) {
   const auto difference = [](double r) { return std::pow(r, 2.0 / 1.4) - std::pow(r, 2.4 / 1.4); };
   const double critical = std::pow(2.0 / 2.4, 3.5);
@@ -98,10 +102,10 @@ double thin_plate(double ratio) {
 
 double flow_function(const Set& of, double ratio) {
   const double critical = std::pow(2.0 / 2.4, 3.5);
-  const double b = of[Greybox::kCriticalRatio], a = of[Greybox::kCrackingRatio];
+  const double b = figure(of, Greybox::kCriticalRatio), a = figure(of, Greybox::kCrackingRatio);
   const double as_plate = critical + (ratio - b) * (1.0 - critical) / (a - b);
-  return (1.0 + static_cast<double>(of[Greybox::kDischargeSlope]) * (critical - ratio)) *
-         std::pow(thin_plate(as_plate), 2.0 * static_cast<double>(of[Greybox::kSubsonicIndex]));
+  return (1.0 + figure(of, Greybox::kDischargeSlope) * (critical - ratio)) *
+         std::pow(thin_plate(as_plate), 2.0 * figure(of, Greybox::kSubsonicIndex));
 }
 
 double phi(const Set& of, double from_kPa, double to_kPa) {
@@ -112,9 +116,9 @@ double phi(const Set& of, double from_kPa, double to_kPa) {
 /// `first` of the shape's three figures.
 double conductance(const Set& of, double gain, double leak, Greybox::Parameter first, double opening_V) {
   const double o = std::max(opening_V, 0.0), g = o / (o + 2.0);
-  const double q = of[first], c = of[first + 1], e = of[first + 2];
+  const double q = figure(of, first), c = figure(of, first + 1), e = figure(of, first + 2);
   const double bent = opening_V * std::max(1.0 + q * g + c * g * g + e * g * g * g, 0.05);
-  const double w = of[Greybox::kTransition];
+  const double w = figure(of, Greybox::kTransition);
   const double x = (gain * bent - leak) / w;
   return leak + w * 0.5 * (x + std::sqrt(x * x + 1.0));
 }
@@ -122,18 +126,16 @@ double conductance(const Set& of, double gain, double leak, Greybox::Parameter f
 /// (G1) with the volume at the middle of the tick held, as the model is told it.
 double rate_kPa_s(const Case& of, double pressure_kPa, double command_V) {
   const Set& p = of.set;
-  const double inlet =
-      conductance(p, p[Greybox::kInletConductance], p[Greybox::kInletLeak], Greybox::kInletSlope,
-                  command_V - static_cast<double>(p[Greybox::kOpenAbove]));
+  const double inlet = conductance(p, figure(p, Greybox::kInletConductance), figure(p, Greybox::kInletLeak),
+                                   Greybox::kInletSlope, command_V - figure(p, Greybox::kOpenAbove));
   const double exhaust =
-      conductance(p, p[Greybox::kExhaustConductance], p[Greybox::kExhaustLeak], Greybox::kExhaustSlope,
-                  static_cast<double>(p[Greybox::kExhaustBelow]) - command_V);
-  const double flows = inlet * phi(p, p[Greybox::kSupply], pressure_kPa) -
-                       exhaust * phi(p, pressure_kPa, p[Greybox::kAmbient]);
-  const double moved = static_cast<double>(p[Greybox::kVolumeExponent]) *
-                       static_cast<double>(of.motion.volume_rate_mL_s) * pressure_kPa;
-  return (flows - moved) /
-         (static_cast<double>(of.motion.volume_mL) + static_cast<double>(p[Greybox::kDeadVolume]));
+      conductance(p, figure(p, Greybox::kExhaustConductance), figure(p, Greybox::kExhaustLeak),
+                  Greybox::kExhaustSlope, figure(p, Greybox::kExhaustBelow) - command_V);
+  const double flows = inlet * phi(p, figure(p, Greybox::kSupply), pressure_kPa) -
+                       exhaust * phi(p, pressure_kPa, figure(p, Greybox::kAmbient));
+  const double moved =
+      figure(p, Greybox::kVolumeExponent) * static_cast<double>(of.motion.volume_rate_mL_s) * pressure_kPa;
+  return (flows - moved) / (static_cast<double>(of.motion.volume_mL) + figure(p, Greybox::kDeadVolume));
 }
 
 struct Exact {
@@ -145,7 +147,7 @@ struct Exact {
 Exact integrated(const Case& of, double command_V, double duration_s) {
   constexpr int kSteps = 1000;
   const double h = duration_s / kSteps;
-  double p = of.pressure_kPa, area = 0.0;
+  double p = static_cast<double>(of.pressure_kPa), area = 0.0;
   for (int i = 0; i < kSteps; ++i) {
     const double k1 = rate_kPa_s(of, p, command_V);
     const double k2 = rate_kPa_s(of, p + 0.5 * h * k1, command_V);
