@@ -211,9 +211,10 @@ bool adds_node_id(const Entry& entry, std::uint32_t bits) noexcept {
 
 }  // namespace
 
-DataSheet::DataSheet(const Identity& identity, config::ModelDesk& desk,
+DataSheet::DataSheet(const Identity& identity, const config::SettingsDesk& installed, config::ModelDesk& desk,
                      telemetry::Recorder& recorder) noexcept
     : delivered_{.node_id = 0, .identity = identity},
+      settings_(installed),
       device_{delivered_, image_, desk, settings_, recorder, *this, delivered_communication(), {}, {}, {}} {}
 
 std::size_t DataSheet::read(std::uint32_t offset, std::span<std::uint8_t> bytes) noexcept {

@@ -17,8 +17,10 @@ namespace plenum::canopen {
 
 class DataSheet {
  public:
-  /// `desk` and `recorder` are never asked: they complete the device whose defaults are read.
-  DataSheet(const Identity& identity, config::ModelDesk& desk, telemetry::Recorder& recorder) noexcept;
+  /// `installed`: the settings that a reset without a stored set leads to, which are copied. `desk` and `recorder` are never
+  /// asked: they complete the device whose defaults are read.
+  DataSheet(const Identity& identity, const config::SettingsDesk& installed, config::ModelDesk& desk,
+            telemetry::Recorder& recorder) noexcept;
   DataSheet(const DataSheet&) = delete;
   DataSheet& operator=(const DataSheet&) = delete;
 

@@ -58,7 +58,7 @@ bool admissible(const Mapping& mapping, const std::array<std::uint8_t, 8>& data)
 Node::Node(const Config& config, ProcessImage& image, config::ModelDesk& desk, config::SettingsDesk& settings,
            telemetry::Recorder& recorder) noexcept
     : config_(config),
-      sheet_(config_.identity, desk, recorder),
+      sheet_(config_.identity, settings, desk, recorder),
       device_{config_, image, desk, settings, recorder, sheet_, sheet_.delivered().communication,
               {},      {},    {}} {
   begin_communication();

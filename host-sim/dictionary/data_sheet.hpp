@@ -15,7 +15,7 @@ struct DataSheet {
   telemetry::Recorder recorder;
   canopen::DataSheet sheet;
 
-  explicit DataSheet(const canopen::Identity& identity) : sheet(identity, slots, recorder) {}
+  explicit DataSheet(const canopen::Identity& identity) : sheet(identity, {}, slots, recorder) {}
 };
 
 /// The whole text, as object 1021h carries it.

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <map>
+#include <memory>
 #include <random>
 #include <set>
 #include <string>
@@ -67,7 +68,8 @@ TEST(TextLine, CutsWhatDoesNotFit) {
 struct Sheet {
   config::ParameterSlots slots;
   telemetry::Recorder recorder;
-  DataSheet text{kIdentity, slots, recorder};
+  config::SettingsDesk installed;
+  DataSheet text{kIdentity, installed, slots, recorder};
 };
 
 std::string read_all(DataSheet& sheet, std::size_t portion) {
@@ -196,6 +198,26 @@ TEST(DataSheet, AddsTheNodeIdWhereAnIdentifierDependsOnIt) {
   EXPECT_TRUE(cob_id("1804sub1", "0xC0000000")) << "has no identifier yet";
   EXPECT_TRUE(cob_id("1005", "0x00000080")) << "SYNC is everyone's";
   EXPECT_TRUE(cob_id("1600sub2", "0x6B800110")) << "set point of chamber 2, 16 bits";
+}
+
+TEST(DataSheet, GivesTheInstallersSettingsAsDefaults) {
+  // 2402h:2 is the pressure's offset of the third chamber, 2418h:1 the gain of the supply's sensor
+  config::SettingsDesk::Chambers chambers{};
+  chambers[2].pressure_offset_kPa = -25.0F;
+  config::BoardSettings board;
+  board.supply_gain_kPa_per_V = 160.0F;
+  Sheet plain;
+  const auto sheet = std::make_unique<DataSheet>(kIdentity, config::SettingsDesk(board, chambers),
+                                                 plain.slots, plain.recorder);
+  const std::string text = read_all(*sheet, DataSheet::kRepeat);
+  const auto default_of = [](const std::string& of, const std::string& section) {
+    const std::string key = "\nDefaultValue=";
+    const std::size_t at = of.find(key, of.find("\n[" + section + "]\n")) + key.size();
+    return of.substr(at, of.find('\n', at) - at);
+  };
+  EXPECT_EQ(default_of(text, "2402sub2"), "-25");
+  EXPECT_EQ(default_of(text, "2401sub2"), default_of(whole_text(), "2401sub2"));
+  EXPECT_EQ(default_of(text, "2418sub1"), "160");
 }
 
 TEST(DataSheet, NamesTheDeviceThatCarriesIt) {

@@ -31,7 +31,7 @@ struct SourceBench {
   FakeDesk desk;
   config::SettingsDesk settings;
   telemetry::Recorder recorder;
-  DataSheet sheet{config.identity, desk, recorder};
+  DataSheet sheet{config.identity, {}, desk, recorder};
   Device device{config, image, desk, settings, recorder, sheet, {}, {}, {}, {}};
   Entry entry;
   std::array<std::uint8_t, 8> room{};
