@@ -33,33 +33,8 @@ constexpr std::array<ParameterSpec, kTassa9Count> kTassa9 = {{
     {"ambient_kPa", 10.0F, 200.0F},
 }};
 
-enum Greybox : std::uint8_t {
-  open_above,
-  exhaust_below,
-  inlet_conductance,
-  exhaust_conductance,
-  inlet_leak,
-  exhaust_leak,
-  transition,
-  inlet_slope,
-  inlet_curve,
-  inlet_bend,
-  exhaust_slope,
-  exhaust_curve,
-  exhaust_bend,
-  critical_ratio,
-  subsonic_index,
-  cracking_ratio,
-  discharge_slope,
-  dead_volume,
-  volume_exponent,
-  greybox_supply,
-  greybox_ambient,
-  kGreyboxCount
-};
-
-// In the order of control::Greybox::Parameter: what valves from drops to a hundred litres a second and their chambers can be.
-constexpr std::array<ParameterSpec, kGreyboxCount> kGreybox = {{
+// In the order of GreyboxParameter: what valves from drops to a hundred litres a second and their chambers can be.
+constexpr std::array<ParameterSpec, kGreyboxParameters> kGreybox = {{
     {"open_above_V", -5.0F, 15.0F},
     {"exhaust_below_V", -5.0F, 15.0F},
     {"inlet_conductance_mL_per_s_V", 1e-3F, 1e5F},
@@ -143,9 +118,6 @@ constexpr std::uint32_t hash_of(ModelKind kind, std::span<const ParameterSpec> s
   return fnv.hash();
 }
 
-constexpr std::uint32_t kTassa9Hash = hash_of(ModelKind::tassa9, kTassa9);
-constexpr std::uint32_t kGreyboxHash = hash_of(ModelKind::greybox, kGreybox);
-
 ImageVerdict refuse(ImageError error) noexcept {
   return {.error = error};
 }
@@ -174,11 +146,8 @@ ImageVerdict validate_tassa9(const ModelParameters& parameters) noexcept {
   return {};
 }
 
-/// `first`: the port's slope in the image, its curve and bend follow.
-ImageVerdict validate_port(const ModelParameters& parameters, Greybox first) noexcept {
-  const ValveCurve port{.slope = parameters.value[first],
-                        .curve = parameters.value[first + 1U],
-                        .bend = parameters.value[first + 2U]};
+/// `slope`: the parameter to blame.
+ImageVerdict validate_port(const ValveCurve& port, GreyboxParameter slope) noexcept {
   constexpr int kSteps = 100;
   constexpr float kStep_V = kCommandSpan_V / kSteps;
   float before_V = 0.0F;
@@ -186,7 +155,7 @@ ImageVerdict validate_port(const ModelParameters& parameters, Greybox first) noe
     const float opening_V = kStep_V * static_cast<float>(i);
     const float bent_V = port.bent_V(opening_V);
     if (!(bent_V > before_V)) {
-      return {ImageError::not_admissible, first, parameters.value[first], opening_V - kStep_V, opening_V};
+      return {ImageError::not_admissible, slope, port.slope, opening_V - kStep_V, opening_V};
     }
     before_V = bent_V;
   }
@@ -195,31 +164,47 @@ ImageVerdict validate_port(const ModelParameters& parameters, Greybox first) noe
 
 ImageVerdict validate_greybox(const ModelParameters& parameters) noexcept {
   const auto& of = parameters.value;
-  const auto blame_low = [&](Greybox which, float low) noexcept -> ImageVerdict {
+  const auto blame_low = [&](GreyboxParameter which, float low) noexcept -> ImageVerdict {
     return {ImageError::not_admissible, which, of[which], low, kGreybox[which].high};
   };
-  if (!(of[greybox_supply] > of[greybox_ambient])) return blame_low(greybox_supply, of[greybox_ambient]);
+  if (!(of[kSupply] > of[kAmbient])) return blame_low(kSupply, of[kAmbient]);
   constexpr float kLeastSubsonic = 0.05F;
-  const float cracking_low = of[critical_ratio] + kLeastSubsonic;
-  if (!(of[cracking_ratio] >= cracking_low)) return blame_low(cracking_ratio, cracking_low);
-  for (const Greybox first : {inlet_slope, exhaust_slope}) {
-    if (const ImageVerdict verdict = validate_port(parameters, first); !verdict) return verdict;
+  const float cracking_low = of[kCriticalRatio] + kLeastSubsonic;
+  if (!(of[kCrackingRatio] >= cracking_low)) return blame_low(kCrackingRatio, cracking_low);
+  const ImageVerdict inlet = validate_port(inlet_of(of), kInletSlope);
+  return inlet ? validate_port(exhaust_of(of), kExhaustSlope) : inlet;
+}
+
+/// All that a kind of model is to an image.
+struct Kind {
+  ModelKind kind;
+  std::span<const ParameterSpec> schema;
+  std::uint32_t hash;
+  ImageVerdict (*validate)(const ModelParameters&) noexcept;  ///< the joint conditions
+};
+constexpr std::array<Kind, 2> kKinds = {{
+    {ModelKind::tassa9, kTassa9, hash_of(ModelKind::tassa9, kTassa9), validate_tassa9},
+    {ModelKind::greybox, kGreybox, hash_of(ModelKind::greybox, kGreybox), validate_greybox},
+}};
+
+/// Null: this firmware does not know it.
+const Kind* find_kind(ModelKind kind) noexcept {
+  for (const Kind& one : kKinds) {
+    if (one.kind == kind) return &one;
   }
-  return {};
+  return nullptr;
 }
 
 }  // namespace
 
 std::span<const ParameterSpec> parameter_schema(ModelKind kind) noexcept {
-  if (kind == ModelKind::tassa9) return kTassa9;
-  if (kind == ModelKind::greybox) return kGreybox;
-  return {};
+  const Kind* known = find_kind(kind);
+  return known == nullptr ? std::span<const ParameterSpec>() : known->schema;
 }
 
 std::uint32_t schema_hash(ModelKind kind) noexcept {
-  if (kind == ModelKind::tassa9) return kTassa9Hash;
-  if (kind == ModelKind::greybox) return kGreyboxHash;
-  return hash_of(kind, {});
+  const Kind* known = find_kind(kind);
+  return known == nullptr ? hash_of(kind, {}) : known->hash;
 }
 
 const char* describe(ImageError error) noexcept {
@@ -261,8 +246,9 @@ const char* describe(ImageError error) noexcept {
 }
 
 ImageVerdict validate(const ModelParameters& parameters) noexcept {
-  const std::span<const ParameterSpec> schema = parameter_schema(parameters.kind);
-  if (schema.empty()) return refuse(ImageError::unknown_kind);
+  const Kind* known = find_kind(parameters.kind);
+  if (known == nullptr) return refuse(ImageError::unknown_kind);
+  const std::span<const ParameterSpec> schema = known->schema;
   if (parameters.count != schema.size()) {
     return refuse_number(ImageError::wrong_count, parameters.count, schema.size());
   }
@@ -279,7 +265,7 @@ ImageVerdict validate(const ModelParameters& parameters) noexcept {
       return {ImageError::out_of_range, index, value, schema[i].low, schema[i].high};
     }
   }
-  return parameters.kind == ModelKind::greybox ? validate_greybox(parameters) : validate_tassa9(parameters);
+  return known->validate(parameters);
 }
 
 std::size_t encode(const ModelParameters& parameters, std::span<std::uint8_t> bytes) noexcept {

@@ -8,6 +8,9 @@
 // "Proportional directional flow control valve" are.
 #pragma once
 
+#include <span>
+
+#include "firmware/config/greybox_parameters.hpp"
 #include "firmware/numeric/scalar.hpp"
 
 namespace plenum::config {
@@ -36,5 +39,24 @@ struct ValveCurve {
     return leak_mL_s + transition_mL_s * smax;
   }
 };
+
+/// `first_of_shape`: q in a grey-box model's parameters, whose c and e follow.
+inline ValveCurve curve_of(std::span<const numeric::Scalar> parameters, GreyboxParameter gain,
+                           GreyboxParameter leak, GreyboxParameter first_of_shape) noexcept {
+  return {.gain_mL_s_V = parameters[gain],
+          .leak_mL_s = parameters[leak],
+          .transition_mL_s = parameters[kTransition],
+          .slope = parameters[first_of_shape],
+          .curve = parameters[first_of_shape + 1U],
+          .bend = parameters[first_of_shape + 2U]};
+}
+
+/// Of a grey-box model, from its parameters in image order.
+inline ValveCurve inlet_of(std::span<const numeric::Scalar> parameters) noexcept {
+  return curve_of(parameters, kInletConductance, kInletLeak, kInletSlope);
+}
+inline ValveCurve exhaust_of(std::span<const numeric::Scalar> parameters) noexcept {
+  return curve_of(parameters, kExhaustConductance, kExhaustLeak, kExhaustSlope);
+}
 
 }  // namespace plenum::config

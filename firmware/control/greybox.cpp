@@ -76,7 +76,7 @@ class FlowFunction {
   Scalar flow(Scalar from_kPa, Scalar to_kPa) const noexcept {
     return from_kPa >= to_kPa ? from_kPa * psi(to_kPa / from_kPa) : -to_kPa * psi(from_kPa / to_kPa);
   }
-  /// psi(0)
+  /// (1 + k (r* - r)), which is psi where the flow is choked
   Scalar discharge(Scalar ratio) const noexcept {
     return Scalar(1) + discharge_slope_ * (kThinPlateCritical - ratio);
   }
@@ -99,6 +99,13 @@ class FlowFunction {
 /// The opening at which the argument of smax() is `x`, were the area linear.
 Scalar opening_V(const config::ValveCurve& port, Scalar x) noexcept {
   return (x * port.transition_mL_s + port.leak_mL_s) / port.gain_mL_s_V;
+}
+
+/// Index of the last of sorted values that is not above `value`; 0 when all are.
+template <std::size_t count>
+std::size_t last_not_above(const std::array<Scalar, count>& sorted, Scalar value) noexcept {
+  const auto above = std::upper_bound(sorted.begin() + 1, sorted.end(), value);
+  return static_cast<std::size_t>(above - sorted.begin()) - 1;
 }
 
 /// ln(1 + y)/y, 1 at y = 0, for 1 + y > 0.
@@ -135,25 +142,12 @@ void Greybox::configure(std::span<const Scalar, kParameters> parameters, Scalar 
   // beyond the last corner the chamber's own pressure chokes both flows
   side_.back().slope = {-flow.discharge(Scalar(0)), flow.discharge(Scalar(0))};
   for (std::size_t i = 0; i + 1 < kCorners; ++i) {
-    const Scalar width_kPa = corner_kPa_[i + 1] - corner_kPa_[i];
-    side_[i].slope = {};
-    if (width_kPa <= Scalar(0)) continue;
-    side_[i].slope = {(side_[i + 1].at_corner.inlet - side_[i].at_corner.inlet) / width_kPa,
-                      (side_[i + 1].at_corner.exhaust - side_[i].at_corner.exhaust) / width_kPa};
+    side_[i].slope =
+        slope_between(side_[i].at_corner, side_[i + 1].at_corner, corner_kPa_[i + 1] - corner_kPa_[i]);
   }
 
-  const config::ValveCurve inlet{.gain_mL_s_V = parameters[kInletConductance],
-                                 .leak_mL_s = parameters[kInletLeak],
-                                 .transition_mL_s = parameters[kTransition],
-                                 .slope = parameters[kInletSlope],
-                                 .curve = parameters[kInletCurve],
-                                 .bend = parameters[kInletBend]};
-  const config::ValveCurve exhaust{.gain_mL_s_V = parameters[kExhaustConductance],
-                                   .leak_mL_s = parameters[kExhaustLeak],
-                                   .transition_mL_s = parameters[kTransition],
-                                   .slope = parameters[kExhaustSlope],
-                                   .curve = parameters[kExhaustCurve],
-                                   .bend = parameters[kExhaustBend]};
+  const config::ValveCurve inlet = config::inlet_of(parameters);
+  const config::ValveCurve exhaust = config::exhaust_of(parameters);
   std::size_t filled = 0;
   const auto add_opening = [&](Scalar of_inlet_V, Scalar of_exhaust_V) noexcept {
     node_V_[filled++] = parameters[kOpenAbove] + of_inlet_V;
@@ -170,12 +164,14 @@ void Greybox::configure(std::span<const Scalar, kParameters> parameters, Scalar 
                 exhaust.conductance_mL_s(parameters[kExhaustBelow] - node_V_[i])};
   }
   for (std::size_t i = 0; i + 1 < kNodes; ++i) {
-    const Scalar width_V = node_V_[i + 1] - node_V_[i];
-    slope_[i] = {};
-    if (width_V <= Scalar(0)) continue;
-    slope_[i] = {(node_[i + 1].inlet - node_[i].inlet) / width_V,
-                 (node_[i + 1].exhaust - node_[i].exhaust) / width_V};
+    slope_[i] = slope_between(node_[i], node_[i + 1], node_V_[i + 1] - node_V_[i]);
   }
+}
+
+/// Zero where two corners, or two commands, are one.
+Greybox::Ports Greybox::slope_between(const Ports& from, const Ports& to, Scalar width) noexcept {
+  if (width <= Scalar(0)) return {};
+  return {(to.inlet - from.inlet) / width, (to.exhaust - from.exhaust) / width};
 }
 
 Greybox::Tick Greybox::tick(Scalar pressure_kPa, const ChamberMotion& motion) const noexcept {
@@ -185,35 +181,37 @@ Greybox::Tick Greybox::tick(Scalar pressure_kPa, const ChamberMotion& motion) co
           .moved_mL_s = volume_exponent_ * clamp(motion.volume_rate_mL_s, -kMostSpeed_mL_s, kMostSpeed_mL_s)};
 }
 
-/// From the last corner that is not above the pressure.
+/// From the last corner that is not above the pressure, which is not below the first: vacuum.
 std::size_t Greybox::side_of(Scalar pressure_kPa) const noexcept {
-  std::size_t low = 0;
-  for (std::size_t step = 32; step > 0; step /= 2) {
-    if (low + step < kCorners && corner_kPa_[low + step] <= pressure_kPa) low += step;
-  }
-  return low;
+  return last_not_above(corner_kPa_, pressure_kPa);
 }
 
-Greybox::Flows Greybox::flows(std::size_t side, Scalar pressure_kPa) const noexcept {
+Greybox::Ports Greybox::flows(std::size_t side, Scalar pressure_kPa) const noexcept {
   const Side& of = side_[side];
   const Scalar along_kPa = pressure_kPa - corner_kPa_[side];
   return {of.at_corner.inlet + of.slope.inlet * along_kPa,
           of.at_corner.exhaust + of.slope.exhaust * along_kPa};
 }
 
+/// Into the chamber, and its slope: (G1) for a chamber of 1 mL that rests.
+Greybox::Rate Greybox::net_flow(std::size_t side, const Ports& at, Scalar pressure_kPa) const noexcept {
+  const Ports flow = flows(side, pressure_kPa);
+  const Ports& slope = side_[side].slope;
+  return {.kPa = at.inlet * flow.inlet - at.exhaust * flow.exhaust,
+          .slope = at.inlet * slope.inlet - at.exhaust * slope.exhaust};
+}
+
 /// (G1)
-Greybox::Rate Greybox::rate(const Tick& tick, std::size_t side, const Conductances& at,
+Greybox::Rate Greybox::rate(const Tick& tick, std::size_t side, const Ports& at,
                             Scalar pressure_kPa) const noexcept {
-  const Flows flow = flows(side, pressure_kPa);
-  const Flows& slope = side_[side].slope;
-  return {.kPa = (at.inlet * flow.inlet - at.exhaust * flow.exhaust - tick.moved_mL_s * pressure_kPa) *
-                 tick.per_volume,
-          .slope = (at.inlet * slope.inlet - at.exhaust * slope.exhaust - tick.moved_mL_s) * tick.per_volume};
+  const Rate flow = net_flow(side, at, pressure_kPa);
+  return {.kPa = (flow.kPa - tick.moved_mL_s * pressure_kPa) * tick.per_volume,
+          .slope = (flow.slope - tick.moved_mL_s) * tick.per_volume};
 }
 
 /// Goes from piece to piece; returns the pressure at the end [kPa].
 template <class Visit>
-Scalar Greybox::travel(const Tick& tick, const Conductances& at, Scalar ticks, Visit&& visit) const noexcept {
+Scalar Greybox::travel(const Tick& tick, const Ports& at, Scalar ticks, Visit&& visit) const noexcept {
   Piece piece;
   piece.side = side_of(tick.pressure_kPa);
   piece.from_kPa = tick.pressure_kPa;
@@ -254,24 +252,17 @@ Scalar Greybox::carried(Scalar change_kPa, const Piece& piece, const Rate& by) n
          piece.ticks * (by.kPa * piece.phi_1 + by_slope * by.slope);
 }
 
-Greybox::Rate Greybox::by_command(const Tick& tick, const Piece& piece,
-                                  const Conductances& slope) const noexcept {
-  const Flows flow = flows(piece.side, piece.from_kPa);
-  const Flows& by_pressure = side_[piece.side].slope;
-  return {.kPa = (slope.inlet * flow.inlet - slope.exhaust * flow.exhaust) * tick.per_volume,
-          .slope = (slope.inlet * by_pressure.inlet - slope.exhaust * by_pressure.exhaust) * tick.per_volume};
+Greybox::Rate Greybox::by_command(const Tick& tick, const Piece& piece, const Ports& slope) const noexcept {
+  const Rate flow = net_flow(piece.side, slope, piece.from_kPa);
+  return {.kPa = flow.kPa * tick.per_volume, .slope = flow.slope * tick.per_volume};
 }
 
 /// The one whose first node is the last that is not above the command.
 std::size_t Greybox::segment(Scalar command_V) const noexcept {
-  std::size_t low = 0;
-  for (std::size_t step = kNodes / 2; step > 0; step /= 2) {
-    if (node_V_[low + step] <= command_V) low += step;
-  }
-  return std::min(low, kNodes - 2);
+  return std::min(last_not_above(node_V_, command_V), kNodes - 2);
 }
 
-Greybox::Conductances Greybox::conductances(std::size_t segment, Scalar command_V) const noexcept {
+Greybox::Ports Greybox::conductances(std::size_t segment, Scalar command_V) const noexcept {
   const Scalar along_V = command_V - node_V_[segment];
   return {node_[segment].inlet + slope_[segment].inlet * along_V,
           node_[segment].exhaust + slope_[segment].exhaust * along_V};

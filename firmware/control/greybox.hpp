@@ -30,37 +30,16 @@
 #include <cstddef>
 #include <span>
 
+#include "firmware/config/greybox_parameters.hpp"
 #include "firmware/control/pressure_model.hpp"
 
 namespace plenum::control {
 
 class Greybox final : public PressureModel {
  public:
-  /// In image order.
-  enum Parameter : std::size_t {
-    kOpenAbove,           ///< U_c [V]
-    kExhaustBelow,        ///< U_r [V]
-    kInletConductance,    ///< B of the inlet [mL/(s V)]
-    kExhaustConductance,  ///< B of the exhaust [mL/(s V)]
-    kInletLeak,           ///< L of the inlet [mL/s]
-    kExhaustLeak,         ///< L of the exhaust [mL/s]
-    kTransition,          ///< w [mL/s]
-    kInletSlope,          ///< q of the inlet
-    kInletCurve,          ///< c of the inlet
-    kInletBend,           ///< e of the inlet
-    kExhaustSlope,        ///< q of the exhaust
-    kExhaustCurve,        ///< c of the exhaust
-    kExhaustBend,         ///< e of the exhaust
-    kCriticalRatio,       ///< r_b
-    kSubsonicIndex,       ///< beta
-    kCrackingRatio,       ///< r_a
-    kDischargeSlope,      ///< k
-    kDeadVolume,          ///< v_0 [mL], what the position sensor does not count
-    kVolumeExponent,      ///< n, 1 (isothermal) to 1.4 (adiabatic)
-    kSupply,              ///< P_c [kPa], absolute
-    kAmbient,             ///< P_r [kPa], absolute
-    kParameters
-  };
+  using Parameter = config::GreyboxParameter;
+  using enum config::GreyboxParameter;
+  static constexpr std::size_t kParameters = config::kGreyboxParameters;
 
   /// Takes over an admissible parameter set, and tabulates f over pressure and C over the command range [V], low < high.
   void configure(std::span<const Scalar, kParameters> parameters, Scalar command_low_V,
@@ -81,20 +60,15 @@ class Greybox final : public PressureModel {
   static constexpr std::size_t kCorners = 1 + 2 * (1 + 2 * (kChords + 1));
 
  private:
-  /// Of both ports, at one command.
-  struct Conductances {
-    Scalar inlet = 0;
-    Scalar exhaust = 0;
-  };
-  /// phi(P_c, p) and phi(p, P_r), or their slopes.
-  struct Flows {
+  /// Of both ports: conductances C, flows phi(P_c, p) and phi(p, P_r), or slopes of either.
+  struct Ports {
     Scalar inlet = 0;
     Scalar exhaust = 0;
   };
   /// From a corner of f to the next.
   struct Side {
-    Flows at_corner;
-    Flows slope;
+    Ports at_corner;
+    Ports slope;
   };
   /// (G1) with all put in but the pressure and the command.
   struct Tick {
@@ -124,14 +98,16 @@ class Greybox final : public PressureModel {
 
   Tick tick(Scalar pressure_kPa, const ChamberMotion& motion) const noexcept;
   std::size_t side_of(Scalar pressure_kPa) const noexcept;
-  Flows flows(std::size_t side, Scalar pressure_kPa) const noexcept;
-  Rate rate(const Tick& tick, std::size_t side, const Conductances& at, Scalar pressure_kPa) const noexcept;
+  Ports flows(std::size_t side, Scalar pressure_kPa) const noexcept;
+  Rate net_flow(std::size_t side, const Ports& at, Scalar pressure_kPa) const noexcept;
+  Rate rate(const Tick& tick, std::size_t side, const Ports& at, Scalar pressure_kPa) const noexcept;
   template <class Visit>
-  Scalar travel(const Tick& tick, const Conductances& at, Scalar ticks, Visit&& visit) const noexcept;
-  Rate by_command(const Tick& tick, const Piece& piece, const Conductances& slope) const noexcept;
+  Scalar travel(const Tick& tick, const Ports& at, Scalar ticks, Visit&& visit) const noexcept;
+  Rate by_command(const Tick& tick, const Piece& piece, const Ports& slope) const noexcept;
+  static Ports slope_between(const Ports& from, const Ports& to, Scalar width) noexcept;
   static Scalar carried(Scalar change_kPa, const Piece& piece, const Rate& by) noexcept;
   std::size_t segment(Scalar command_V) const noexcept;
-  Conductances conductances(std::size_t segment, Scalar command_V) const noexcept;
+  Ports conductances(std::size_t segment, Scalar command_V) const noexcept;
   Scalar end_at_node_kPa(const Tick& tick, std::size_t node) const noexcept;
   std::size_t extreme_node(const Tick& tick, Scalar sign) const noexcept;
   Miss miss(const Tick& tick, std::size_t segment, Scalar target_kPa, Scalar command_V) const noexcept;
@@ -140,8 +116,8 @@ class Greybox final : public PressureModel {
   std::array<Scalar, kCorners> corner_kPa_{};
   std::array<Side, kCorners> side_{};
   std::array<Scalar, kNodes> node_V_{};
-  std::array<Conductances, kNodes> node_{};
-  std::array<Conductances, kNodes - 1> slope_{};  ///< from a node to the next [mL/(s V)]
+  std::array<Ports, kNodes> node_{};
+  std::array<Ports, kNodes - 1> slope_{};  ///< from a node to the next [mL/(s V)]
 };
 
 }  // namespace plenum::control

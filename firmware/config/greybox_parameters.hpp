@@ -1,0 +1,33 @@
+// The parameters of a grey-box model, in image order: what they are for is in control/greybox.hpp.
+#pragma once
+
+#include <cstdint>
+
+namespace plenum::config {
+
+enum GreyboxParameter : std::uint8_t {
+  kOpenAbove,           ///< U_c [V]
+  kExhaustBelow,        ///< U_r [V]
+  kInletConductance,    ///< B of the inlet [mL/(s V)]
+  kExhaustConductance,  ///< B of the exhaust [mL/(s V)]
+  kInletLeak,           ///< L of the inlet [mL/s]
+  kExhaustLeak,         ///< L of the exhaust [mL/s]
+  kTransition,          ///< w [mL/s]
+  kInletSlope,          ///< q of the inlet
+  kInletCurve,          ///< c of the inlet
+  kInletBend,           ///< e of the inlet
+  kExhaustSlope,        ///< q of the exhaust
+  kExhaustCurve,        ///< c of the exhaust
+  kExhaustBend,         ///< e of the exhaust
+  kCriticalRatio,       ///< r_b
+  kSubsonicIndex,       ///< beta
+  kCrackingRatio,       ///< r_a
+  kDischargeSlope,      ///< k
+  kDeadVolume,          ///< v_0 [mL], what the position sensor does not count
+  kVolumeExponent,      ///< n, 1 (isothermal) to 1.4 (adiabatic)
+  kSupply,              ///< P_c [kPa], absolute
+  kAmbient,             ///< P_r [kPa], absolute
+  kGreyboxParameters
+};
+
+}  // namespace plenum::config
