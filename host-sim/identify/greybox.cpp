@@ -11,7 +11,7 @@ namespace plenum::host::identify {
 namespace {
 
 constexpr double kMl_per_m3 = 1e6;
-constexpr double kPa_per_kPa = 1e3;
+constexpr double kPascals_per_kPa = 1e3;
 /// Of the transition: a corner that is sharper the board cannot tell from this one.
 constexpr double kLeastTransition_mL_s = 1e-3;
 
@@ -59,8 +59,8 @@ GreyboxModel greybox_of(const trace::RigDescription& rig, std::optional<unsigned
                           figure(effects::kIdFlowFunction, 3),
                           figure(effects::kIdVolumeError, 0),
                           gas.kappa,
-                          rig.supply.pressure_Pa / kPa_per_kPa,
-                          rig.ambient.pressure_Pa / kPa_per_kPa};
+                          rig.supply.pressure_Pa / kPascals_per_kPa,
+                          rig.ambient.pressure_Pa / kPascals_per_kPa};
   constexpr effects::EffectSet kCarried =
       1U << effects::kIdAreaShape | 1U << effects::kIdFlowFunction | 1U << effects::kIdVolumeError;
   for (std::size_t id = 0; id < effects::kEffects; ++id) {

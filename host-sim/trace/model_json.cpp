@@ -17,14 +17,10 @@ using Json = nlohmann::ordered_json;
 constexpr std::string_view kSchema = "plenum-model/1";
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Of a parameter; open, but for the bounds of the grey-box model, which are the board's.
+/// Of a parameter.
 struct Range {
   double low;
   double high;
-  bool open = true;
-  bool holds(double value) const {
-    return open ? value > low && value < high : value >= low && value <= high;
-  }
 };
 
 /// As kTassa9Names: the paper's Table I, and what is a voltage or a pressure is positive.
@@ -42,20 +38,24 @@ constexpr std::array<Range, kTassa9Count> kTassa9Ranges{{{2.0, 8.0},
                                                          {0.0, kInfinity}}};
 
 constexpr std::array<Range, kGreyboxCount> kGreyboxRanges{
-    {{-5.0, 15.0, false},  {-5.0, 15.0, false},      {1e-3, 1e5, false},  {1e-3, 1e5, false},
-     {0.0, 1e5, false},    {0.0, 1e5, false},        {1e-4, 1e5, false},  {-6.0, 20.0, false},
-     {-20.0, 20.0, false}, {-40.0, 40.0, false},     {-6.0, 20.0, false}, {-20.0, 20.0, false},
-     {-40.0, 40.0, false}, {0.05, 0.8, false},       {0.25, 1.5, false},  {0.85, 1.0, false},
-     {-0.8, 0.8, false},   {-5000.0, 5000.0, false}, {1.0, 1.4, false},   {50.0, 2000.0, false},
-     {10.0, 200.0, false}}};
+    {{-5.0, 15.0},  {-5.0, 15.0},   {1e-3, 1e5},   {1e-3, 1e5},   {0.0, 1e5},   {0.0, 1e5},
+     {1e-4, 1e5},   {-6.0, 20.0},   {-20.0, 20.0}, {-40.0, 40.0}, {-6.0, 20.0}, {-20.0, 20.0},
+     {-40.0, 40.0}, {0.05, 0.8},    {0.25, 1.5},   {0.85, 1.0},   {-0.8, 0.8},  {-5000.0, 5000.0},
+     {1.0, 1.4},    {50.0, 2000.0}, {10.0, 200.0}}};
 
 struct Kind {
   std::string_view name;
   std::span<const std::string_view> names;
   std::span<const Range> ranges;
+  bool open;  ///< the ranges are; those of the grey-box model are the board's, which are closed
+
+  bool holds(std::size_t parameter, double value) const {
+    const auto [low, high] = ranges[parameter];
+    return open ? value > low && value < high : value >= low && value <= high;
+  }
 };
 constexpr std::array<Kind, 2> kKinds{
-    {{"tassa9", kTassa9Names, kTassa9Ranges}, {"greybox", kGreyboxNames, kGreyboxRanges}}};
+    {{"tassa9", kTassa9Names, kTassa9Ranges, true}, {"greybox", kGreyboxNames, kGreyboxRanges, false}}};
 
 const Kind* kind_of(std::string_view name) {
   const auto found =
@@ -89,11 +89,10 @@ void expect_text(const Json& object, std::string_view name, std::string_view exp
 
 void check_values(const Kind& kind, std::span<const double> values, std::string_view file) {
   for (std::size_t i = 0; i < values.size(); ++i) {
-    const Range& range = kind.ranges[i];
-    if (!range.holds(values[i])) {
+    if (!kind.holds(i, values[i])) {
       throw InputError(fmt::format("{}: field 'parameters.{}' is {}, expected a number {} {} {} {}", file,
-                                   kind.names[i], values[i], range.open ? "above" : "from", range.low,
-                                   range.open ? "and below" : "to", range.high));
+                                   kind.names[i], values[i], kind.open ? "above" : "from", kind.ranges[i].low,
+                                   kind.open ? "and below" : "to", kind.ranges[i].high));
     }
   }
   // both kinds end with the supply's and the ambient pressure

@@ -9,7 +9,7 @@
 #include <random>
 
 #include "firmware/control/greybox.hpp"
-#include "host-sim/effects/chamber_effects.hpp"
+#include "host-sim/diagnose/chamber_fit.hpp"
 #include "host-sim/effects/free_run.hpp"
 #include "host-sim/trace/input_error.hpp"
 
@@ -40,23 +40,12 @@ Drive violent() {
 }
 
 std::vector<double> of_the_rig(const trace::RigDescription& rig, const Drive& drive) {
-  effects::ChamberEffects with = effects::chamber_effects(rig.effects);
-  with.figures[effects::kOpenAbove] = rig.valve.open_above_V;
-  with.figures[effects::kExhaustBelow] = rig.valve.exhaust_below_V;
-  with.figures[effects::kInletGain] = rig.valve.inlet_area_per_V_m2;
-  with.figures[effects::kExhaustGain] = rig.valve.exhaust_area_per_V_m2;
-  with.figures[effects::kInletLeak] = rig.valve.inlet_leak_m2;
-  with.figures[effects::kExhaustLeak] = rig.valve.exhaust_leak_m2;
-  with.figures[effects::kTransition] = rig.valve.transition_m2;
-  const effects::Surroundings around{.gas = {},
-                                     .supply_Pa = rig.supply.pressure_Pa,
-                                     .ambient_Pa = rig.ambient.pressure_Pa,
-                                     .discharge_coefficient = rig.valve.discharge_coefficient};
+  const diagnose::Scene scene = diagnose::make_scene(rig);
   constexpr effects::Timing kInstants{.tick_s = 0.01, .average_s = 0.0, .steps = 8};
-  const effects::Run run{with.figures, 300e3};
+  const effects::Run run{scene.nominal, 300e3};
   std::vector<double> lanes(kRows * effects::kLanes);
-  effects::free_run(around, effects::make_drive(drive.command_V, drive.volume_m3, kInstants), with.on,
-                    {&run, 1}, lanes);
+  effects::free_run(scene.around, effects::make_drive(drive.command_V, drive.volume_m3, kInstants),
+                    scene.known, {&run, 1}, lanes);
   std::vector<double> readings;
   for (std::size_t k = 0; k < kRows; ++k) readings.push_back(lanes[k * effects::kLanes]);
   return readings;
