@@ -17,13 +17,13 @@
 namespace plenum::board::config {
 namespace {
 
+using drivers::kTicks_Hz;
 using plenum::config::BoardSettings;
 using plenum::config::ChamberSettings;
 using plenum::config::kChambers;
 using plenum::config::SafeOutput;
 
 constexpr std::int64_t kAny32 = 0xFFFF'FFFF;
-constexpr unsigned kTicks_Hz = 1'000'000 / plenum::config::kTick_us;
 constexpr unsigned kHighestRate_Hz = 100'000;
 constexpr double kHighestOutput_V = 10.0;
 

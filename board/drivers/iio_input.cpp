@@ -13,7 +13,6 @@
 namespace plenum::board::drivers {
 namespace {
 
-constexpr unsigned kTicks_Hz = 100;
 // A device whose rate nobody sets may be as fast as 25 kHz.
 constexpr unsigned kFreeRunningBlock = 64;
 constexpr unsigned kFreeRunningBlocks = 32;
@@ -143,9 +142,7 @@ class IioInput::Capture {
     if (error == 0) buffer_.reset(::iio_device_create_buffer(&device_, block, false));
     const int cause = error == 0 ? errno : -error;
     if (!buffer_ || ::iio_buffer_set_blocking_mode(buffer_.get(), false) != 0) {
-      refuse_iio(
-          name_, std::string("capture: ") + std::strerror(cause),
-          "a device that has a trigger, that no other program captures from, and that is open to this user");
+      refuse_capture(cause);
     }
   }
 

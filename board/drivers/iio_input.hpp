@@ -14,9 +14,12 @@
 #include <vector>
 
 #include "board/drivers/iio_context.hpp"
+#include "firmware/config/limits.hpp"
 #include "firmware/ports/analog.hpp"
 
 namespace plenum::board::drivers {
+
+inline constexpr unsigned kTicks_Hz = 1'000'000 / plenum::config::kTick_us;
 
 struct IioInputConfig {
   std::vector<IioChannel> channels;  ///< in the order of kAnalogInputs: 8 pressures, 8 positions, supply
