@@ -11,6 +11,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "board/drivers/slot_files.hpp"
 #include "firmware/config/parameter_record.hpp"
 
 namespace plenum::board::drivers {
@@ -24,15 +25,6 @@ constexpr std::size_t kWorkerStackBytes = std::size_t{64} * 1024;
 [[noreturn]] void refuse(const std::filesystem::path& path, int cause) {
   throw std::runtime_error("store:" + path.string() + ": " + std::strerror(cause) +
                            ", expected a folder that this user may write, and slots in it that are files");
-}
-
-/// A new file is not there after a power cut before its name is.
-bool sync_folder(const std::filesystem::path& folder) {
-  const int file = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (file < 0) return false;
-  const bool done = ::fsync(file) == 0;
-  ::close(file);
-  return done;
 }
 
 /// A thread of the ordinary scheduler, whatever its maker's, that takes no signal. Returns an error of pthread_create.
@@ -54,14 +46,14 @@ int start_worker(pthread_t& worker, void* (*work)(void*), void* store) {
 }  // namespace
 
 FileStore::FileStore(const std::filesystem::path& folder) {
-  const std::array<std::filesystem::path, kSlots> paths{folder / "slot-a.bin", folder / "slot-b.bin"};
   const auto give_up = [&](const std::filesystem::path& path, int cause) {
-    close();
+    close_slots(file_);
     refuse(path, cause);
   };
   for (std::size_t slot = 0; slot < kSlots; ++slot) {
-    file_[slot] = ::open(paths[slot].c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-    if (file_[slot] < 0) give_up(paths[slot], errno);
+    const std::filesystem::path path = slot_path(folder, slot);
+    file_[slot] = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+    if (file_[slot] < 0) give_up(path, errno);
     // With its blocks there from the start, a slot can be written when the disk is full. A file system that cannot do this
     // leaves it to the write to say so.
     ::fallocate(file_[slot], 0, 0, static_cast<off_t>(config::kMaxSlotBytes));
@@ -74,7 +66,7 @@ FileStore::FileStore(const std::filesystem::path& folder) {
   };
   if (const int error = start_worker(worker_, work, this); error != 0) {
     ::sem_destroy(&wake_);
-    close();
+    close_slots(file_);
     throw std::runtime_error("store:" + folder.string() + ": no worker thread: " + std::strerror(error) +
                              ", expected a limit on threads (TasksMax, RLIMIT_NPROC) that admits one more");
   }
@@ -85,32 +77,16 @@ FileStore::~FileStore() {
   ::sem_post(&wake_);
   ::pthread_join(worker_, nullptr);
   ::sem_destroy(&wake_);
-  close();
-}
-
-void FileStore::close() noexcept {
-  for (int& file : file_) {
-    if (file >= 0) ::close(file);
-    file = -1;
-  }
+  close_slots(file_);
 }
 
 bool FileStore::read(std::uint8_t slot, std::size_t offset, std::span<std::uint8_t> bytes) noexcept {
-  if (slot >= kSlots || offset + bytes.size() > config::kMaxSlotBytes) return false;
-  std::fill(bytes.begin(), bytes.end(), std::uint8_t{0});  // beyond the end of the file nothing was written
-  for (std::size_t at = 0; at < bytes.size();) {
-    const ssize_t got =
-        ::pread(file_[slot], bytes.data() + at, bytes.size() - at, static_cast<off_t>(offset + at));
-    if (got < 0 && errno != EINTR) return false;
-    if (got == 0) break;
-    if (got > 0) at += static_cast<std::size_t>(got);
-  }
-  return true;
+  return in_a_slot(slot, offset, bytes.size()) && read_slot(file_[slot], offset, bytes);
 }
 
 StoreResult FileStore::write(std::uint8_t slot, std::size_t offset,
                              std::span<const std::uint8_t> bytes) noexcept {
-  if (slot >= kSlots || offset + bytes.size() > config::kMaxSlotBytes) return StoreResult::failed;
+  if (!in_a_slot(slot, offset, bytes.size())) return StoreResult::failed;
   return ask({Kind::write, slot, offset, bytes});
 }
 
@@ -146,17 +122,7 @@ void FileStore::work() noexcept {
 bool FileStore::carry_out() const noexcept {
   const int file = file_[order_.slot];
   if (order_.kind == Kind::sync) return ::fdatasync(file) == 0;
-  const std::span<const std::uint8_t> bytes = order_.bytes;
-  for (std::size_t at = 0; at < bytes.size();) {
-    const ssize_t put =
-        ::pwrite(file, bytes.data() + at, bytes.size() - at, static_cast<off_t>(order_.offset + at));
-    if (put > 0) {
-      at += static_cast<std::size_t>(put);
-    } else if (put == 0 || errno != EINTR) {
-      return false;
-    }
-  }
-  return true;
+  return write_slot(file, order_.offset, order_.bytes);
 }
 
 bool FileStore::Order::operator==(const Order& other) const noexcept {

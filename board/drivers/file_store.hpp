@@ -49,7 +49,6 @@ class FileStore final : public ports::ParameterStore {
   ports::StoreResult ask(const Order& order) noexcept;
   bool carry_out() const noexcept;
   void work() noexcept;
-  void close() noexcept;
 
   enum class State : std::uint8_t { idle, ordered, done, failed };
 

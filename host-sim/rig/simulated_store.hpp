@@ -27,7 +27,6 @@ class SimulatedStore final : public plenum::ports::ParameterStore {
 
  private:
   bool open(std::uint8_t slot, int flags) noexcept;
-  void close() noexcept;
 
   std::optional<std::filesystem::path> folder_;
   std::array<int, kSlots> file_{-1, -1};                  ///< descriptors; -1: no such file yet

@@ -18,13 +18,14 @@ MAY_INCLUDE = {
     "host-sim/effects": ["host-sim/plant"],
     "host-sim/wire": ["firmware/ports"],
     "host-sim/ports": ["firmware/ports", "host-sim/wire", "host-sim/plant", "host-sim/effects"],
-    "host-sim/rig": ["firmware", "host-sim/ports", "host-sim/plant", "host-sim/effects", "host-sim/trace"],
+    # What a board keeps in files the simulated one keeps in the same.
+    "host-sim/rig": ["firmware", "host-sim/ports", "host-sim/plant", "host-sim/effects", "host-sim/trace", "board/drivers/slot_files.hpp"],
     "host-sim/trace": [],
     # The judge of diagnose shares no physics with what it judges.
     "host-sim/blind": ["host-sim/trace"],
     "host-sim/identify": ["host-sim/plant", "host-sim/effects", "host-sim/trace"],
     "host-sim/diagnose": ["host-sim/identify", "host-sim/effects", "host-sim/plant", "host-sim/trace"],
-    # The socketcand and SocketCAN doors: the driver of the board is the one exception.
+    # The socketcand and SocketCAN doors: the driver of the board is an exception.
     "host-sim/client": ["firmware/canopen", "firmware/safety", "firmware/telemetry", "firmware/ports", "host-sim/wire", "board/drivers"],
     "host-sim/dictionary": ["firmware"],
     "host-sim/report": ["host-sim/trace"],
