@@ -48,15 +48,15 @@ void SettingsDesk::refuse_restored(std::size_t owner) noexcept {
 bool SettingsDesk::take_restored(std::size_t owner) noexcept {
   const bool of_board = owner == kChambers;
   if (!of_board) changed_ = static_cast<std::uint8_t>(changed_ | 1U << owner);
-  const bool refused = (refused_ >> owner & 1U) != 0 || !has_restored(owner);
-  SettingVerdict verdict;
-  if (of_board) {
-    if (!refused) verdict = validate(restored_board_);
-    board_ = refused || !verdict ? installed_board_ : restored_board_;
-  } else {
-    if (!refused) verdict = validate(restored_chamber_[owner]);
-    chamber_[owner] = refused || !verdict ? installed_chamber_[owner] : restored_chamber_[owner];
-  }
+  const bool came = (refused_ >> owner & 1U) == 0 && has_restored(owner);
+  const auto settle = [came](auto& in_force, const auto& restored, const auto& installed) noexcept {
+    const SettingVerdict verdict = came ? validate(restored) : SettingVerdict{};
+    in_force = came && verdict ? restored : installed;
+    return verdict;
+  };
+  const SettingVerdict verdict =
+      of_board ? settle(board_, restored_board_, installed_board_)
+               : settle(chamber_[owner], restored_chamber_[owner], installed_chamber_[owner]);
   if (!verdict) refusal_ = {static_cast<std::uint8_t>(of_board ? 0 : owner + 1), verdict};
   return static_cast<bool>(verdict);
 }
