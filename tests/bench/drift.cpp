@@ -26,6 +26,7 @@
 namespace {
 
 using namespace plenum::host;
+using reproduce::actuators::Motion;
 
 constexpr std::size_t kChambers = 76;
 constexpr std::size_t kStarts = 48;
@@ -37,8 +38,8 @@ struct ChamberDrift {
   double free_run_percent = 0.0;  ///< and refined on free runs, as the tools
 };
 
-ChamberDrift drift_of(unsigned seed, bool volume_moves) {
-  const trace::Log log = reproduce::actuators::record_chamber(seed, volume_moves);
+ChamberDrift drift_of(unsigned seed, Motion motion) {
+  const trace::Log log = reproduce::actuators::record_chamber(seed, motion);
   const trace::RigDescription rig = reproduce::actuators::population_rig();
   const auto worst = [&](const identify::Tassa9& model) {
     return identify::drift(log, model, kStarts, kHorizon_s).worst_std_percent;
@@ -77,7 +78,8 @@ int main(int count, char** words) {
         for (std::size_t i = next++; i < 2 * kChambers; i = next++) {
           const bool moves = i < kChambers;
           const std::size_t chamber = i % kChambers;
-          drifts[moves ? 1 : 0][chamber] = drift_of(kFirstSeed + static_cast<unsigned>(chamber), moves);
+          drifts[moves ? 1 : 0][chamber] =
+              drift_of(kFirstSeed + static_cast<unsigned>(chamber), moves ? Motion::moderate : Motion::rest);
         }
       });
     }

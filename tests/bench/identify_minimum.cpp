@@ -20,6 +20,7 @@
 
 namespace {
 
+using plenum::host::reproduce::actuators::Motion;
 using plenum::host::reproduce::actuators::population_rig;
 using plenum::host::reproduce::actuators::record_chamber;
 using namespace plenum::host;
@@ -50,7 +51,7 @@ struct Outcome {
 };
 
 Outcome starts_on(unsigned seed, bool moves) {
-  const std::vector<trace::Log> logs{record_chamber(seed, moves)};
+  const std::vector<trace::Log> logs{record_chamber(seed, moves ? Motion::moderate : Motion::rest)};
   const auto rig = population_rig();
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> unit;
@@ -101,8 +102,9 @@ int main() {
   row("identify.same_minimum_percent_unaided_moving", alone_moving, "%", "higher", "99");
 
   std::vector<trace::Log> fleet(kFleet);
-  on_all_cores(kFleet,
-               [&](std::size_t i) { fleet[i] = record_chamber(static_cast<unsigned>(1000 + i), true); });
+  on_all_cores(kFleet, [&](std::size_t i) {
+    fleet[i] = record_chamber(static_cast<unsigned>(1000 + i), Motion::moderate);
+  });
   const auto begin = std::chrono::steady_clock::now();
   on_all_cores(kFleet, [&](std::size_t i) { identify::fit_tassa9({fleet[i]}, population_rig()); });
   row("identify.fleet_s", std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(),

@@ -21,8 +21,8 @@ int main(int count, char** words) {
     std::fprintf(stderr, "usage: identify_speed SEED FOLDER\n");
     return 2;
   }
-  const std::vector<trace::Log> logs{
-      reproduce::actuators::record_chamber(static_cast<unsigned>(std::strtoul(words[1], nullptr, 10)), true)};
+  const std::vector<trace::Log> logs{reproduce::actuators::record_chamber(
+      static_cast<unsigned>(std::strtoul(words[1], nullptr, 10)), reproduce::actuators::Motion::moderate)};
   const auto rig = reproduce::actuators::population_rig();
   identify::FitOptions options;
   options.start = identify::default_start(logs, rig);

@@ -2,7 +2,8 @@
 // chambers with numbers that it does not print. The benchmarks use the same.
 //
 // Supply 620 kPa; area per volt 0.8-2.2 mm2 (C = 0.72), leaks 0.05-0.2 mm2, transition 0.1-0.4 mm2,
-// null 4.85-5.15 V, ports 0.05-0.25 V apart; volume 40-300 mL, moving by 20-40 % at 0.1-1.5 Hz or at rest;
+// null 4.85-5.15 V, ports 0.05-0.25 V apart; volume 40-300 mL, at rest, moving by 20-40 % at 0.1-1.5 Hz, or
+// violently: by 31-35.5 % at 0.4-1.6 Hz, so that its largest is 1.9 to 2.1 times its smallest;
 // command 3-7 V from a PID on random pressure targets; noise of 0.1 % of span on each of the 200 samples
 // averaged a tick.
 // Source: "Modeling and Identification of Pneumatic Actuators", V and V.C: 90 psi, 3-7 V, 100 Hz, 200 samples
@@ -36,7 +37,10 @@ struct PopulationChamber {
   plant::VolumeMotion volume;
 };
 
-inline PopulationChamber draw_chamber(std::mt19937_64& random, bool volume_moves) {
+/// How the volume moves. The valve and the mean volume of a seed are the same for each.
+enum class Motion { rest, moderate, violent };
+
+inline PopulationChamber draw_chamber(std::mt19937_64& random, Motion motion) {
   const auto draw = [&](double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(random);
   };
@@ -52,23 +56,27 @@ inline PopulationChamber draw_chamber(std::mt19937_64& random, bool volume_moves
   valve.transition_m2 = draw(0.1e-6, 0.4e-6);
 
   const double mean_m3 = draw(40e-6, 300e-6);
-  const plant::VolumeSine sine{draw(0.2, 0.4) * mean_m3, draw(0.1, 1.5), draw(0.0, 2.0 * std::numbers::pi)};
-  return {valve, volume_moves ? plant::VolumeMotion(mean_m3, {sine}) : plant::VolumeMotion(mean_m3)};
+  const bool violent = motion == Motion::violent;
+  const double share = violent ? draw(0.31, 0.355) : draw(0.2, 0.4);
+  const double frequency_Hz = violent ? draw(0.4, 1.6) : draw(0.1, 1.5);
+  const plant::VolumeSine sine{share * mean_m3, frequency_Hz, draw(0.0, 2.0 * std::numbers::pi)};
+  return {valve,
+          motion == Motion::rest ? plant::VolumeMotion(mean_m3) : plant::VolumeMotion(mean_m3, {sine})};
 }
 
-/// The truth behind record_chamber(seed, volume_moves).
-inline PopulationChamber chamber_of_seed(unsigned seed, bool volume_moves) {
+/// The truth behind record_chamber(seed, motion).
+inline PopulationChamber chamber_of_seed(unsigned seed, Motion motion) {
   std::mt19937_64 random(seed);
-  return draw_chamber(random, volume_moves);
+  return draw_chamber(random, motion);
 }
 
-inline trace::Log record_chamber(unsigned seed, bool volume_moves, std::size_t rows = 10000) {
+inline trace::Log record_chamber(unsigned seed, Motion motion, std::size_t rows = 10000) {
   std::mt19937_64 random(seed);
   const auto draw = [&](double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(random);
   };
   std::normal_distribution<double> normal;
-  const PopulationChamber drawn = draw_chamber(random, volume_moves);
+  const PopulationChamber drawn = draw_chamber(random, motion);
   plant::ChamberConfig config;
   config.supply_Pa = kPopulationSupply_Pa;
   config.initial_pressure_Pa = 200e3;

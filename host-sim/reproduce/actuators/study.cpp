@@ -10,9 +10,9 @@
 namespace plenum::host::reproduce::actuators {
 namespace {
 
-Identified identified(unsigned seed, bool volume_moves) {
+Identified identified(unsigned seed, Motion motion) {
   const trace::RigDescription rig = population_rig();
-  Identified chamber{chamber_of_seed(seed, volume_moves), record_chamber(seed, volume_moves), {}, {}, {}, {}};
+  Identified chamber{chamber_of_seed(seed, motion), record_chamber(seed, motion), {}, {}, {}, {}};
   identify::FitOptions options;
   options.refine_free_run = false;
   chamber.one_step = identify::fit_tassa9({chamber.log}, rig, options);
@@ -37,7 +37,8 @@ Study study_population(std::size_t chambers, const Progress& progress) {
       [&](std::size_t i) {
         const bool moves = i < chambers;
         const std::size_t place = i % chambers;
-        (moves ? study.moving : study.at_rest)[place] = identified(static_cast<unsigned>(place + 1), moves);
+        (moves ? study.moving : study.at_rest)[place] =
+            identified(static_cast<unsigned>(place + 1), moves ? Motion::moderate : Motion::rest);
       },
       progress);
   return study;

@@ -52,7 +52,7 @@ TEST(PhysicalVolumeRate, SealedGasIsCompressedAdiabatically) {
 }
 
 TEST(PhysicalVolumeRate, DriftIsThatOfThePublishedFormOnAVolumeAtRest) {
-  const trace::Log log = record_chamber(3, false, 2000);
+  const trace::Log log = record_chamber(3, Motion::rest, 2000);
   PhysicalModel model = model_of_100_mL();
   model.volume_mL = 1e6 * log.volume_m3.front();
   const identify::Drift expected = identify::drift(log, model.at_rest, 12, 1.0);
