@@ -10,6 +10,8 @@ namespace {
 using effects::kCatalogue;
 using effects::kEffects;
 using effects::kLanes;
+using identify::chamber::Record;
+using identify::chamber::Variable;
 
 /// Of a parameter's typical change: a size at which the readings are linear in it.
 constexpr double kSmall = 0.1;

@@ -11,9 +11,11 @@
 #include <string>
 #include <vector>
 
-#include "host-sim/diagnose/chamber_fit.hpp"
+#include "host-sim/identify/chamber/fit.hpp"
 
 namespace plenum::host::diagnose {
+
+using identify::chamber::Scene;
 
 /// Ids of two and more that share their readings, in the catalogue's order; "calibration" leads those that the valve's
 /// figures take up entirely. Over the fitted rows; at `figures` and a start pressure a record.

@@ -13,11 +13,11 @@
 #include "host-sim/diagnose/found_rig.hpp"
 #include "host-sim/diagnose/latent.hpp"
 #include "host-sim/diagnose/next_experiment.hpp"
-#include "host-sim/diagnose/noise.hpp"
 #include "host-sim/diagnose/search.hpp"
-#include "host-sim/diagnose/valve_figures.hpp"
 #include "host-sim/diagnose/where.hpp"
 #include "host-sim/identify/box_solver.hpp"
+#include "host-sim/identify/chamber/noise.hpp"
+#include "host-sim/identify/chamber/valve_figures.hpp"
 
 namespace plenum::host::diagnose {
 namespace {
@@ -25,6 +25,12 @@ namespace {
 using effects::EffectSet;
 using effects::kCatalogue;
 using effects::kEffects;
+using identify::chamber::kValveFigures;
+using identify::chamber::make_record;
+using identify::chamber::make_scene;
+using identify::chamber::probability_of_noise;
+using identify::chamber::Variable;
+using identify::chamber::white_noise;
 
 constexpr double kFittedShare = 0.6;
 /// Each log's start pressure is a variable of every fit.

@@ -6,11 +6,13 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "host-sim/diagnose/valve_figures.hpp"
+#include "host-sim/identify/chamber/valve_figures.hpp"
 
 namespace plenum::host::diagnose {
 namespace {
 
+using identify::chamber::kValveFigures;
+using identify::chamber::ValveFigure;
 double to_six_digits(double value) {
   return std::strtod(fmt::format("{:.6g}", value).c_str(), nullptr);
 }

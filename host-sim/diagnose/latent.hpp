@@ -21,9 +21,12 @@
 #include <string>
 #include <vector>
 
-#include "host-sim/diagnose/chamber_fit.hpp"
+#include "host-sim/identify/chamber/fit.hpp"
 
 namespace plenum::host::diagnose {
+
+using identify::chamber::Record;
+using identify::chamber::Scene;
 
 struct LatentTerm {
   std::string on;      ///< "the command before"

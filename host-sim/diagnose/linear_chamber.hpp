@@ -5,10 +5,12 @@
 #include <array>
 #include <cstddef>
 
-#include "host-sim/diagnose/chamber_fit.hpp"
+#include "host-sim/identify/chamber/fit.hpp"
 #include "host-sim/plant/orifice.hpp"
 
 namespace plenum::host::diagnose {
+
+using identify::chamber::Scene;
 
 inline constexpr int kParts = 2;  // of a tick: each has its own openings
 enum Input : std::size_t {

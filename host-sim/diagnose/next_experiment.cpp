@@ -19,6 +19,8 @@ namespace plenum::host::diagnose {
 namespace {
 
 using effects::kLanes;
+using identify::chamber::Record;
+using identify::chamber::Variable;
 
 constexpr double kSwing = 0.3;
 constexpr double kSwing_Hz = 0.7;

@@ -7,10 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "host-sim/diagnose/chamber_fit.hpp"
 #include "host-sim/diagnose/gap_report.hpp"
+#include "host-sim/identify/chamber/fit.hpp"
 
 namespace plenum::host::diagnose {
+
+using identify::chamber::Scene;
 
 /// A stretch of an experiment that begins at rest at ambient pressure.
 struct Stretch {

@@ -9,7 +9,7 @@
 #include <numeric>
 #include <span>
 
-#include "host-sim/diagnose/noise.hpp"
+#include "host-sim/identify/chamber/noise.hpp"
 #include "host-sim/identify/in_parallel.hpp"
 
 namespace plenum::host::diagnose {
@@ -18,6 +18,9 @@ namespace {
 using effects::EffectSet;
 using effects::Figures;
 using effects::kEffects;
+using identify::chamber::correlation_rows;
+using identify::chamber::FitOptions;
+using identify::chamber::Score;
 
 constexpr std::size_t kBeam = 2;      ///< sets of a size that are enlarged
 constexpr std::size_t kFinished = 6;  ///< of the effects looked at beside a set, those whose fit is finished

@@ -12,9 +12,13 @@
 #include <functional>
 #include <vector>
 
-#include "host-sim/diagnose/chamber_fit.hpp"
+#include "host-sim/identify/chamber/fit.hpp"
 
 namespace plenum::host::diagnose {
+
+using identify::chamber::Fit;
+using identify::chamber::Record;
+using identify::chamber::Scene;
 
 /// A record with the row from which its errors count as held out.
 struct HeldOut {

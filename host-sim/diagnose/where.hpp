@@ -5,10 +5,14 @@
 #include <cstddef>
 #include <vector>
 
-#include "host-sim/diagnose/chamber_fit.hpp"
 #include "host-sim/diagnose/gap_report.hpp"
+#include "host-sim/identify/chamber/fit.hpp"
 
 namespace plenum::host::diagnose {
+
+using identify::chamber::Record;
+using identify::chamber::Scene;
+using identify::chamber::Score;
 
 /// Rows [first, rows) of one log are judged; row 0, where a run begins, never is.
 struct Scored {

@@ -4,7 +4,7 @@ plenum_bench(NAME gap.seconds COMMAND ${Python3_EXECUTABLE} -B ${CMAKE_CURRENT_L
 
 find_package(nlohmann_json REQUIRED)
 add_executable(plenum_gap_speed ${CMAKE_CURRENT_LIST_DIR}/gap_speed.cpp)
-target_link_libraries(plenum_gap_speed PRIVATE plenum_diagnose plenum_effects plenum_plant plenum_trace plenum_warnings
+target_link_libraries(plenum_gap_speed PRIVATE plenum_identify_chamber plenum_effects plenum_plant plenum_trace plenum_warnings
   nlohmann_json::nlohmann_json)
 plenum_bench(NAME gap.speed_vs_scipy COMMAND ${Python3_EXECUTABLE} -B ${CMAKE_CURRENT_LIST_DIR}/gap_speed.py plenum
   plenum_gap_speed)

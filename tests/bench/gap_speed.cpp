@@ -17,29 +17,30 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
-#include "host-sim/diagnose/chamber_fit.hpp"
+#include "host-sim/identify/chamber/fit.hpp"
 #include "host-sim/plant/gas.hpp"
 #include "host-sim/trace/log_csv.hpp"
 
 namespace {
 
 using namespace plenum::host;
+namespace chamber = plenum::host::identify::chamber;
 using Json = nlohmann::ordered_json;
 
 constexpr std::string_view kCandidates[] = {"spool_lag", "supply_droop", "volume_error", "sensor_lag"};
 constexpr int kRepeats = 3;
 
 struct Timed {
-  diagnose::Fit fit;
+  chamber::Fit fit;
   double seconds = std::numeric_limits<double>::infinity();
 };
 
-Timed timed_fit(const diagnose::Scene& scene, effects::EffectSet on, const effects::Figures& start,
+Timed timed_fit(const chamber::Scene& scene, effects::EffectSet on, const effects::Figures& start,
                 const std::vector<double>& start_Pa) {
   Timed timed;
   for (int k = 0; k < kRepeats; ++k) {
     const std::clock_t begin = std::clock();
-    timed.fit = diagnose::fit(scene, on, start, start_Pa);
+    timed.fit = chamber::fit(scene, on, start, start_Pa);
     timed.seconds = std::min(timed.seconds, static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
   }
   return timed;
@@ -47,7 +48,7 @@ Timed timed_fit(const diagnose::Scene& scene, effects::EffectSet on, const effec
 
 Json json_of(std::string_view effect, const effects::Figures& start, const Timed& timed) {
   Json variables = Json::array();
-  for (const diagnose::Variable& v : timed.fit.variables) {
+  for (const chamber::Variable& v : timed.fit.variables) {
     variables.push_back({{"figure", v.figure}, {"low", v.low}, {"high", v.high}, {"scale", v.scale}});
   }
   return {{"effect", effect},
@@ -64,11 +65,11 @@ Json json_of(std::string_view effect, const effects::Figures& start, const Timed
 Json fits_of(const std::filesystem::path& folder, double seconds) {
   const auto rig = trace::read_rig(folder / "rig.toml");
   const auto log = trace::read_log(folder / "log.csv", rig);
-  diagnose::Scene scene = diagnose::make_scene(rig);
+  chamber::Scene scene = chamber::make_scene(rig);
   scene.records.push_back(
-      diagnose::make_record("log.csv", log, seconds / (log.period_s * static_cast<double>(log.size()))));
+      chamber::make_record("log.csv", log, seconds / (log.period_s * static_cast<double>(log.size()))));
   scene.records.front().settled_rows = 1;  // every row
-  const diagnose::Record& record = scene.records.front();
+  const chamber::Record& record = scene.records.front();
   const std::vector<double> start_Pa{record.measured_Pa.front()};
 
   const auto plate = plant::thin_plate_constants(scene.around.gas, scene.around.discharge_coefficient);

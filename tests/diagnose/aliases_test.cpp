@@ -3,10 +3,13 @@
 
 #include <gmock/gmock.h>
 
-#include "tests/diagnose/chamber_scene.hpp"
+#include "tests/identify/chamber/chamber_scene.hpp"
 
 namespace plenum::host::diagnose {
 namespace {
+
+using identify::chamber::chamber_scene;
+using identify::chamber::jumping_V;
 
 using ::testing::AllOf;
 using ::testing::Contains;

@@ -9,10 +9,14 @@
 #include <string>
 #include <string_view>
 
-#include "tests/diagnose/chamber_scene.hpp"
+#include "tests/identify/chamber/chamber_scene.hpp"
 
 namespace plenum::host::diagnose {
 namespace {
+
+using identify::chamber::chamber_scene;
+using identify::chamber::jumping_V;
+using identify::chamber::Record;
 
 constexpr std::size_t kRows = 2500;
 constexpr double kNoise_Pa = 100.0;

@@ -7,10 +7,15 @@
 #include <cmath>
 
 #include "host-sim/effects/catalogue.hpp"
-#include "tests/diagnose/chamber_scene.hpp"
+#include "tests/identify/chamber/chamber_scene.hpp"
 
 namespace plenum::host::diagnose {
 namespace {
+
+using identify::chamber::chamber_scene;
+using identify::chamber::jumping_V;
+using identify::chamber::make_scene;
+using identify::chamber::Record;
 
 using ::testing::AnyOf;
 using ::testing::ElementsAre;

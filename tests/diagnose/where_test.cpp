@@ -9,10 +9,13 @@
 #include <set>
 
 #include "host-sim/plant/orifice.hpp"
-#include "tests/diagnose/chamber_scene.hpp"
+#include "tests/identify/chamber/chamber_scene.hpp"
 
 namespace plenum::host::diagnose {
 namespace {
+
+using identify::chamber::chamber_scene;
+using identify::chamber::jumping_V;
 
 double sum_of(const std::vector<RegimeShare>& shares) {
   double sum = 0.0;

@@ -9,8 +9,8 @@
 #include <random>
 
 #include "firmware/control/greybox.hpp"
-#include "host-sim/diagnose/chamber_fit.hpp"
 #include "host-sim/effects/free_run.hpp"
+#include "host-sim/identify/chamber/fit.hpp"
 #include "host-sim/trace/input_error.hpp"
 
 namespace plenum::host::identify {
@@ -40,7 +40,7 @@ Drive violent() {
 }
 
 std::vector<double> of_the_rig(const trace::RigDescription& rig, const Drive& drive) {
-  const diagnose::Scene scene = diagnose::make_scene(rig);
+  const chamber::Scene scene = chamber::make_scene(rig);
   constexpr effects::Timing kInstants{.tick_s = 0.01, .average_s = 0.0, .steps = 8};
   const effects::Run run{scene.nominal, 300e3};
   std::vector<double> lanes(kRows * effects::kLanes);

@@ -1,16 +1,16 @@
-#include "host-sim/diagnose/chamber_fit.hpp"
+#include "host-sim/identify/chamber/fit.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "host-sim/diagnose/noise.hpp"
-#include "host-sim/diagnose/valve_figures.hpp"
 #include "host-sim/effects/chamber_effects.hpp"
 #include "host-sim/identify/box_solver.hpp"
+#include "host-sim/identify/chamber/noise.hpp"
+#include "host-sim/identify/chamber/valve_figures.hpp"
 
-namespace plenum::host::diagnose {
+namespace plenum::host::identify::chamber {
 namespace {
 
 using effects::EffectSet;
@@ -369,4 +369,4 @@ Score score(const std::vector<double>& reading_Pa, const Record& record, std::si
   return s;
 }
 
-}  // namespace plenum::host::diagnose
+}  // namespace plenum::host::identify::chamber

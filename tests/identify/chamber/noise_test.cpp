@@ -1,11 +1,11 @@
-#include "host-sim/diagnose/noise.hpp"
+#include "host-sim/identify/chamber/noise.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-namespace plenum::host::diagnose {
+namespace plenum::host::identify::chamber {
 namespace {
 
 std::vector<double> white(std::size_t rows, double sigma, unsigned seed) {
@@ -55,4 +55,4 @@ TEST(ProbabilityOfNoise, IsUniformUnderNoiseAndVanishesForABiasOfHalfItsSigma) {
 }
 
 }  // namespace
-}  // namespace plenum::host::diagnose
+}  // namespace plenum::host::identify::chamber

@@ -8,9 +8,9 @@
 #include <random>
 #include <vector>
 
-#include "host-sim/diagnose/chamber_fit.hpp"
+#include "host-sim/identify/chamber/fit.hpp"
 
-namespace plenum::host::diagnose {
+namespace plenum::host::identify::chamber {
 
 /// Commands that jump all over the valve's range every quarter of a second.
 inline std::vector<double> jumping_V(std::size_t rows, unsigned seed = 1) {
@@ -41,4 +41,4 @@ inline Scene chamber_scene(const std::vector<double>& command_V, double swing_m3
   return scene;
 }
 
-}  // namespace plenum::host::diagnose
+}  // namespace plenum::host::identify::chamber

@@ -1,11 +1,11 @@
-#include "host-sim/diagnose/noise.hpp"
+#include "host-sim/identify/chamber/noise.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <numeric>
 
-namespace plenum::host::diagnose {
+namespace plenum::host::identify::chamber {
 namespace {
 
 constexpr std::size_t kWindow = 25;
@@ -65,4 +65,4 @@ double probability_of_noise(const std::vector<double>& error, double sigma) {
   return 0.5 * std::erfc(z / std::sqrt(2.0));
 }
 
-}  // namespace plenum::host::diagnose
+}  // namespace plenum::host::identify::chamber

@@ -6,7 +6,7 @@
 #include "host-sim/effects/catalogue.hpp"
 #include "host-sim/trace/rig_toml.hpp"
 
-namespace plenum::host::diagnose {
+namespace plenum::host::identify::chamber {
 
 struct ValveFigure {
   const char* name;
@@ -27,4 +27,4 @@ inline constexpr std::array<ValveFigure, effects::kValveFigures> kValveFigures =
   return figures;
 }();
 
-}  // namespace plenum::host::diagnose
+}  // namespace plenum::host::identify::chamber

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-namespace plenum::host::diagnose {
+namespace plenum::host::identify::chamber {
 
 /// Standard deviation of white noise on a smooth signal [as the signal], from third differences: those of a smooth
 /// pressure vanish, those of noise have variance 20 sigma^2. Taken from the calmer windows of a quarter second at 100
@@ -18,4 +18,4 @@ double correlation_rows(const std::vector<double>& error);
 /// `sigma` (chi-squared, Wilson and Hilferty's approximation): an error that stays on one side for a while is no noise.
 double probability_of_noise(const std::vector<double>& error, double sigma);
 
-}  // namespace plenum::host::diagnose
+}  // namespace plenum::host::identify::chamber

@@ -1,13 +1,13 @@
 // Fits of the chamber: effects that the rig already has, and what held-out rows say of a fit.
-#include "host-sim/diagnose/chamber_fit.hpp"
+#include "host-sim/identify/chamber/fit.hpp"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "tests/diagnose/chamber_scene.hpp"
+#include "tests/identify/chamber/chamber_scene.hpp"
 
-namespace plenum::host::diagnose {
+namespace plenum::host::identify::chamber {
 namespace {
 
 using effects::EffectSet;
@@ -112,4 +112,4 @@ TEST(JointSquares, LeaveToTheHeldOutRowsWhatTheFittedOnesDoNotShow) {
 }
 
 }  // namespace
-}  // namespace plenum::host::diagnose
+}  // namespace plenum::host::identify::chamber

@@ -15,7 +15,7 @@
 #include "host-sim/trace/log.hpp"
 #include "host-sim/trace/rig_toml.hpp"
 
-namespace plenum::host::diagnose {
+namespace plenum::host::identify::chamber {
 
 /// A log as a fit sees it: rows settled_rows .. fitted_rows - 1 are fitted, the rest is held out. Before that the model
 /// forgets what it cannot know: where spool and hose stood before the first row.
@@ -104,4 +104,4 @@ struct Score {
 };
 Score score(const std::vector<double>& reading_Pa, const Record& record, std::size_t first);
 
-}  // namespace plenum::host::diagnose
+}  // namespace plenum::host::identify::chamber
