@@ -23,11 +23,10 @@
 // Source: Modeling and Identification of Pneumatic Actuators, section IV.
 #pragma once
 
-#include <array>
 #include <cstddef>
-#include <cstdint>
 #include <span>
 
+#include "firmware/control/command_curve.hpp"
 #include "firmware/control/pressure_model.hpp"
 
 namespace plenum::control {
@@ -46,63 +45,31 @@ class Tassa9 final : public PressureModel {
   Gradient derivatives(Scalar pressure_kPa, Scalar command_V,
                        const ChamberMotion& motion) const noexcept override;
 
-  /// At most kExtremumSteps + kRefinements evaluations of (7) with its slope, besides the tabulated nodes.
+  /// As InverseSearch.
   Inverse inverse(Scalar pressure_kPa, Scalar target_kPa, const ChamberMotion& motion,
                   Scalar near_V) const noexcept override;
 
-  static constexpr std::size_t kNodes = 32;  ///< a multiple of 4
-  static constexpr int kRefinements = 12;
-  static constexpr int kExtremumSteps = 4;
-
  private:
-  /// s without its c4 v' and k: what depends on the command alone.
-  struct Curve {
-    Scalar steady_kPa;
-    Scalar opening_V;
-  };
-  Curve curve(Scalar command_V) const noexcept;
-
-  /// And their derivatives by the command.
-  struct Slopes {
-    Scalar steady_kPa_V;
-    Scalar opening;
-  };
-  struct CurveAndSlopes {
-    Curve curve;
-    Slopes by_V;
-  };
-  CurveAndSlopes curve_and_slopes(Scalar command_V) const noexcept;
-
-  /// (10c), (10e) and (7) with the motion of this tick put in, so that a command is all that is left open.
+  /// (10c), (10e) and (7) with the pressure and the motion of this tick put in: a Law of inverse_search.hpp.
   struct Tick {
     Scalar pressure_kPa;
     Scalar steady_shift_kPa;  ///< c4 v'
     Scalar rate_gain;         ///< c7 h / (1 + c6 v)
     Scalar rate_shift;        ///< c5 v' h / (1 + c6 v)
+
+    Scalar rate(Scalar opening_V) const noexcept { return rate_gain * opening_V + rate_shift; }  ///< r h
+    Scalar steady_kPa(CommandCurve::Point at) const noexcept { return at.steady_kPa + steady_shift_kPa; }
+    Scalar response(Scalar opening_V) const noexcept { return numeric::decay(rate(opening_V)); }
+    Scalar rise_kPa(CommandCurve::Point at, Scalar done) const noexcept {
+      return (steady_kPa(at) - pressure_kPa) * done;
+    }
+    Scalar by_rate_kPa(CommandCurve::Point at, Scalar done) const noexcept;
+    Scalar slope_kPa_V(const CommandCurve::Tangent& of, Scalar done) const noexcept;
   };
   Tick tick(Scalar pressure_kPa, const ChamberMotion& motion) const noexcept;
 
-  /// How far a command misses the wanted rise, and how that changes with the command.
-  struct Miss {
-    Scalar command_V;
-    Scalar kPa;
-    Scalar by_V;
-  };
-  static Scalar slope(const Tick& tick, const CurveAndSlopes& at, Scalar done) noexcept;
-  Miss miss(const Tick& tick, Scalar wanted_kPa, Scalar command_V) const noexcept;
-  Miss refine(const Tick& tick, Scalar wanted_kPa, Miss low, Miss high) const noexcept;
-  Miss closest(const Tick& tick, Scalar wanted_kPa, Miss best, Miss other) const noexcept;
-
-  std::size_t crossing(const std::array<Scalar, kNodes>& miss_kPa, Scalar near_V) const noexcept;
-  std::size_t beside(std::size_t node, bool above) const noexcept;
-
-  Scalar c1_ = 5, c2_ = 1, c3_ = 0, c4_ = 0, c5_ = 0, c6_ = 0, c7_ = 1, c8_ = 0, c9_ = 1, c_gamma_ = 1;
-  Scalar c_b_ = 100, c_s_ = 0;
-  std::array<Scalar, kNodes> node_V_{};
-  std::array<Scalar, kNodes> node_steady_kPa_{};  ///< these two in lanes: tassa9.cpp
-  std::array<Scalar, kNodes> node_opening_V_{};
-  std::array<Slopes, kNodes> node_slopes_{};
-  std::uint64_t apart_ = 0;  ///< bit i: nodes i and i + 1 differ
+  CommandCurve curve_;
+  Scalar c4_ = 0, c5_ = 0, c6_ = 0, c7_ = 1;
 };
 
 }  // namespace plenum::control

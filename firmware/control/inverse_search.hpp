@@ -1,0 +1,244 @@
+// The command that takes the pressure to a target in one tick, of a model whose tick depends on the command through
+// CommandCurve alone.
+//
+// Such a model is a Law: one tick with pressure and motion put in, so that a command is all that is left open.
+//   Scalar response(Scalar opening_V)                              what the rise needs of the time, without a branch
+//   Scalar rise_kPa(CommandCurve::Point, Scalar response)          p(t+h) - p(t)
+//   Scalar slope_kPa_V(CommandCurve::Tangent, Scalar response)     and its derivative by the command
+//
+// README.md of this room says why it looks at a table first. At most kExtremumSteps + kRefinements evaluations of the rise
+// with its slope, besides those at the nodes.
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+
+#include "firmware/control/command_curve.hpp"
+#include "firmware/control/pressure_model.hpp"
+
+namespace plenum::control {
+
+/// A quantity at every node, in lanes.
+using AtNodes = std::array<Scalar, CommandCurve::kNodes>;
+
+/// Bit i: which(value of node i). The lanes run side by side, each through its nodes from the last to the
+/// first.
+template <class Which>
+std::uint64_t nodes_where(const AtNodes& value, Which which) noexcept {
+  constexpr std::size_t kLanes = CommandCurve::kLanes;
+  std::array<std::uint32_t, kLanes> lane{};
+  for (std::size_t first = CommandCurve::kNodes; first > 0; first -= kLanes) {
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      lane[k] = lane[k] + lane[k] + (which(value[first - kLanes + k]) ? 1U : 0U);
+    }
+  }
+  std::uint64_t nodes = 0;
+  for (std::size_t k = 0; k < kLanes; ++k) nodes |= std::uint64_t{lane[k]} << (k * CommandCurve::kPerLane);
+  return nodes;
+}
+
+/// The first of the nodes that come closest.
+inline std::size_t nearest_node(const AtNodes& miss_kPa) noexcept {
+  constexpr std::size_t kLanes = CommandCurve::kLanes;
+  std::array<Scalar, kLanes> least;  // squares: no branch, and no bit of a float is looked at
+  least.fill(miss_kPa[0] * miss_kPa[0]);
+  for (std::size_t first = 0; first < CommandCurve::kNodes; first += kLanes) {
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      least[k] = numeric::min(least[k], miss_kPa[first + k] * miss_kPa[first + k]);
+    }
+  }
+  const Scalar best = numeric::min(numeric::min(least[0], least[1]), numeric::min(least[2], least[3]));
+  const std::uint64_t where = nodes_where(miss_kPa, [best](Scalar x) noexcept { return x * x <= best; });
+  return where == 0 ? 0 : static_cast<std::size_t>(std::countr_zero(where));
+}
+
+template <class Law>
+class InverseSearch {
+ public:
+  InverseSearch(const CommandCurve& curve, const Law& law, Scalar pressure_kPa, Scalar target_kPa) noexcept
+      : curve_(curve), law_(law), target_kPa_(target_kPa), wanted_kPa_(target_kPa - pressure_kPa) {}
+
+  Inverse find(Scalar near_V) const noexcept;
+
+  static constexpr int kRefinements = 12;
+  static constexpr int kExtremumSteps = 4;
+
+ private:
+  static constexpr std::size_t kNodes = CommandCurve::kNodes;
+  /// A crossing is found when the pressure misses its target by less than this: a hundredth of a 16 bit
+  /// converter's step over 1000 kPa, far below the noise of any sensor.
+  static constexpr Scalar kCrossing_kPa = Scalar(2e-4);
+  /// Where no command reaches the target, the limit of the range on its side is taken when it comes as close as
+  /// the closest command but for this share of P_c - P_r. The flow of a valve rises with its command; that s of
+  /// a moving volume, or a small r, ranks another command first by a little is the formula's doing (c4 v'
+  /// shifts s of an open exhaust too).
+  static constexpr Scalar kLimitServes = Scalar(0.01);
+  /// Commands nearer to each other than this are one: two units in the last place of a float at 8 V.
+  static constexpr Scalar kSameCommand_V = Scalar(2e-6);
+
+  /// How far a command misses the wanted rise, and how that changes with the command.
+  struct Miss {
+    Scalar command_V;
+    Scalar kPa;
+    Scalar by_V;
+  };
+
+  Miss miss(Scalar command_V) const noexcept {
+    const CommandCurve::Tangent of = curve_.tangent(command_V);
+    const Scalar response = law_.response(of.at.opening_V);
+    return {.command_V = command_V,
+            .kPa = law_.rise_kPa(of.at, response) - wanted_kPa_,
+            .by_V = law_.slope_kPa_V(of, response)};
+  }
+  Miss refine(Miss low, Miss high) const noexcept;
+  Miss closest(Miss best, Miss other) const noexcept;
+  std::size_t crossing(const AtNodes& miss_kPa, Scalar near_V) const noexcept;
+  std::size_t beside(std::size_t node, bool above) const noexcept;
+
+  const CommandCurve& curve_;
+  const Law& law_;
+  Scalar target_kPa_;
+  Scalar wanted_kPa_;
+};
+
+/// The zero of the miss between two commands at which its signs differ.
+template <class Law>
+typename InverseSearch<Law>::Miss InverseSearch<Law>::refine(Miss low, Miss high) const noexcept {
+  Miss best = numeric::abs(low.kPa) < numeric::abs(high.kPa) ? low : high;
+  if (numeric::abs(best.kPa) <= kCrossing_kPa) return best;
+  // First the zero of the cubic that has the commands of both ends and the slopes there, as a function of the
+  // miss; slopes that would make it turn back are limited (Fritsch and Carlson 1980).
+  const Scalar width_V = high.command_V - low.command_V;
+  const Scalar rise = high.kPa - low.kPa;
+  const Scalar t = -low.kPa / rise;
+  const Scalar rest = Scalar(1) - t;
+  const Scalar slope_low = numeric::clamp(rise / (low.by_V * width_V), Scalar(0), Scalar(3));
+  const Scalar slope_high = numeric::clamp(rise / (high.by_V * width_V), Scalar(0), Scalar(3));
+  const Scalar share =
+      t * (t * (Scalar(3) - Scalar(2) * t) + slope_low * rest * rest - slope_high * t * rest);
+  Scalar command_V = low.command_V + numeric::clamp(share, Scalar(0.001), Scalar(0.999)) * width_V;
+  // Then Newton's method inside the bracket. Where a step would leave it, the step from its other end is
+  // taken (at r = 0, on one side of a corner, there is no slope); where that leaves it too, or a step did not
+  // halve the miss, the bracket is halved. A step is not tried out when the curvature leaves nothing to gain.
+  Scalar before_kPa = numeric::max(numeric::abs(low.kPa), numeric::abs(high.kPa));
+  for (int i = 0; i < kRefinements; ++i) {
+    const Miss here = miss(command_V);
+    if (numeric::abs(here.kPa) < numeric::abs(best.kPa)) best = here;
+    if (numeric::abs(best.kPa) <= kCrossing_kPa) break;
+    const bool as_low = (here.kPa > Scalar(0)) == (low.kPa > Scalar(0));
+    const Miss& ahead = as_low ? high : low;
+    const Scalar step_V = -here.kPa / here.by_V;
+    const Scalar room_V = ahead.command_V - command_V;
+    const Scalar part = step_V / room_V;
+    const bool inside = part > Scalar(0) && part < Scalar(1);
+    if (inside && numeric::abs((ahead.by_V - here.by_V) * part * step_V) <= Scalar(2) * kCrossing_kPa) {
+      return {.command_V = command_V + step_V, .kPa = Scalar(0), .by_V = here.by_V};
+    }
+    Scalar next_V = command_V + step_V;
+    if (!inside) next_V = ahead.command_V - ahead.kPa / ahead.by_V;
+    const bool still_inside =
+        (next_V - command_V) * room_V > Scalar(0) && (ahead.command_V - next_V) * room_V > Scalar(0);
+    if (!still_inside || numeric::abs(here.kPa) > Scalar(0.5) * before_kPa)
+      next_V = command_V + Scalar(0.5) * room_V;
+    if (numeric::abs(next_V - command_V) < kSameCommand_V) break;
+    (as_low ? low : high) = here;
+    before_kPa = numeric::abs(here.kPa);
+    command_V = next_V;
+  }
+  return best;
+}
+
+/// No command tabulated crosses the target. `best` comes nearest, and the miss shrinks from there towards
+/// `other`, where it is larger again: an extremum between the two comes closer, or crosses.
+template <class Law>
+typename InverseSearch<Law>::Miss InverseSearch<Law>::closest(Miss best, Miss other) const noexcept {
+  Miss near = best;
+  for (int i = 0; i < kExtremumSteps; ++i) {
+    // The zero of the slope, by secants.
+    const Scalar share = numeric::clamp(near.by_V / (near.by_V - other.by_V), Scalar(0.1), Scalar(0.9));
+    const Miss here = miss(near.command_V + share * (other.command_V - near.command_V));
+    if ((here.kPa < Scalar(0)) != (best.kPa < Scalar(0))) {
+      return here.command_V < near.command_V ? refine(here, near) : refine(near, here);
+    }
+    if (numeric::abs(here.kPa) < numeric::abs(best.kPa)) best = here;
+    ((here.by_V > Scalar(0)) == (near.by_V > Scalar(0)) ? near : other) = here;
+    if (numeric::abs(here.by_V * (other.command_V - near.command_V)) < kCrossing_kPa) break;
+  }
+  return best;
+}
+
+/// The node below the crossing that inverse() is to answer with; kNodes when no two nodes lie on either side.
+template <class Law>
+std::size_t InverseSearch<Law>::crossing(const AtNodes& miss_kPa, Scalar near_V) const noexcept {
+  const std::uint64_t above = nodes_where(miss_kPa, [](Scalar x) noexcept { return x > Scalar(0); });
+  const std::uint64_t rising = ~above & above >> 1U & curve_.nodes().apart;
+  const std::uint64_t falling = above & ~(above >> 1U) & curve_.nodes().apart;
+  const auto& node_V = curve_.nodes().command_V;
+  std::size_t chosen = kNodes;
+  Scalar chosen_V = 0;  // its distance
+  for (std::uint64_t left = rising != 0 ? rising : falling; left != 0; left &= left - 1) {
+    const auto i = static_cast<std::size_t>(std::countr_zero(left));
+    const Scalar distance_V =
+        numeric::max(numeric::max(node_V[i] - near_V, near_V - node_V[i + 1]), Scalar(0));
+    if (chosen < kNodes && !(distance_V < chosen_V)) continue;
+    chosen = i;
+    chosen_V = distance_V;
+  }
+  return chosen;
+}
+
+/// The next node above or below that is not at the same command; `node` itself at the end of the range.
+template <class Law>
+std::size_t InverseSearch<Law>::beside(std::size_t node, bool above) const noexcept {
+  const auto& node_V = curve_.nodes().command_V;
+  std::size_t i = node;
+  while (node_V[i] == node_V[node]) {
+    if (i == (above ? kNodes - 1 : 0)) return node;
+    i = above ? i + 1 : i - 1;
+  }
+  return i;
+}
+
+template <class Law>
+Inverse InverseSearch<Law>::find(Scalar near_V) const noexcept {
+  const CommandCurve::Nodes& nodes = curve_.nodes();
+
+  // How far each tabulated command misses. p(t+h) rises with the command almost everywhere, but near the null
+  // the rate may fall faster than s rises: up to a few stretches of either slope, told apart here by their signs at
+  // the nodes.
+  AtNodes response;
+  for (std::size_t i = 0; i < kNodes; ++i) response[i] = law_.response(nodes.opening_V[i]);
+  AtNodes miss_kPa;
+  for (std::size_t i = 0; i < kNodes; ++i) {
+    miss_kPa[i] = law_.rise_kPa({nodes.steady_kPa[i], nodes.opening_V[i]}, response[i]) - wanted_kPa_;
+  }
+  const auto at_node = [&](std::size_t i) noexcept -> Miss {
+    const std::size_t k = CommandCurve::place(i);
+    const CommandCurve::Tangent of{{nodes.steady_kPa[k], nodes.opening_V[k]}, nodes.by_V[i]};
+    return {.command_V = nodes.command_V[i], .kPa = miss_kPa[k], .by_V = law_.slope_kPa_V(of, response[k])};
+  };
+
+  Miss found{};
+  bool saturated = false;
+  if (const std::size_t below = crossing(miss_kPa, near_V); below < kNodes) {
+    found = refine(at_node(below), at_node(below + 1));
+  } else {
+    const std::size_t nearest = nearest_node(miss_kPa);
+    found = at_node(nearest);
+    const bool short_of = found.kPa < Scalar(0);
+    const std::size_t other = beside(nearest, (found.by_V > Scalar(0)) == short_of);
+    if (other != nearest && found.by_V != Scalar(0)) found = closest(found, at_node(other));
+    saturated = numeric::abs(found.kPa) > kCrossing_kPa && (found.kPa < Scalar(0)) == short_of;
+    // Out of reach: full opening on the side of the target, the strongest that any valve can do.
+    const std::size_t limit = short_of ? kNodes - 1 : 0;
+    const Scalar limit_kPa = miss_kPa[CommandCurve::place(limit)];
+    if (saturated && numeric::abs(limit_kPa) <= numeric::abs(found.kPa) + kLimitServes * curve_.span_kPa()) {
+      found = {.command_V = nodes.command_V[limit], .kPa = limit_kPa, .by_V = Scalar(0)};
+    }
+  }
+  return {.command_V = found.command_V, .reached_kPa = target_kPa_ + found.kPa, .saturated = saturated};
+}
+
+}  // namespace plenum::control
