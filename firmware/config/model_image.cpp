@@ -33,6 +33,23 @@ constexpr std::array<ParameterSpec, kTassa9Count> kTassa9 = {{
     {"ambient_kPa", 10.0F, 200.0F},
 }};
 
+/// Where the parameters of a command's curve stand in a kind that has one.
+struct CurvePlaces {
+  std::uint8_t c1, c2, c3, c8, c9, c_gamma, supply, ambient;
+};
+constexpr CurvePlaces kTassa9Curve = {c1, c2, c3, c8, c9, c_gamma, supply, ambient};
+
+// tassa9 without its c4.
+constexpr auto kTassa9r = [] {
+  std::array<ParameterSpec, kTassa9Count - 1> schema{};
+  std::size_t filled = 0;
+  for (std::size_t i = 0; i < kTassa9.size(); ++i) {
+    if (i != c4) schema[filled++] = kTassa9[i];
+  }
+  return schema;
+}();
+constexpr CurvePlaces kTassa9rCurve = {c1, c2, c3, c8 - 1, c9 - 1, c_gamma - 1, supply - 1, ambient - 1};
+
 // In the order of GreyboxParameter: what valves from drops to a hundred litres a second and their chambers can be.
 constexpr std::array<ParameterSpec, kGreyboxParameters> kGreybox = {{
     {"open_above_V", -5.0F, 15.0F},
@@ -126,24 +143,33 @@ ImageVerdict refuse_number(ImageError error, std::size_t found, std::size_t expe
   return {error, 0, static_cast<float>(found), static_cast<float>(expected), static_cast<float>(expected)};
 }
 
-ImageVerdict blame(Tassa9 parameter, const ModelParameters& parameters, float low) noexcept {
-  return {ImageError::not_admissible, parameter, parameters.value[parameter], low, kTassa9[parameter].high};
+ImageVerdict validate_curve(const ModelParameters& parameters, std::span<const ParameterSpec> schema,
+                            const CurvePlaces& at) noexcept {
+  const auto& c = parameters.value;
+  const auto blame = [&](std::uint8_t parameter, float low) noexcept -> ImageVerdict {
+    return {ImageError::not_admissible, parameter, c[parameter], low, schema[parameter].high};
+  };
+  if (!(c[at.supply] > c[at.ambient])) return blame(at.supply, c[at.ambient]);
+
+  // c_gamma (1 - sqrt(1 - c8^2)) without the cancellation at small c8.
+  const float c8_squared = c[at.c8] * c[at.c8];
+  const float c9_low =
+      c[at.c_gamma] * c8_squared / (1.0F + __builtin_sqrtf(1.0F - c8_squared)) + kRateMargin_V;
+  if (!(c[at.c9] >= c9_low)) return blame(at.c9, c9_low);
+
+  const float above_V = kCommandSpan_V - c[at.c1];
+  const float farthest_V = c[at.c1] > above_V ? c[at.c1] : above_V;
+  const float c3_low = -c[at.c2] / (3.0F * farthest_V * farthest_V);
+  if (!(c[at.c3] >= c3_low)) return blame(at.c3, c3_low);
+  return {};
 }
 
 ImageVerdict validate_tassa9(const ModelParameters& parameters) noexcept {
-  const auto& c = parameters.value;
-  if (!(c[supply] > c[ambient])) return blame(supply, parameters, c[ambient]);
+  return validate_curve(parameters, kTassa9, kTassa9Curve);
+}
 
-  // c_gamma (1 - sqrt(1 - c8^2)) without the cancellation at small c8.
-  const float c8_squared = c[c8] * c[c8];
-  const float c9_low = c[c_gamma] * c8_squared / (1.0F + __builtin_sqrtf(1.0F - c8_squared)) + kRateMargin_V;
-  if (!(c[c9] >= c9_low)) return blame(c9, parameters, c9_low);
-
-  const float above_V = kCommandSpan_V - c[c1];
-  const float farthest_V = c[c1] > above_V ? c[c1] : above_V;
-  const float c3_low = -c[c2] / (3.0F * farthest_V * farthest_V);
-  if (!(c[c3] >= c3_low)) return blame(c3, parameters, c3_low);
-  return {};
+ImageVerdict validate_tassa9r(const ModelParameters& parameters) noexcept {
+  return validate_curve(parameters, kTassa9r, kTassa9rCurve);
 }
 
 /// `slope`: the parameter to blame.
@@ -182,9 +208,10 @@ struct Kind {
   std::uint32_t hash;
   ImageVerdict (*validate)(const ModelParameters&) noexcept;  ///< the joint conditions
 };
-constexpr std::array<Kind, 2> kKinds = {{
+constexpr std::array<Kind, 3> kKinds = {{
     {ModelKind::tassa9, kTassa9, hash_of(ModelKind::tassa9, kTassa9), validate_tassa9},
     {ModelKind::greybox, kGreybox, hash_of(ModelKind::greybox, kGreybox), validate_greybox},
+    {ModelKind::tassa9r, kTassa9r, hash_of(ModelKind::tassa9r, kTassa9r), validate_tassa9r},
 }};
 
 /// Null: this firmware does not know it.

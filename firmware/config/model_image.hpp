@@ -15,7 +15,7 @@
 
 namespace plenum::config {
 
-enum class ModelKind : std::uint16_t { none = 0, tassa9 = 1, greybox = 2 };
+enum class ModelKind : std::uint16_t { none = 0, tassa9 = 1, greybox = 2, tassa9r = 3 };
 
 inline constexpr std::size_t kMaxParameters = 32;
 inline constexpr std::size_t kMaxImageBytes = 28 + 4 * kMaxParameters + 4;
@@ -93,7 +93,7 @@ inline constexpr float kCommandSpan_V = 10.0F;
 
 /// Checks kind, count, finiteness, ranges and the joint conditions of the kind.
 ///
-/// Joint conditions of tassa9 (equations of "Modeling and Identification of Pneumatic Actuators"), each
+/// Joint conditions of tassa9 and tassa9r (equations of "Modeling and Identification of Pneumatic Actuators"), each
 /// answered with `not_admissible`, the parameter to blame and the range that the other parameters leave it:
 ///  - supply_kPa > ambient_kPa: c_s of (10c) must be positive;
 ///  - c9 > c_gamma (1 - sqrt(1 - c8^2)): the least value of k (9) over all commands is

@@ -7,6 +7,7 @@
 #include "firmware/control/greybox.hpp"
 #include "firmware/control/pressure_model.hpp"
 #include "firmware/control/tassa9.hpp"
+#include "firmware/control/tassa9r.hpp"
 
 namespace plenum::control {
 
@@ -26,6 +27,9 @@ class AnyModel {
       case config::ModelKind::greybox:
         greybox_.configure(values.first<Greybox::kParameters>(), command_low_V, command_high_V);
         return &greybox_;
+      case config::ModelKind::tassa9r:
+        tassa9r_.configure(values.first<Tassa9r::kParameters>(), command_low_V, command_high_V);
+        return &tassa9r_;
     }
     return nullptr;
   }
@@ -33,6 +37,7 @@ class AnyModel {
  private:
   Tassa9 tassa9_;
   Greybox greybox_;
+  Tassa9r tassa9r_;
 };
 
 }  // namespace plenum::control

@@ -70,13 +70,13 @@ inline Scalar decay(Scalar x) noexcept {
 /// The mean over [0, x] of e^-t, that is (1 - e^-x)/x, given `done` = decay(x); 1 at x = 0.
 ///
 /// A negative x counts as 0. For x < 2^-7 the series 1 - x/2 + x^2/6 (remainder x^3/24 < 2e-8) stands for the
-/// quotient.
+/// quotient. No branch.
 inline Scalar mean_decay(Scalar x, Scalar done) noexcept {
+  constexpr Scalar kSmall = Scalar(0.0078125);
   const Scalar clamped = max(x, Scalar(0));
-  if (clamped < Scalar(0.0078125)) {
-    return Scalar(1) - clamped * (Scalar(0.5) - clamped * Scalar(1.0 / 6));
-  }
-  return done / clamped;
+  const Scalar series = Scalar(1) - clamped * (Scalar(0.5) - clamped * Scalar(1.0 / 6));
+  const Scalar quotient = done / max(clamped, kSmall);
+  return clamped < kSmall ? series : quotient;
 }
 
 /// Natural logarithm of a normal x > 0; absolute error below 2e-7 + 6e-8 |ln x|.
@@ -106,13 +106,13 @@ inline Scalar power(Scalar x, Scalar exponent) noexcept {
 /// Growth is followed up to this exponent: e^4 is 55.
 inline constexpr Scalar kGrowthHigh = Scalar(4);
 
-/// (1 - e^-x)/x for x of either sign, 1 at x = 0; x below -kGrowthHigh counts as that.
+/// (1 - e^-x)/x for x of either sign, 1 at x = 0; x below -kGrowthHigh counts as that. No branch.
 inline Scalar phi_1(Scalar x) noexcept {
-  if (x >= Scalar(0)) return mean_decay(x, decay(x));
-  // with y = -x: (e^y - 1)/y, e^-y - 1 = -done
-  const Scalar y = min(-x, kGrowthHigh);
+  const bool falls = x >= Scalar(0);
+  const Scalar y = falls ? x : min(-x, kGrowthHigh);
   const Scalar done = decay(y);
-  return mean_decay(y, done) / (Scalar(1) - done);
+  // of a growth (e^y - 1)/y, e^-y - 1 = -done
+  return mean_decay(y, done) / (falls ? Scalar(1) : Scalar(1) - done);
 }
 
 /// (1 - phi_1(x))/x, 1/2 at x = 0, given phi_1(x).

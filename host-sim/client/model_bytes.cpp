@@ -21,7 +21,8 @@ struct Kind {
   std::string_view name;
   ModelKind kind;
 };
-constexpr std::array<Kind, 2> kKinds{{{"tassa9", ModelKind::tassa9}, {"greybox", ModelKind::greybox}}};
+constexpr std::array<Kind, 3> kKinds{
+    {{"tassa9", ModelKind::tassa9}, {"tassa9r", ModelKind::tassa9r}, {"greybox", ModelKind::greybox}}};
 
 }  // namespace
 
@@ -38,7 +39,8 @@ std::vector<std::uint8_t> encode_model(std::string_view kind, std::span<const do
   const auto named =
       std::find_if(kKinds.begin(), kKinds.end(), [&](const Kind& one) { return one.name == kind; });
   if (named == kKinds.end()) {
-    throw std::invalid_argument(fmt::format("a model of kind '{}', expected tassa9 or greybox", kind));
+    throw std::invalid_argument(
+        fmt::format("a model of kind '{}', expected tassa9, tassa9r or greybox", kind));
   }
   const std::size_t expected = plenum::config::parameter_schema(named->kind).size();
   if (parameters.size() != expected) {

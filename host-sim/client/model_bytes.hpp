@@ -18,7 +18,7 @@ struct ModelOrigin {
 };
 
 struct DecodedModel {
-  std::string kind;  ///< "tassa9", "greybox"
+  std::string kind;  ///< "tassa9", "tassa9r", "greybox"
   ModelOrigin origin;
   /// Image order. Each is the shortest decimal that rounds to the float of the image, so that encoding it
   /// again gives the same bytes.

@@ -37,6 +37,14 @@ constexpr std::array<Range, kTassa9Count> kTassa9Ranges{{{2.0, 8.0},
                                                          {0.0, kInfinity},
                                                          {0.0, kInfinity}}};
 
+constexpr std::size_t kC4 = 3;  // of kTassa9Names
+constexpr auto kTassa9rRanges = [] {
+  std::array<Range, kTassa9rCount> ranges{};
+  std::copy_n(kTassa9Ranges.begin(), kC4, ranges.begin());
+  std::copy(kTassa9Ranges.begin() + kC4 + 1, kTassa9Ranges.end(), ranges.begin() + kC4);
+  return ranges;
+}();
+
 constexpr std::array<Range, kGreyboxCount> kGreyboxRanges{
     {{-5.0, 15.0},  {-5.0, 15.0},   {1e-3, 1e5},   {1e-3, 1e5},   {0.0, 1e5},   {0.0, 1e5},
      {1e-4, 1e5},   {-6.0, 20.0},   {-20.0, 20.0}, {-40.0, 40.0}, {-6.0, 20.0}, {-20.0, 20.0},
@@ -54,8 +62,10 @@ struct Kind {
     return open ? value > low && value < high : value >= low && value <= high;
   }
 };
-constexpr std::array<Kind, 2> kKinds{
-    {{"tassa9", kTassa9Names, kTassa9Ranges, true}, {"greybox", kGreyboxNames, kGreyboxRanges, false}}};
+constexpr std::array<Kind, 3> kKinds{{{"tassa9", kTassa9Names, kTassa9Ranges, true},
+                                      {"tassa9r", kTassa9rNames, kTassa9rRanges, true},
+                                      {"greybox", kGreyboxNames, kGreyboxRanges, false}}};
+constexpr std::string_view kKindsInWords = R"("tassa9", "tassa9r" or "greybox")";
 
 const Kind* kind_of(std::string_view name) {
   const auto found =
@@ -95,7 +105,7 @@ void check_values(const Kind& kind, std::span<const double> values, std::string_
                                    kind.open ? "and below" : "to", kind.ranges[i].high));
     }
   }
-  // both kinds end with the supply's and the ambient pressure
+  // all kinds end with the supply's and the ambient pressure
   const double supply_kPa = values[values.size() - 2], ambient_kPa = values.back();
   if (!(supply_kPa > ambient_kPa)) {
     throw InputError(fmt::format("{}: field 'parameters.supply_kPa' is {}, expected above ambient_kPa = {}",
@@ -104,11 +114,10 @@ void check_values(const Kind& kind, std::span<const double> values, std::string_
 }
 
 const Kind& kind_in(const Json& document, std::string_view file) {
-  const Json& value = field(document, "kind", file, "\"tassa9\" or \"greybox\"");
+  const Json& value = field(document, "kind", file, kKindsInWords);
   const Kind* kind = value.is_string() ? kind_of(value.get<std::string>()) : nullptr;
   if (kind == nullptr) {
-    throw InputError(
-        fmt::format("{}: field 'kind' is {}, expected \"tassa9\" or \"greybox\"", file, shown(value)));
+    throw InputError(fmt::format("{}: field 'kind' is {}, expected {}", file, shown(value), kKindsInWords));
   }
   return *kind;
 }

@@ -20,6 +20,12 @@ inline constexpr std::array<std::string_view, kTassa9Count> kTassa9Names{
     "c1_V",       "c2_per_V", "c3_per_V3", "c4_kPa_s_per_mL", "c5_per_mL",  "c6_per_mL",
     "c7_per_V_s", "c8",       "c9_V",      "c_gamma_V",       "supply_kPa", "ambient_kPa"};
 
+/// Those of its repaired form, likewise: all but c4.
+inline constexpr std::size_t kTassa9rCount = 11;
+inline constexpr std::array<std::string_view, kTassa9rCount> kTassa9rNames{
+    "c1_V", "c2_per_V", "c3_per_V3", "c5_per_mL",  "c6_per_mL",  "c7_per_V_s",
+    "c8",   "c9_V",     "c_gamma_V", "supply_kPa", "ambient_kPa"};
+
 /// Those of the grey-box model, likewise: control/greybox.hpp says what they are.
 inline constexpr std::size_t kGreyboxCount = 21;
 inline constexpr std::array<std::string_view, kGreyboxCount> kGreyboxNames{"open_above_V",
@@ -51,13 +57,13 @@ struct ModelFile {
   nlohmann::ordered_json fit = nlohmann::ordered_json::object();  ///< how it was found; free of contract
 };
 
-/// The parameters of a kind ("tassa9", "greybox"); empty for another one.
+/// The parameters of a kind ("tassa9", "tassa9r", "greybox"); empty for another one.
 std::span<const std::string_view> parameter_names(std::string_view kind);
 
 /// Reads a model. Throws InputError naming file, field, what was found and what was expected: not JSON,
-/// another schema or kind, a parameter missing, unknown, not a finite number, of a 9-parameter model against the paper's
-/// Table I (2 < c1 < 8, -1 < c3, -1 < c8 < 1, 0 < c9) or c_gamma > 0, of a grey-box model against the board's ranges, of both
-/// supply > ambient > 0. What a board asks beyond that, the board checks.
+/// another schema or kind, a parameter missing, unknown, not a finite number, of a 9-parameter model, repaired or not, against
+/// the paper's Table I (2 < c1 < 8, -1 < c3, -1 < c8 < 1, 0 < c9) or c_gamma > 0, of a grey-box model against the board's
+/// ranges, of all supply > ambient > 0. What a board asks beyond that, the board checks.
 ModelFile read_model(const std::filesystem::path& path);
 
 /// As read_model, from memory; `file` is the name used in errors.

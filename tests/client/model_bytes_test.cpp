@@ -36,7 +36,8 @@ bool reads_back(const trace::ModelFile& model) {
 
 TEST(ModelBytes, FilesAndImagesNameTheSameParametersInTheSameOrder) {
   for (const auto& [name, kind] :
-       {std::pair{"tassa9", ModelKind::tassa9}, std::pair{"greybox", ModelKind::greybox}}) {
+       {std::pair{"tassa9", ModelKind::tassa9}, std::pair{"tassa9r", ModelKind::tassa9r},
+        std::pair{"greybox", ModelKind::greybox}}) {
     const auto in_file = trace::parameter_names(name);
     const auto in_image = plenum::config::parameter_schema(kind);
     ASSERT_EQ(in_file.size(), in_image.size()) << name;
@@ -65,6 +66,13 @@ TEST(ModelBytes, KindAndParametersSurviveTheImage) {
   const DecodedModel decoded = decode_model(encode_model(model.kind, model.parameters, {}));
   EXPECT_EQ(decoded.kind, "greybox");
   EXPECT_EQ(decoded.parameters, model.parameters);
+}
+
+TEST(ModelBytes, TheRepairedFormSurvivesTheImageWithoutItsC4) {
+  const std::vector<double> values{5.02, 0.7, 1.3, 0.02, 0.03, 90.0, 0.1, 0.3, 0.1, 700.0, 101.325};
+  const DecodedModel decoded = decode_model(encode_model("tassa9r", values, {}));
+  EXPECT_EQ(decoded.kind, "tassa9r");
+  EXPECT_EQ(decoded.parameters, values);
 }
 
 TEST(ModelBytes, AKindThatIsNoneAndAWrongCountAreTold) {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "firmware/config/parameter_slots.hpp"
-#include "firmware/control/tassa9.hpp"
+#include "firmware/control/any_model.hpp"
 #include "firmware/numeric/scalar.hpp"
 #include "tests/fuzz/require.hpp"
 
@@ -19,18 +19,22 @@ using namespace plenum;
 using fuzz::require;
 using Bytes = std::vector<std::uint8_t>;
 
+constexpr std::array<config::ModelKind, 3> kKinds = {config::ModelKind::tassa9, config::ModelKind::greybox,
+                                                     config::ModelKind::tassa9r};
+
 /// Most inputs are no image at all. Two bits of the first byte mend magic, schema, counts, size and CRC, so that
-/// the search reaches what lies behind them.
+/// the search reaches what lies behind them; the rest say of which kind.
 Bytes image_from(std::span<const std::uint8_t> data) {
   Bytes image(data.begin(), data.end());
   if (image.empty()) return image;
   const bool mend_header = (image[0] & 1U) != 0;
   const bool mend_crc = (image[0] & 2U) != 0;
+  const config::ModelKind kind = kKinds[(image[0] >> 2U) % kKinds.size()];
   image.erase(image.begin());
   if (mend_header) {
     config::ModelParameters sample;
-    sample.kind = config::ModelKind::tassa9;
-    sample.count = control::Tassa9::kParameters;
+    sample.kind = kind;
+    sample.count = static_cast<std::uint16_t>(config::parameter_schema(kind).size());
     Bytes header(config::kMaxImageBytes);
     header.resize(config::encode(sample, header));
     image.resize(header.size());
@@ -45,19 +49,19 @@ Bytes image_from(std::span<const std::uint8_t> data) {
 }
 
 void require_finite(const config::ModelParameters& parameters) {
-  control::Tassa9 model;
-  model.configure(std::span<const float>(parameters.value).first<control::Tassa9::kParameters>(), 0.0F,
-                  10.0F);
+  control::AnyModel room;
+  const control::PressureModel* const model = room.take_over(parameters, 0.0F, 10.0F);
+  require(model != nullptr, "a kind that is accepted has a model");
   for (const float pressure_kPa : {0.0F, 101.325F, 3000.0F}) {
     for (const float command_V : {0.0F, 4.99F, 5.01F, 10.0F}) {
       for (const float volume_mL : {0.0F, 20.0F, 6000.0F}) {
         for (const float rate_mL_s : {-10000.0F, 0.0F, 10000.0F}) {
           const control::ChamberMotion motion{volume_mL, rate_mL_s};
           for (const float ticks : {0.0F, 1.0F}) {
-            const control::Prediction end = model.step(pressure_kPa, command_V, motion, ticks);
+            const control::Prediction end = model->step(pressure_kPa, command_V, motion, ticks);
             require(numeric::is_finite(end.end_kPa) && numeric::is_finite(end.mean_kPa), "a tick is finite");
           }
-          const control::Inverse inverse = model.inverse(pressure_kPa, 300.0F, motion, command_V);
+          const control::Inverse inverse = model->inverse(pressure_kPa, 300.0F, motion, command_V);
           require(inverse.command_V >= 0.0F && inverse.command_V <= 10.0F, "a command is in its range");
         }
       }

@@ -61,7 +61,7 @@ TEST(ModelJson, NamesTheFieldWhatWasFoundAndWhatWasExpected) {
               HasSubstr("m.json: field 'schema' is \"plenum-model/2\", expected \"plenum-model/1\""));
   EXPECT_THAT(refusal_after([](Json& j) { j.erase("schema"); }), HasSubstr("field 'schema' is missing"));
   EXPECT_THAT(refusal_after([](Json& j) { j["kind"] = 9; }),
-              HasSubstr("field 'kind' is 9, expected \"tassa9\" or \"greybox\""));
+              HasSubstr("field 'kind' is 9, expected \"tassa9\", \"tassa9r\" or \"greybox\""));
   EXPECT_THAT(refusal_after([](Json& j) { j["chamber"] = -1; }), HasSubstr("field 'chamber' is -1"));
   EXPECT_THAT(refusal_after([](Json& j) { j["fit"] = 1; }),
               HasSubstr("field 'fit' is 1, expected an object"));
@@ -87,6 +87,30 @@ TEST(ModelJson, HoldsTheParametersToTableI) {
   EXPECT_THAT(with("supply_kPa", 100.0),
               HasSubstr("'parameters.supply_kPa' is 100, expected above ambient_kPa"));
   EXPECT_EQ(with("c1_V", 7.9), "accepted");
+}
+
+TEST(ModelJson, ARepairedFormHasNoC4AndIsHeldToTableI) {
+  ModelFile model;
+  model.kind = "tassa9r";
+  model.parameters = {5.02, 0.7, 1.3, 0.3, 0.2, 90.0, 0.1, 1.0 / 3.0, 0.1, 700.0, 101.325};
+  const ModelFile read = parse_model(format_model(model), "m.json");
+  EXPECT_EQ(read.kind, "tassa9r");
+  EXPECT_EQ(read.parameters, model.parameters);
+  const auto refusal = [&](std::string_view name, double value) -> std::string {
+    auto document = Json::parse(format_model(model));
+    document["parameters"][name] = value;
+    try {
+      parse_model(document.dump(), "m.json");
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  EXPECT_THAT(refusal("c4_kPa_s_per_mL", 0.0), HasSubstr("'parameters.c4_kPa_s_per_mL' is unknown"));
+  EXPECT_THAT(refusal("c8", 1.0), HasSubstr("'parameters.c8' is 1, expected a number above -1 and below 1"));
+  EXPECT_THAT(refusal("c9_V", 0.0), HasSubstr("'parameters.c9_V' is 0"));
+  EXPECT_THAT(refusal("supply_kPa", 100.0), HasSubstr("expected above ambient_kPa"));
+  EXPECT_EQ(refusal("c5_per_mL", -3.0), "accepted");
 }
 
 TEST(ModelJson, RefusesBytesThatAreNoModel) {

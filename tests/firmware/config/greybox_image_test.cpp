@@ -48,7 +48,7 @@ TEST(GreyboxImage, ComesBackAsItWasEncoded) {
 
 TEST(GreyboxImage, AKindBeyondTheKnownOnesIsRefused) {
   ModelParameters model = thin_plate();
-  model.kind = static_cast<ModelKind>(3);
+  model.kind = static_cast<ModelKind>(4);
   EXPECT_EQ(validate(model).error, ImageError::unknown_kind);
 }
 

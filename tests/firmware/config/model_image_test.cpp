@@ -130,7 +130,7 @@ TEST(ModelImage, IsNotWrittenIntoTooSmallAPlaceOrForAnUnknownKind) {
 
 /// FNV-1a, written again: kind, then of each parameter its name with the zero at its end, low and high.
 TEST(ModelImage, SchemaHashCoversEveryNameAndRangeOfItsKind) {
-  for (const ModelKind kind : {ModelKind::tassa9, ModelKind::greybox}) {
+  for (const ModelKind kind : {ModelKind::tassa9, ModelKind::greybox, ModelKind::tassa9r}) {
     std::uint32_t hash = 2166136261U;
     const auto take = [&hash](std::uint32_t value, int bytes) {
       for (int i = 0; i < bytes; ++i) hash = (hash ^ (value >> (8 * i) & 0xFFU)) * 16777619U;

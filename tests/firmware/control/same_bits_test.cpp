@@ -2,6 +2,7 @@
 // the board computes. The presets aarch64, armhf and armel (which has no floating-point unit at all) run this test, too.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
@@ -10,6 +11,7 @@
 #include "firmware/config/crc32.hpp"
 #include "firmware/control/greybox.hpp"
 #include "firmware/control/tassa9.hpp"
+#include "firmware/control/tassa9r.hpp"
 
 namespace plenum::control {
 namespace {
@@ -73,6 +75,20 @@ TEST(SameBits, OfTheNineParameterModelOnEveryArchitecture) {
     crc = crc_of(model, random, crc);
   }
   EXPECT_EQ(crc, 0x1E68D02EU) << std::hex << "found " << crc;
+}
+
+TEST(SameBits, OfTheRepairedFormOnEveryArchitecture) {
+  std::mt19937 random(8);
+  std::uint32_t crc = 0;
+  for (const auto& parameters : kChambers) {
+    std::array<float, Tassa9r::kParameters> without_c4{};
+    std::copy_n(parameters.begin(), 3, without_c4.begin());
+    std::copy(parameters.begin() + 4, parameters.end(), without_c4.begin() + 3);
+    Tassa9r model;
+    model.configure(without_c4, 0.0F, 10.0F);
+    crc = crc_of(model, random, crc);
+  }
+  EXPECT_EQ(crc, 0x56DE1682U) << std::hex << "found " << crc;
 }
 
 TEST(SameBits, OfTheGreyBoxModelOnEveryArchitecture) {

@@ -60,6 +60,27 @@ TEST(MeanDecay, IsTheMeanOfTheExponentialOverTheTick) {
   EXPECT_EQ(mean_decay(-1.0F, decay(-1.0F)), 1.0F);
 }
 
+TEST(Phi, AreTheFunctionsOfAnExponentialStepForEitherSign) {
+  for (double x = -4.0; x < 40.0; x += 0.000713) {
+    const float at = static_cast<float>(x);
+    const long double wide = static_cast<long double>(at);
+    const long double exact = -std::expm1(-wide) / wide;
+    const float first = phi_1(at);
+    // of a growth e^-|x| = 1 - decay, which is known to a unit in the last place of 1
+    const double rounding = 4e-7 + (x < 0.0 ? 6e-8 * std::exp(-x) : 0.0);
+    EXPECT_NEAR(static_cast<double>(static_cast<long double>(first) / exact), 1.0, rounding) << "x = " << x;
+    // (1 - phi_1)/x cancels down to the ends of its series
+    const long double exact_2 = (1.0L - exact) / wide;
+    if (std::abs(x) < 1e-3) continue;  // where that is no oracle
+    EXPECT_NEAR(static_cast<double>(static_cast<long double>(phi_2(at, first)) / exact_2), 1.0,
+                rounding + 5e-6)
+        << "x = " << x;
+  }
+  EXPECT_EQ(phi_1(0.0F), 1.0F);
+  EXPECT_EQ(phi_2(0.0F, 1.0F), 0.5F);
+  EXPECT_EQ(phi_1(-1e30F), phi_1(-kGrowthHigh)) << "a growth is followed so far";
+}
+
 TEST(IsFinite, TellsNumbersFromTheRest) {
   EXPECT_TRUE(is_finite(0.0F));
   EXPECT_TRUE(is_finite(std::numeric_limits<float>::max()));

@@ -1,0 +1,108 @@
+#include "firmware/control/tassa9r.hpp"
+
+#include "firmware/config/limits.hpp"
+#include "firmware/control/inverse_search.hpp"
+
+namespace plenum::control {
+namespace {
+
+using numeric::clamp;
+using numeric::max;
+
+constexpr Scalar kTick_s = Scalar(config::kTick_s);
+
+/// The sensor's volume may be off by its noise near an empty chamber; the denominator of (R1) stays positive.
+constexpr Scalar kSmallestVolumeFactor = Scalar(1e-3);
+
+/// What is beyond these is no pressure, volume or speed of a chamber; within them nothing overflows.
+constexpr Scalar kMostPressure_kPa = Scalar(1e5);
+constexpr Scalar kMostVolume_mL = Scalar(1e7);
+constexpr Scalar kMostSpeed_mL_s = Scalar(1e7);
+
+}  // namespace
+
+void Tassa9r::configure(std::span<const Scalar, kParameters> parameters, Scalar command_low_V,
+                        Scalar command_high_V) noexcept {
+  c5_ = parameters[3];
+  c6_ = parameters[4];
+  c7_ = parameters[5];
+  curve_.configure({.c1 = parameters[0],
+                    .c2 = parameters[1],
+                    .c3 = parameters[2],
+                    .c8 = parameters[6],
+                    .c9 = parameters[7],
+                    .c_gamma = parameters[8],
+                    .supply_kPa = parameters[9],
+                    .ambient_kPa = parameters[10]},
+                   command_low_V, command_high_V);
+}
+
+/// 1 + c6 v
+Scalar Tassa9r::volume_factor(Scalar volume_mL) const noexcept {
+  return Scalar(1) + c6_ * clamp(volume_mL, -kMostVolume_mL, kMostVolume_mL);
+}
+
+Tassa9r::Tick Tassa9r::tick(Scalar pressure_kPa, const ChamberMotion& motion) const noexcept {
+  const Scalar per_volume = kTick_s / max(volume_factor(motion.volume_mL), kSmallestVolumeFactor);
+  const Scalar speed_mL_s = clamp(motion.volume_rate_mL_s, -kMostSpeed_mL_s, kMostSpeed_mL_s);
+  return {.pressure_kPa = clamp(pressure_kPa, Scalar(0), kMostPressure_kPa),
+          .gain_per_V = c7_ * per_volume,
+          .moved = c5_ * speed_mL_s * per_volume};
+}
+
+Scalar Tassa9r::within_range(Scalar command_V) const noexcept {
+  const auto& node_V = curve_.nodes().command_V;
+  return clamp(command_V, node_V.front(), node_V.back());
+}
+
+/// d rise / dx at a given F: d phi_1/dx = phi_2 - phi_1.
+Scalar Tassa9r::Tick::by_x_kPa(CommandCurve::Point at, Scalar phi_1) const noexcept {
+  return speed_kPa(at) * (numeric::phi_2(x(at.opening_V), phi_1) - phi_1);
+}
+
+/// Of F phi_1(x), by the chain rule through s0 and through a.
+Scalar Tassa9r::Tick::slope_kPa_V(const CommandCurve::Tangent& of, Scalar phi_1) const noexcept {
+  const Scalar a_by_V = gain_per_V * of.by_V.opening;
+  const Scalar speed_by_V =
+      flow(of.at.opening_V) * of.by_V.steady_kPa_V + a_by_V * (of.at.steady_kPa - pressure_kPa);
+  return speed_by_V * phi_1 + by_x_kPa(of.at, phi_1) * a_by_V;
+}
+
+Prediction Tassa9r::step(Scalar pressure_kPa, Scalar command_V, const ChamberMotion& motion,
+                         Scalar ticks) const noexcept {
+  const Tick now = tick(pressure_kPa, motion);
+  const CommandCurve::Point at = curve_.at(within_range(command_V));
+  const Scalar x = now.x(at.opening_V) * ticks;
+  const Scalar phi_1 = numeric::phi_1(x);
+  const Scalar speed_kPa = now.speed_kPa(at) * ticks;
+  return {.end_kPa = now.pressure_kPa + speed_kPa * phi_1,                       // (R3)
+          .mean_kPa = now.pressure_kPa + speed_kPa * numeric::phi_2(x, phi_1)};  // (R4)
+}
+
+/// Everything in (R1) is as h/(1 + c6 v): d(F phi_1(x)) for a change of its logarithm is F (phi_1 + x dphi_1/dx) = F e^-x.
+Gradient Tassa9r::derivatives(Scalar pressure_kPa, Scalar command_V,
+                              const ChamberMotion& motion) const noexcept {
+  const Tick now = tick(pressure_kPa, motion);
+  const CommandCurve::Tangent of = curve_.tangent(within_range(command_V));
+  const Scalar x = now.x(of.at.opening_V);
+  const Scalar phi_1 = numeric::phi_1(x);
+  const Scalar left = Scalar(1) - x * phi_1;  // e^-x
+
+  const Scalar factor = volume_factor(motion.volume_mL);
+  const bool volume_free = factor > kSmallestVolumeFactor;
+  const Scalar logarithm_by_volume = volume_free ? -c6_ / factor : Scalar(0);
+  const Scalar moved_by_rate = c5_ * kTick_s / max(factor, kSmallestVolumeFactor);
+  const Scalar by_moved_kPa = now.by_x_kPa(of.at, phi_1) - now.pressure_kPa * phi_1;
+  return {.by_pressure = left,
+          .by_command_kPa_V = now.slope_kPa_V(of, phi_1),
+          .by_volume_kPa_mL = logarithm_by_volume * now.speed_kPa(of.at) * left,
+          .by_volume_rate_kPa_s_mL = moved_by_rate * by_moved_kPa};
+}
+
+Inverse Tassa9r::inverse(Scalar pressure_kPa, Scalar target_kPa, const ChamberMotion& motion,
+                         Scalar near_V) const noexcept {
+  const Tick now = tick(pressure_kPa, motion);
+  return InverseSearch<Tick>(curve_, now, now.pressure_kPa, target_kPa).find(near_V);
+}
+
+}  // namespace plenum::control
