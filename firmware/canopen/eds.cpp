@@ -111,13 +111,6 @@ constexpr HeadLine kBeforeComments[] = {
 
 // ---- the objects ----
 
-std::span<const Entry> rows_from(std::size_t first) noexcept {
-  const std::span<const Entry> table = object_dictionary();
-  std::size_t end = first;
-  while (end < table.size() && table[end].index == table[first].index) ++end;
-  return table.subspan(first, end - first);
-}
-
 /// An object: its rows, and which instance of them.
 struct Object {
   std::span<const Entry> rows;
@@ -151,7 +144,7 @@ struct Object {
 bool to_next_object(std::uint16_t& row, std::uint8_t& instance) noexcept {
   if (++instance >= object_dictionary()[row].instances) {
     instance = 0;
-    row = static_cast<std::uint16_t>(row + rows_from(row).size());
+    row = static_cast<std::uint16_t>(row + rows_of_object(row).size());
   }
   return row < object_dictionary().size();
 }
@@ -219,7 +212,8 @@ DataSheet::DataSheet(const Identity& identity, const config::SettingsDesk& insta
 
 std::size_t DataSheet::read(std::uint32_t offset, std::span<std::uint8_t> bytes) noexcept {
   if (offset == 0) {
-    marks_ = {};
+    marks_[newest_mark_] = {};
+    held_marks_ = 1;
     restart({});
   } else if (offset < begun_.offset) {
     go_back(offset);
@@ -258,21 +252,34 @@ void DataSheet::restart(const Position& at) noexcept {
   line_.clear();
 }
 
-/// To the last mark that is not behind `offset`. What is ahead of it will be marked again.
+/// The mark set `age` marks before the newest one. `age` < held_marks_.
+DataSheet::Position& DataSheet::mark(std::size_t age) noexcept {
+  return marks_[(newest_mark_ + kMarks - age) % kMarks];
+}
+
+/// To the last mark that is not behind `offset`, by halving. What is ahead of it will be marked again.
 void DataSheet::go_back(std::uint32_t offset) noexcept {
-  for (std::size_t back = 0; back < kMarks; ++back) {
-    const Position& mark = marks_[newest_mark_];
-    if (mark.offset <= offset) break;
-    newest_mark_ = (newest_mark_ + kMarks - 1) % kMarks;
+  std::size_t age = 0;
+  for (std::size_t left = held_marks_ - 1; left > 0;) {
+    const std::size_t half = (left - 1) / 2;
+    if (mark(age + half).offset <= offset) {
+      left = half;
+    } else {
+      age += half + 1;
+      left -= half + 1;
+    }
   }
-  restart(marks_[newest_mark_]);
+  newest_mark_ = (newest_mark_ + kMarks - age) % kMarks;
+  held_marks_ -= age;
+  restart(mark(0));
 }
 
 void DataSheet::advance() noexcept {
   begun_ = next_;
-  if (begun_.offset - marks_[newest_mark_].offset >= kMarkEvery) {
+  if (begun_.offset - mark(0).offset >= kMarkEvery) {
     newest_mark_ = (newest_mark_ + 1) % kMarks;
-    marks_[newest_mark_] = begun_;
+    held_marks_ = std::min(held_marks_ + 1, kMarks);
+    mark(0) = begun_;
   }
   make_line(next_);
 }
@@ -353,7 +360,7 @@ void DataSheet::list_line(Position& at) noexcept {
 }
 
 void DataSheet::object_line(Position& at) noexcept {
-  const Object object{rows_from(at.row), at.instance};
+  const Object object{rows_of_object(at.row), at.instance};
   const Entry& row = *object.row_of(at.sub);
   const bool whole = at.whole && object.has_subs();  // a section without a value
   const bool is_domain = row.type == DataType::domain;
@@ -417,7 +424,7 @@ void DataSheet::object_line(Position& at) noexcept {
 }
 
 void DataSheet::to_next_section(Position& at) noexcept {
-  const Object object{rows_from(at.row), at.instance};
+  const Object object{rows_of_object(at.row), at.instance};
   at.line = 0;
   if (object.has_subs()) {
     unsigned sub = at.whole ? 0 : at.sub + 1U;

@@ -55,6 +55,7 @@ class DataSheet {
 
   void restart(const Position& at) noexcept;
   void go_back(std::uint32_t offset) noexcept;
+  Position& mark(std::size_t age) noexcept;
   void advance() noexcept;
   void make_line(Position& at) noexcept;
   void head_line(Position& at) noexcept;
@@ -75,6 +76,7 @@ class DataSheet {
   static constexpr std::size_t kMarks = (kRepeat + 2 * TextLine::kCapacity) / kMarkEvery + 2;
   std::array<Position, kMarks> marks_{};  ///< a ring of places behind
   std::size_t newest_mark_ = 0;
+  std::size_t held_marks_ = 1;
   std::uint32_t size_ = 0;
 };
 

@@ -39,6 +39,16 @@ constexpr bool before(const Entry& a, const Entry& b) {
 }
 static_assert(std::is_sorted(kTable.begin(), kTable.end(), before), "find() halves the table");
 
+/// Of each row: how many rows from it on are of the same object.
+constexpr auto kRowsLeft = [] {
+  std::array<std::uint8_t, kTable.size()> rows{};
+  for (std::size_t row = kTable.size(); row-- > 0;) {
+    const bool goes_on = row + 1 < kTable.size() && kTable[row + 1].index == kTable[row].index;
+    rows[row] = static_cast<std::uint8_t>(goes_on ? rows[row + 1] + 1 : 1);
+  }
+  return rows;
+}();
+
 /// What the kept values take of a stored set.
 constexpr std::size_t kept_bytes() {
   std::size_t bytes = 0;
@@ -96,6 +106,10 @@ constexpr ObjectList kList = list<group>();
 
 std::span<const Entry> object_dictionary() noexcept {
   return kTable;
+}
+
+std::span<const Entry> rows_of_object(std::size_t first) noexcept {
+  return object_dictionary().subspan(first, kRowsLeft[first]);
 }
 
 ObjectList objects_of(ObjectGroup group) noexcept {

@@ -72,6 +72,8 @@ struct Entry {
 
 /// All rows.
 std::span<const Entry> object_dictionary() noexcept;
+/// The rows of the object that begins with row `first` of all rows.
+std::span<const Entry> rows_of_object(std::size_t first) noexcept;
 
 /// The lists of a data sheet (CiA 306).
 enum class ObjectGroup : std::uint8_t { mandatory, optional, manufacturer };
