@@ -22,6 +22,7 @@ void ChamberLoop::configure(const config::ChamberSettings& settings,
   limited.command_low_V = settings.command_low_V;
   limited.command_high_V = settings.command_high_V;
   regulator_.configure(limited);
+  valve_delay_ticks_ = regulator.valve_delay_ticks;
   if (has_commanded_) return;
   resting_ = settings;
   command_V_ = settings.null_V;
@@ -32,6 +33,8 @@ void ChamberLoop::take_over(const config::ModelParameters& parameters) noexcept 
   // is a mean, and half a tick older.
   const numeric::Scalar pressure_now_kPa = has_model() ? regulator_.pressure_kPa() : pressure_kPa_;
   model_ = known_.take_over(parameters, settings_.command_low_V, settings_.command_high_V);
+  const control::ModelPaths paths = control::paths_of(parameters, valve_delay_ticks_);
+  regulator_.take_over(paths.valve, paths.sensor_lag_ticks);
   // What had been learned was the old model's faults. Pressure and command stay: no bump.
   regulator_.reset(pressure_now_kPa, command_V_);
 }
@@ -120,15 +123,15 @@ void ChamberLoop::begin_excitation(const Order& order) noexcept {
 float ChamberLoop::regulated_V(const Order& order, canopen::ChamberImage& image) noexcept {
   const bool active = order.drive == safety::Drive::active;
   const float setpoint_kPa = (active ? image.setpoint_Pa : image.hold_setpoint_Pa) / kPa;
-  const control::ReferenceShaper::Reference reference =
-      shaper_.step(setpoint_kPa, active ? order.preview_ticks : std::uint8_t{0});
+  const control::ReferenceShaper::Reference& reference =
+      shaper_.step(setpoint_kPa, active ? order.preview_ticks : std::uint8_t{0}, regulator_.ahead());
   const bool open_loop = order.mode == canopen::ControlMode::pressure_open_loop;
   const control::Regulator::Command command = open_loop ? regulator_.feedforward(*model_, reference, motion_)
                                                         : regulator_.regulate(*model_, reference, motion_);
   image.feedforward_V = command.feedforward_V;
   image.demand_Pa =
       numeric::clamp(setpoint_kPa, settings_.pressure_low_kPa, settings_.pressure_high_kPa) * kPa;
-  image.reference_Pa = reference.now_kPa * kPa;
+  image.reference_Pa = reference.kPa[0] * kPa;
   return command.command_V;
 }
 

@@ -8,6 +8,7 @@
 #include "firmware/config/model_image.hpp"
 #include "firmware/control/any_model.hpp"
 #include "firmware/control/excitation.hpp"
+#include "firmware/control/model_paths.hpp"
 #include "firmware/control/reference_shaper.hpp"
 #include "firmware/control/regulator.hpp"
 #include "firmware/control/volume_observer.hpp"
@@ -70,6 +71,7 @@ class ChamberLoop {
   control::Excitation excitation_;
   control::AnyModel known_;
   const control::PressureModel* model_ = nullptr;  ///< the one in force
+  float valve_delay_ticks_ = 0.0F;                 ///< the installer's, for a model that states none
 
   float pressure_kPa_ = 0.0F;      ///< last usable measurement
   control::ChamberMotion motion_;  ///< of the tick at hand

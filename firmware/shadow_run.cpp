@@ -1,5 +1,6 @@
 #include "firmware/shadow_run.hpp"
 
+#include <algorithm>
 #include <bit>
 
 #include "firmware/numeric/scalar.hpp"
@@ -29,17 +30,30 @@ std::uint8_t bit(std::size_t chamber) noexcept {
 
 }  // namespace
 
-void ShadowRun::Runner::take(const config::ModelParameters& parameters) noexcept {
+void ShadowRun::Runner::take(const config::ModelParameters& parameters, float delay_ticks) noexcept {
   model = known.take_over(parameters, 0.0F, config::kCommandSpan_V);
+  const control::ModelPaths paths = control::paths_of(parameters, delay_ticks);
+  valve.configure(paths.valve);
+  sent.configure(valve.delay_ticks());
+  sensor_lag_ticks = paths.sensor_lag_ticks;
+  sensor.configure(sensor_lag_ticks, kNoise_kPa);
   squares = 0.0F;
 }
 
-void ShadowRun::Runner::advance(const Tick& tick, float delay_ticks) noexcept {
-  const float rest = 1.0F - delay_ticks;
-  const control::Prediction first = model->step(pressure_kPa, tick.before_V, tick.motion, delay_ticks);
-  const control::Prediction second = model->step(first.end_kPa, tick.command_V, tick.motion, rest);
-  squares += square(delay_ticks * first.mean_kPa + rest * second.mean_kPa - tick.mean_kPa);
-  pressure_kPa = second.end_kPa;
+void ShadowRun::Runner::rest(float command_V) noexcept {
+  valve.reset(command_V);
+  sent.reset(command_V);
+}
+
+void ShadowRun::Runner::start(float shown_kPa, float rise_kPa) noexcept {
+  sensor.reset(shown_kPa);
+  pressure_kPa = shown_kPa + sensor_lag_ticks * rise_kPa;
+}
+
+void ShadowRun::Runner::advance(const Tick& tick) noexcept {
+  const control::Prediction predicted = sent.past_tick(*model, pressure_kPa, tick.motion);
+  squares += square(sensor.pass(pressure_kPa, predicted) - tick.mean_kPa);
+  pressure_kPa = predicted.end_kPa;
 }
 
 float ShadowRun::Runner::rms_kPa(std::uint32_t ticks) const noexcept {
@@ -58,10 +72,11 @@ bool ShadowRun::begin(std::uint8_t chamber) noexcept {
 void ShadowRun::start(std::size_t chamber, const config::ParameterSlots& slots) noexcept {
   chamber_ = chamber;
   waiting_ = static_cast<std::uint8_t>(waiting_ & ~unsigned{bit(chamber)});
-  staged_.take(slots.staged(chamber));
-  active_.take(slots.active(chamber));
+  staged_.take(slots.staged(chamber), delay_ticks_);
+  active_.take(slots.active(chamber), delay_ticks_);
   next_ = recorder_.begin();
   end_ = recorder_.end();
+  followed_ = 0;
   stretch_ticks_ = 0;
   moved_ = 0;
   ticks_ = 0;
@@ -105,22 +120,34 @@ bool ShadowRun::take_row() noexcept {
   const telemetry::Row& row = recorder_.row(next_, chamber_);
   const telemetry::Row& next = recorder_.row(next_ + 1, chamber_);
   if (usable(row) && usable(next) && next.has(telemetry::row_flag::kFollows)) {
-    compare(tick_from(next_), pressure_kPa(row));
+    follow(tick_from(next_), pressure_kPa(row));
   } else {
+    followed_ = 0;
     stretch_ticks_ = 0;
   }
   ++next_;
   return true;
 }
 
+void ShadowRun::follow(const Tick& tick, float mean_before_kPa) noexcept {
+  for (Runner* runner : {&staged_, &active_}) {
+    if (followed_ == 0) runner->rest(tick.before_V);
+    runner->send(tick.command_V);
+  }
+  if (followed_++ < std::max(staged_.sent.whole_ticks(), active_.sent.whole_ticks())) return;
+  compare(tick, mean_before_kPa);
+}
+
 void ShadowRun::compare(const Tick& tick, float mean_before_kPa) noexcept {
   if (stretch_ticks_ == 0) {
     start_kPa_ = 0.5F * (mean_before_kPa + tick.mean_kPa);
-    staged_.pressure_kPa = active_.pressure_kPa = start_kPa_;
+    const float rise_kPa = tick.mean_kPa - mean_before_kPa;
+    staged_.start(start_kPa_, rise_kPa);
+    active_.start(start_kPa_, rise_kPa);
     moved_squares_ = 0.0F;
   }
-  staged_.advance(tick, delay_ticks_);
-  active_.advance(tick, delay_ticks_);
+  staged_.advance(tick);
+  active_.advance(tick);
   moved_squares_ += square(tick.mean_kPa - start_kPa_);
   ++ticks_;
   if (++stretch_ticks_ < kStretchTicks) return;

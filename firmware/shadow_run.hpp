@@ -7,8 +7,9 @@
 // channels, by 7 and 4 % over 0.5 s; one that is 40 % high by 13 and 33 %, where a single tick shows 1 % in the first.)
 //
 //   start        p = (mean of the tick before the row + mean of the tick after it) / 2: what the pressure was between
-//   each tick    the command before acts for the valve's delay, then the row's own (as in the regulator); volume and
-//                its rate from this row's and the next
+//                (a sensor that lags shows that; the pressure is ahead of it by the lag)
+//   each tick    commands as the valve answers them (ValvePath, SentCommands: as in the regulator); volume and its rate
+//                from this row's and the next. After a gap as many rows are left out as a valve is late.
 //   error        predicted minus measured mean of the tick
 //
 // The staged model is `worse` when its RMS error exceeds both 1.05 times that of the active one and that plus
@@ -28,7 +29,10 @@
 #include "firmware/config/limits.hpp"
 #include "firmware/config/parameter_slots.hpp"
 #include "firmware/control/any_model.hpp"
+#include "firmware/control/model_paths.hpp"
 #include "firmware/control/pressure_model.hpp"
+#include "firmware/control/sensor_lag.hpp"
+#include "firmware/control/sent_commands.hpp"
 #include "firmware/telemetry/recorder.hpp"
 
 namespace plenum {
@@ -42,7 +46,7 @@ class ShadowRun final : public config::ModelTrial {
   static constexpr float kMoved_kPa = 10.0F * kNoise_kPa;
   static constexpr float kWorse = 1.05F;
 
-  /// `valve_delay_ticks`: 0 to 1, as in the regulator. The recorder must outlive the run.
+  /// `valve_delay_ticks`: for a model that states none, as in the regulator. The recorder must outlive the run.
   ShadowRun(const telemetry::Recorder& recorder, float valve_delay_ticks) noexcept
       : recorder_(recorder), delay_ticks_(valve_delay_ticks) {}
 
@@ -56,7 +60,7 @@ class ShadowRun final : public config::ModelTrial {
 
   /// What the log says of one tick.
   struct Tick {
-    float before_V;  ///< the command that acts until the valve has answered the new one
+    float before_V;  ///< the command of the tick before
     float command_V;
     control::ChamberMotion motion;
     float mean_kPa;  ///< measured
@@ -66,16 +70,27 @@ class ShadowRun final : public config::ModelTrial {
   struct Runner {
     control::AnyModel known;
     const control::PressureModel* model = nullptr;
+    control::ValvePath valve;
+    control::SentCommands sent;
+    control::SensorLag sensor;
+    float sensor_lag_ticks = 0.0F;
     float pressure_kPa = 0.0F;
     float squares = 0.0F;
 
-    void take(const config::ModelParameters& parameters) noexcept;
-    void advance(const Tick& tick, float delay_ticks) noexcept;
+    void take(const config::ModelParameters& parameters, float delay_ticks) noexcept;
+    /// `command_V` has been sent for long.
+    void rest(float command_V) noexcept;
+    void send(float command_V) noexcept { sent.push({.model_V = valve.sent(command_V)}); }
+    /// The sensor shows `shown_kPa`, which rises by `rise_kPa` a tick.
+    void start(float shown_kPa, float rise_kPa) noexcept;
+    /// Over a tick whose command was sent.
+    void advance(const Tick& tick) noexcept;
     float rms_kPa(std::uint32_t ticks) const noexcept;
   };
 
   void start(std::size_t chamber, const config::ParameterSlots& slots) noexcept;
   bool take_row() noexcept;
+  void follow(const Tick& tick, float mean_before_kPa) noexcept;
   void compare(const Tick& tick, float mean_before_kPa) noexcept;
   Tick tick_from(std::uint32_t number) const noexcept;
   config::TrialResult result() const noexcept;
@@ -88,6 +103,7 @@ class ShadowRun final : public config::ModelTrial {
   Runner active_;
   std::uint32_t next_ = 0;  ///< number of the row that is taken next
   std::uint32_t end_ = 0;
+  std::size_t followed_ = 0;         ///< rows without a gap before the next one
   std::uint32_t stretch_ticks_ = 0;  ///< done of the stretch; 0: it begins with the next row
   float start_kPa_ = 0.0F;
   float moved_squares_ = 0.0F;

@@ -1,4 +1,5 @@
-// The parameters of a grey-box model, in image order: what they are for is in control/greybox.hpp.
+// The parameters of a grey-box model, in image order: what they are for is in control/greybox.hpp, and of dead time,
+// spool, hysteresis and sensor in control/model_paths.hpp.
 #pragma once
 
 #include <cstdint>
@@ -25,6 +26,12 @@ enum GreyboxParameter : std::uint8_t {
   kDischargeSlope,      ///< k
   kDeadVolume,          ///< v_0 [mL], what the position sensor does not count
   kVolumeExponent,      ///< n, 1 (isothermal) to 1.4 (adiabatic)
+  kChamberLeak,         ///< C_l [mL/s] of a narrow gap to the ambient
+  kDeadTime,            ///< from a command to the valve's motion [s]
+  kSpoolPeriod,         ///< 1/f of the spool on its spring [s]; 0: prompt
+  kSpoolDamping,        ///< zeta of the spool
+  kHysteresis,          ///< w [V], width of the valve's loop
+  kSensorLag,           ///< tau of the pressure sensor [s]
   kSupply,              ///< P_c [kPa], absolute
   kAmbient,             ///< P_r [kPa], absolute
   kGreyboxParameters

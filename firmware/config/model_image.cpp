@@ -71,6 +71,12 @@ constexpr std::array<ParameterSpec, kGreyboxParameters> kGreybox = {{
     {"discharge_slope", -0.8F, 0.8F},
     {"dead_volume_mL", -5000.0F, 5000.0F},
     {"volume_exponent", 1.0F, 1.4F},
+    {"chamber_leak_mL_per_s", 0.0F, 1e5F},
+    {"dead_time_s", 0.0F, 0.08F},
+    {"spool_period_s", 0.0F, 0.5F},
+    {"spool_damping", 0.3F, 2.0F},
+    {"hysteresis_V", 0.0F, 1.5F},
+    {"sensor_lag_s", 0.0F, 0.3F},
     {"supply_kPa", 50.0F, 2000.0F},
     {"ambient_kPa", 10.0F, 200.0F},
 }};

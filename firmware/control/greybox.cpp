@@ -139,6 +139,13 @@ void Greybox::configure(std::span<const Scalar, kParameters> parameters, Scalar 
   for (std::size_t i = 0; i < kCorners; ++i) {
     side_[i].at_corner = {flow.flow(supply_kPa_, corner_kPa_[i]), flow.flow(corner_kPa_[i], ambient_kPa_)};
   }
+  const Scalar leak_mL_s_kPa = Scalar(0.5) * parameters[kChamberLeak] / ambient_kPa_;
+  for (std::size_t i = 0; i < kCorners; ++i) {
+    const Scalar sum_kPa = corner_kPa_[i] + ambient_kPa_;
+    side_[i].leak_mL_kPa_s = leak_mL_s_kPa * sum_kPa * (corner_kPa_[i] - ambient_kPa_);
+    const Scalar next_kPa = i + 1 < kCorners ? corner_kPa_[i + 1] : corner_kPa_[i];
+    side_[i].leak_slope_mL_s = leak_mL_s_kPa * (corner_kPa_[i] + next_kPa);
+  }
   // beyond the last corner the chamber's own pressure chokes both flows
   side_.back().slope = {-flow.discharge(Scalar(0)), flow.discharge(Scalar(0))};
   for (std::size_t i = 0; i + 1 < kCorners; ++i) {
@@ -205,8 +212,10 @@ Greybox::Rate Greybox::net_flow(std::size_t side, const Ports& at, Scalar pressu
 Greybox::Rate Greybox::rate(const Tick& tick, std::size_t side, const Ports& at,
                             Scalar pressure_kPa) const noexcept {
   const Rate flow = net_flow(side, at, pressure_kPa);
-  return {.kPa = (flow.kPa - tick.moved_mL_s * pressure_kPa) * tick.per_volume,
-          .slope = (flow.slope - tick.moved_mL_s) * tick.per_volume};
+  const Side& of = side_[side];
+  const Scalar leak = of.leak_mL_kPa_s + of.leak_slope_mL_s * (pressure_kPa - corner_kPa_[side]);
+  return {.kPa = (flow.kPa - leak - tick.moved_mL_s * pressure_kPa) * tick.per_volume,
+          .slope = (flow.slope - of.leak_slope_mL_s - tick.moved_mL_s) * tick.per_volume};
 }
 
 /// Goes from piece to piece; returns the pressure at the end [kPa].

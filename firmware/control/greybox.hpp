@@ -1,10 +1,11 @@
 // The chamber's physics, solved exactly over a tick in which command, volume and speed are held.
 //
-//   p' = f(p, u) = (C_c(u) phi(P_c, p) - C_r(u) phi(p, P_r) - n v' p) / (v + v_0)                    (G1)
+//   p' = f(p, u) = (C_c(u) phi(P_c, p) - C_r(u) phi(p, P_r) - C_l lambda(p) - n v' p) / (v + v_0)     (G1)
 //   phi(a, b) = a psi(b/a) for a >= b, else -b psi(a/b)                                              (G2)
 //   psi(r) = (1 + k (r* - r)) psi_0(r')^(2 beta),  r' = r* + (r - r_b)(1 - r*)/(r_a - r_b)           (G3)
 //   psi_0(r) = sqrt((r^(2/1.4) - r^(2.4/1.4))/(r*^(2/1.4) - r*^(2.4/1.4))), r* = 0.528
 //   psi_0 = 1 for r <= r_b (choked), 0 for r >= r_a (shut); between by kChords chords
+//   lambda(p) = (p^2 - P_r^2)/(2 P_r), the laminar flow through a narrow gap, by chords between the same corners
 //   C(u): config/valve_curve.hpp
 //
 // Units: p, P [kPa]; u [V]; v, v_0 [mL]; v' [mL/s]; C [mL/s]; n, r, k, beta [1]. A conductance is an effective area times
@@ -69,6 +70,8 @@ class Greybox final : public PressureModel {
   struct Side {
     Ports at_corner;
     Ports slope;
+    Scalar leak_mL_kPa_s = 0;  ///< C_l lambda at the corner
+    Scalar leak_slope_mL_s = 0;
   };
   /// (G1) with all put in but the pressure and the command.
   struct Tick {

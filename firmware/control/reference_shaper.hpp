@@ -1,15 +1,15 @@
 // The reference of a chamber: set points delayed to their time, limited in value and in rate.
 //
 // A set point that arrives with a preview of N ticks is to be met N ticks later; until then it is known in
-// advance, and the regulator can move the valve before the error appears. The shaper answers with the
-// references of this tick's start, of its end, and of the next tick's end.
+// advance, and the regulator can move the valve before the error appears. The shaper answers with the references
+// at this tick's start and at the ends of the ticks that follow, as many as are asked for.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
 
-#include "firmware/control/pressure_model.hpp"
+#include "firmware/control/valve_path.hpp"
 
 namespace plenum::control {
 
@@ -23,10 +23,17 @@ class ReferenceShaper {
     Scalar ramp_kPa_s = Scalar(100000);  ///< largest rate of the reference
   };
 
+  /// How far ahead a regulator may look: the longest delay of a valve, and the tick in which a command acts.
+  static constexpr std::size_t kMostAhead = static_cast<std::size_t>(ValvePath::kMostDelay_ticks) + 2;
+
   struct Reference {
-    Scalar now_kPa = 0;    ///< at the start of the tick
-    Scalar next_kPa = 0;   ///< at its end
-    Scalar after_kPa = 0;  ///< one tick later; next_kPa where the preview does not reach so far
+    /// At the start of this tick, at its end, and so on; beyond the preview the last one known.
+    std::array<Scalar, kMostAhead + 1> kPa{};
+
+    /// `whole` ticks ahead and `part` of one, on the straight line between two of them; whole < kMostAhead.
+    Scalar at(std::size_t whole, Scalar part) const noexcept {
+      return kPa[whole] + part * (kPa[whole + 1] - kPa[whole]);
+    }
   };
 
   void configure(const Config& config) noexcept { config_ = config; }
@@ -34,13 +41,14 @@ class ReferenceShaper {
   /// The reference stands at `pressure_kPa`; set points move it from there at the ramp's rate.
   void reset(Scalar pressure_kPa) noexcept;
 
-  /// Takes the set point latched for this tick. preview_ticks above kMaxPreview counts as kMaxPreview.
-  Reference step(Scalar setpoint_kPa, std::uint8_t preview_ticks) noexcept;
+  /// Takes the set point latched for this tick. preview_ticks above kMaxPreview counts as kMaxPreview. Answers up to the
+  /// end of `ahead` ticks, 1 to kMostAhead.
+  const Reference& step(Scalar setpoint_kPa, std::uint8_t preview_ticks, std::size_t ahead) noexcept;
 
  private:
   Config config_;
   std::array<Scalar, kMaxPreview + 1> latched_kPa_{};  ///< the newest first
-  Scalar now_kPa_ = 0;
+  Reference reference_;
 };
 
 }  // namespace plenum::control

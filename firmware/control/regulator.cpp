@@ -36,54 +36,61 @@ void Regulator::configure(const Config& config) noexcept {
   config_ = config;
   trim_.configure(
       {.low_V = config.command_low_V, .high_V = config.command_high_V, .limit_V = config.trim_limit_V});
+  take_over({.dead_ticks = config.valve_delay_ticks}, Scalar(0));
+}
+
+void Regulator::take_over(const ValvePath::Config& valve, Scalar sensor_lag_ticks) noexcept {
+  valve_.configure(valve);
+  sensor_.configure(sensor_lag_ticks, config_.residual_noise_kPa);
+  sent_.configure(valve_.delay_ticks());
 }
 
 void Regulator::reset(Scalar pressure_kPa, Scalar command_V) noexcept {
   trim_.reset();
+  valve_.reset(command_V);
+  sensor_.reset(pressure_kPa);
   pressure_kPa_ = pressure_kPa;
   steady_kPa_ = Scalar(0);
   residual_level_kPa_ = Scalar(0);
   compression_ = Scalar(0);
-  acting_V_ = command_V;
-  before_V_ = command_V;
+  sent_.reset(command_V);
   planned_ = false;
-  learning_ = false;
 }
 
 void Regulator::sent(Scalar command_V) noexcept {
-  before_V_ = acting_V_;
-  learning_ = planned_ && command_V == planned_V_;
-  acting_V_ = learning_ ? planned_model_V_ : command_V - trim_.at(command_V);
+  const Scalar place_V = valve_.sent(command_V);
+  const bool as_planned = planned_ && command_V == planned_V_;
+  sent_.push({.model_V = as_planned ? planned_model_V_ : place_V - trim_.at(place_V), .planned = as_planned});
   planned_ = false;
 }
 
-Scalar Regulator::disturbance_kPa(const ChamberMotion& motion) const noexcept {
-  return steady_kPa_ + compression_ * compression_kPa(pressure_kPa_, motion);
+Scalar Regulator::disturbance_kPa(Scalar pressure_kPa, const ChamberMotion& motion) const noexcept {
+  return steady_kPa_ + compression_ * compression_kPa(pressure_kPa, motion);
 }
 
 Prediction Regulator::past_tick(const PressureModel& model, const ChamberMotion& past) const noexcept {
-  // The older command acted until the valve's delay had passed, then the newer one.
-  const Scalar delay = config_.valve_delay_ticks;
-  const Scalar rest = Scalar(1) - delay;
-  const Scalar disturbed_kPa = disturbance_kPa(past);
-  const Prediction first = model.step(pressure_kPa_, before_V_, past, delay);
-  const Prediction second = model.step(first.end_kPa, acting_V_, past, rest);
-  return {.end_kPa = second.end_kPa + disturbed_kPa,
-          .mean_kPa = delay * first.mean_kPa + rest * second.mean_kPa + Scalar(0.5) * disturbed_kPa};
+  const Prediction undisturbed = sent_.past_tick(model, pressure_kPa_, past);
+  const Scalar disturbed_kPa = disturbance_kPa(pressure_kPa_, past);
+  return {.end_kPa = undisturbed.end_kPa + disturbed_kPa,
+          .mean_kPa = undisturbed.mean_kPa + Scalar(0.5) * disturbed_kPa};
 }
 
 Scalar Regulator::observe(const PressureModel& model, Scalar measured_kPa,
                           const ChamberMotion& past) noexcept {
   const Prediction predicted = past_tick(model, past);
-  const Scalar residual_kPa = measured_kPa - predicted.mean_kPa;
+  const Scalar residual_kPa = sensor_.observe(pressure_kPa_, predicted, measured_kPa);
   learn(model, residual_kPa, past);
   residual_level_kPa_ += kResidualForgetting * (numeric::abs(residual_kPa) - residual_level_kPa_);
-  pressure_kPa_ = believable_kPa(predicted.end_kPa + config_.pressure_gain * residual_kPa);
+  // what a sensor says that lags is weighed already
+  const Scalar gain = sensor_.lags() ? Scalar(1) : config_.pressure_gain;
+  pressure_kPa_ = believable_kPa(predicted.end_kPa + gain * residual_kPa);
   return residual_kPa;
 }
 
 void Regulator::coast(const PressureModel& model, const ChamberMotion& past) noexcept {
-  pressure_kPa_ = believable_kPa(past_tick(model, past).end_kPa);
+  const Prediction predicted = past_tick(model, past);
+  sensor_.pass(pressure_kPa_, predicted);
+  pressure_kPa_ = believable_kPa(predicted.end_kPa);
 }
 
 void Regulator::learn(const PressureModel& model, Scalar residual_kPa, const ChamberMotion& past) noexcept {
@@ -91,15 +98,16 @@ void Regulator::learn(const PressureModel& model, Scalar residual_kPa, const Cha
   // The mean over a tick moves by about half of what its end does.
   constexpr Scalar kMeanOfEnd = Scalar(0.5);
   const Scalar by_compression = kMeanOfEnd * compression_kPa(pressure_kPa_, past);
+  const SentCommands::Sent& acted = sent_.acted();
   const Scalar by_trim =
-      learning_ ? -kMeanOfEnd * model.derivatives(pressure_kPa_, acting_V_, past).by_command_kPa_V
-                : Scalar(0);
+      acted.planned ? -kMeanOfEnd * model.derivatives(pressure_kPa_, acted.model_V, past).by_command_kPa_V
+                    : Scalar(0);
   const Scalar steady_weight = square(config_.disturbance_deviation_kPa);
   const Scalar compression_weight = square(config_.compression_deviation);
   const Scalar trim_weight = square(config_.trim_deviation_V);
   const Scalar spread = square(config_.residual_noise_kPa) + steady_weight * square(kMeanOfEnd) +
                         compression_weight * square(by_compression) +
-                        trim_weight * square(by_trim) * trim_.reach(acting_V_);
+                        trim_weight * square(by_trim) * trim_.reach(acted.model_V);
   const Scalar share = residual_kPa / spread;
 
   const Scalar steady_limit = config_.disturbance_limit_kPa;
@@ -107,38 +115,55 @@ void Regulator::learn(const PressureModel& model, Scalar residual_kPa, const Cha
   const Scalar compression_limit = config_.compression_limit;
   compression_ = clamp(compression_ + compression_weight * by_compression * share, -compression_limit,
                        compression_limit);
-  trim_.move(acting_V_, trim_weight * by_trim * share);
+  trim_.move(acted.model_V, trim_weight * by_trim * share);
 }
 
 Regulator::Span Regulator::acting_span(const ReferenceShaper::Reference& reference) const noexcept {
-  const Scalar delay = config_.valve_delay_ticks;
-  return {.from_kPa = reference.now_kPa + delay * (reference.next_kPa - reference.now_kPa),
-          .to_kPa = reference.next_kPa + delay * (reference.after_kPa - reference.next_kPa)};
+  return {.from_kPa = reference.at(sent_.whole_ticks(), sent_.part_ticks()),
+          .to_kPa = reference.at(sent_.whole_ticks() + 1, sent_.part_ticks())};
+}
+
+Regulator::Acting Regulator::when_it_acts(const PressureModel& model,
+                                          const ChamberMotion& next) const noexcept {
+  Acting acting{.pressure_kPa = pressure_kPa_, .motion = next};
+  const auto advance = [&](std::size_t sent_ticks_ago, Scalar ticks) noexcept {
+    const Scalar disturbed_kPa = disturbance_kPa(acting.pressure_kPa, acting.motion);
+    acting.pressure_kPa =
+        model.step(acting.pressure_kPa, sent_.ago(sent_ticks_ago).model_V, acting.motion, ticks).end_kPa +
+        ticks * disturbed_kPa;
+  };
+  advance(sent_.whole_ticks() + 1, sent_.part_ticks());
+  for (std::size_t ago = sent_.whole_ticks(); ago > 0; --ago) {
+    advance(ago, Scalar(1));
+    acting.motion.volume_mL += acting.motion.volume_rate_mL_s * kTick_s;
+  }
+  return acting;
 }
 
 Regulator::Command Regulator::regulate(const PressureModel& model,
                                        const ReferenceShaper::Reference& reference,
                                        const ChamberMotion& next) noexcept {
-  const Scalar delay = config_.valve_delay_ticks;
   const Span wanted = acting_span(reference);
-  const Scalar disturbed_kPa = disturbance_kPa(next);
-  const Scalar start_kPa = model.step(pressure_kPa_, acting_V_, next, delay).end_kPa + delay * disturbed_kPa;
+  const Acting start = when_it_acts(model, next);
   const Scalar left = numeric::min(config_.error_left + config_.error_left_per_kPa * residual_level_kPa_,
                                    config_.error_left_most);
-  const Scalar left_kPa = clamp(left * (start_kPa - wanted.from_kPa), -config_.error_left_limit_kPa,
+  const Scalar left_kPa = clamp(left * (start.pressure_kPa - wanted.from_kPa), -config_.error_left_limit_kPa,
                                 config_.error_left_limit_kPa);
-  const Scalar target_kPa = wanted.to_kPa + left_kPa - disturbed_kPa;
-  const Inverse inverse = model.inverse(start_kPa, target_kPa, next, acting_V_);
+  const Scalar target_kPa = wanted.to_kPa + left_kPa - disturbance_kPa(pressure_kPa_, start.motion);
+  const Inverse inverse = model.inverse(start.pressure_kPa, target_kPa, start.motion, sent_.ago(1).model_V);
 
-  planned_ = true;
   planned_model_V_ = inverse.command_V;
   // Where the model is at its limit so is the valve: a learned correction does not take full opening away.
   const Scalar trim_V = inverse.saturated ? Scalar(0) : trim_.at(inverse.command_V);
-  planned_V_ = clamp(inverse.command_V + trim_V, config_.command_low_V, config_.command_high_V);
+  const Scalar place_V = clamp(inverse.command_V + trim_V, config_.command_low_V, config_.command_high_V);
+  const Scalar command_V = valve_.command_for(place_V);
+  planned_V_ = clamp(command_V, config_.command_low_V, config_.command_high_V);
+  planned_ = planned_V_ == command_V;
   // What of the rise the measurement asked for, beyond that of the reference, in volts at the slope here.
-  const Scalar correction_kPa = (target_kPa - start_kPa) - (wanted.to_kPa - wanted.from_kPa);
+  const Scalar correction_kPa = (target_kPa - start.pressure_kPa) - (wanted.to_kPa - wanted.from_kPa);
   const Scalar slope =
-      max(model.derivatives(start_kPa, inverse.command_V, next).by_command_kPa_V, kLeastSlope_kPa_V);
+      max(model.derivatives(start.pressure_kPa, inverse.command_V, start.motion).by_command_kPa_V,
+          kLeastSlope_kPa_V);
   const Scalar feedforward_V =
       clamp(inverse.command_V - correction_kPa / slope, config_.command_low_V, config_.command_high_V);
   return {.command_V = planned_V_, .feedforward_V = feedforward_V, .saturated = inverse.saturated};
@@ -148,8 +173,10 @@ Regulator::Command Regulator::feedforward(const PressureModel& model,
                                           const ReferenceShaper::Reference& reference,
                                           const ChamberMotion& next) const noexcept {
   const Span wanted = acting_span(reference);
-  const Inverse inverse = model.inverse(wanted.from_kPa, wanted.to_kPa, next, acting_V_);
-  return {.command_V = inverse.command_V, .feedforward_V = inverse.command_V, .saturated = inverse.saturated};
+  const Inverse inverse = model.inverse(wanted.from_kPa, wanted.to_kPa, next, sent_.ago(1).model_V);
+  const Scalar command_V =
+      clamp(valve_.command_for(inverse.command_V), config_.command_low_V, config_.command_high_V);
+  return {.command_V = command_V, .feedforward_V = inverse.command_V, .saturated = inverse.saturated};
 }
 
 }  // namespace plenum::control

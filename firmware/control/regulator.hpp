@@ -13,12 +13,15 @@
 //               the first step of a Kalman filter with the deviations m_i. (Normalising each estimate on its
 //               own was tried: the estimates then chase each other.) Without a measurement the model carries
 //               the estimate on: coast().
-//   2. predict  The valve answers a command `valve_delay_ticks` late; the pressure is carried over that delay
-//               with the command that still acts (a Smith predictor).
-//   3. invert   Once a tick: the command that takes it, in one tick of action, to
+//   2. predict  The valve answers a command late (ValvePath); the pressure is carried over that delay with the
+//               commands that still act (a Smith predictor).
+//   3. invert   Once a tick: the place of the spool that takes it, in one tick of action, to
 //                 target = reference + share of the present error that may stay - disturbance
 //               The reference is the one for the end of that action, known in advance where the set-point
-//               stream has preview.
+//               stream has preview. ValvePath says which command puts the spool there.
+//
+// Valve and sensor are prompt and true but for the delay that the installer states, until a model knows better
+// (take_over()). The readings of a sensor that lags are taken for what they say of the pressure (SensorLag).
 //
 // The estimates move with the command that was really sent, after limits: at a limit nothing winds up. The
 // observer runs whether or not the regulator drives, so that it takes over without a bump. All estimates are
@@ -27,9 +30,14 @@
 // The regulator knows its model only by PressureModel.
 #pragma once
 
+#include <cstddef>
+
 #include "firmware/control/command_trim.hpp"
 #include "firmware/control/pressure_model.hpp"
 #include "firmware/control/reference_shaper.hpp"
+#include "firmware/control/sensor_lag.hpp"
+#include "firmware/control/sent_commands.hpp"
+#include "firmware/control/valve_path.hpp"
 
 namespace plenum::control {
 
@@ -38,9 +46,9 @@ class Regulator {
   struct Config {
     Scalar command_low_V = Scalar(3);
     Scalar command_high_V = Scalar(7);
-    /// Time from a command to the valve's answer, in ticks, 0 to 1: a spool of natural frequency f and
-    /// damping z answers like a delay of z/(pi f), and about 1.3 times as late when it has a dead band to
-    /// cross.
+    /// Time from a command to the valve's answer, in ticks, 0 to ValvePath::kMostDelay_ticks, where the model does not state
+    /// one: a spool of natural frequency f and damping z answers like a delay of z/(pi f), and about 1.3 times as late
+    /// when it has a dead band to cross.
     Scalar valve_delay_ticks = Scalar(0.3);
     Scalar pressure_gain = Scalar(1.1);  ///< of the observer, on the residual [1]
     /// How far the estimates are believed to be off; 0: that one is not learned.
@@ -68,10 +76,17 @@ class Regulator {
 
   void configure(const Config& config) noexcept;
 
+  /// Valve and sensor as a model knows them. Before reset(): what had been sent is forgotten.
+  void take_over(const ValvePath::Config& valve, Scalar sensor_lag_ticks) noexcept;
+
+  /// How many ticks of reference regulate() and feedforward() look at.
+  std::size_t ahead() const noexcept { return sent_.whole_ticks() + 2; }
+
   /// The chamber stands at `pressure_kPa`, the valve at `command_V`; nothing is known of the model's faults.
   void reset(Scalar pressure_kPa, Scalar command_V) noexcept;
 
-  /// Step 1. Returns the model residual: measured minus predicted mean of the tick just past [kPa].
+  /// Step 1. Returns the model residual: measured minus predicted mean of the tick just past [kPa]; where the sensor lags,
+  /// what that says of the pressure at its end.
   Scalar observe(const PressureModel& model, Scalar measured_kPa, const ChamberMotion& past) noexcept;
 
   /// In place of observe() when the tick just past brought no measurement: the model carries the estimate
@@ -98,23 +113,29 @@ class Regulator {
   };
   /// The reference over the tick in which a command given now acts.
   Span acting_span(const ReferenceShaper::Reference& reference) const noexcept;
-  Scalar disturbance_kPa(const ChamberMotion& motion) const noexcept;
+  Scalar disturbance_kPa(Scalar pressure_kPa, const ChamberMotion& motion) const noexcept;
+  /// Step 2: the pressure when a command given now begins to act, and the motion then.
+  struct Acting {
+    Scalar pressure_kPa;
+    ChamberMotion motion;
+  };
+  Acting when_it_acts(const PressureModel& model, const ChamberMotion& next) const noexcept;
   /// The tick just past, from the estimate at its start and the commands that acted.
   Prediction past_tick(const PressureModel& model, const ChamberMotion& past) const noexcept;
   void learn(const PressureModel& model, Scalar residual_kPa, const ChamberMotion& past) noexcept;
 
   Config config_;
   CommandTrim trim_;
+  ValvePath valve_;
+  SensorLag sensor_;
+  SentCommands sent_;
   Scalar pressure_kPa_ = 0;        ///< estimate at the start of the tick at hand
   Scalar steady_kPa_ = 0;          ///< d
   Scalar residual_level_kPa_ = 0;  ///< mean magnitude of the residuals of late
   Scalar compression_ = 0;         ///< theta
-  Scalar acting_V_ = 0;            ///< model command of the valve command sent one tick ago
-  Scalar before_V_ = 0;            ///< of the one before it
   Scalar planned_V_ = 0;           ///< valve command that regulate() answered this tick ...
   Scalar planned_model_V_ = 0;     ///< ... and the model command behind it
-  bool planned_ = false;           ///< regulate() was called this tick
-  bool learning_ = false;          ///< the acting command came from regulate()
+  bool planned_ = false;           ///< regulate() was called this tick, and no limit came between
 };
 
 }  // namespace plenum::control

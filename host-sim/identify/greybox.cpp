@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kMl_per_m3 = 1e6;
 constexpr double kPascals_per_kPa = 1e3;
+constexpr double kKg_s_Pa_per_g_s_MPa = 1e-9;
 /// Of the transition: a corner that is sharper the board cannot tell from this one.
 constexpr double kLeastTransition_mL_s = 1e-3;
 
@@ -33,8 +34,8 @@ GreyboxModel greybox_of(const trace::RigDescription& rig, std::optional<unsigned
   plant::Gas gas;
   gas.temperature_K = rig.gas.temperature_K;
   const auto plate = plant::thin_plate_constants(gas, rig.valve.discharge_coefficient);
-  const double conductance_mL_s_m2 =
-      gas.kappa * gas.specific_gas_constant_J_kg_K() * gas.temperature_K * plate.beta_s_m * kMl_per_m3;
+  const double mL_Pa_per_kg = gas.kappa * gas.specific_gas_constant_J_kg_K() * gas.temperature_K * kMl_per_m3;
+  const double conductance_mL_s_m2 = mL_Pa_per_kg * plate.beta_s_m;
   const auto conductance = [&](double area_m2) { return conductance_mL_s_m2 * area_m2; };
 
   GreyboxModel made;
@@ -59,10 +60,18 @@ GreyboxModel greybox_of(const trace::RigDescription& rig, std::optional<unsigned
                           figure(effects::kIdFlowFunction, 3),
                           figure(effects::kIdVolumeError, 0),
                           gas.kappa,
+                          mL_Pa_per_kg * figure(effects::kIdChamberLeak, 0) * kKg_s_Pa_per_g_s_MPa,
+                          figure(effects::kIdDeadTime, 0),
+                          figure(effects::kIdSpoolLag, 0),
+                          figure(effects::kIdSpoolLag, 1),
+                          figure(effects::kIdValveHysteresis, 0),
+                          figure(effects::kIdSensorLag, 0),
                           rig.supply.pressure_Pa / kPascals_per_kPa,
                           rig.ambient.pressure_Pa / kPascals_per_kPa};
-  constexpr effects::EffectSet kCarried =
-      1U << effects::kIdAreaShape | 1U << effects::kIdFlowFunction | 1U << effects::kIdVolumeError;
+  constexpr effects::EffectSet kCarried = 1U << effects::kIdAreaShape | 1U << effects::kIdFlowFunction |
+                                          1U << effects::kIdVolumeError | 1U << effects::kIdChamberLeak |
+                                          1U << effects::kIdDeadTime | 1U << effects::kIdSpoolLag |
+                                          1U << effects::kIdValveHysteresis | 1U << effects::kIdSensorLag;
   for (std::size_t id = 0; id < effects::kEffects; ++id) {
     if (((of.on & ~kCarried) >> id & 1U) != 0) made.left_out.emplace_back(effects::kCatalogue[id]->id);
   }

@@ -1,4 +1,4 @@
-// The board's grey-box model of a rig that is described: its valve, and those of its effects that do not change in time.
+// The board's grey-box model of a rig that is described: its valve, and those of its effects that a board can answer.
 //
 //   C = n R T beta a      [m3/s for each m2 of effective area]
 //
@@ -21,7 +21,8 @@ struct GreyboxModel {
   std::vector<std::string> left_out;
 };
 
-/// Carries area_shape, flow_function and volume_error. Throws trace::InputError when an effect is not the catalogue's, or a
+/// Carries area_shape, flow_function, volume_error, chamber_leak, dead_time, spool_lag, valve_hysteresis and sensor_lag (without
+/// the parameters that refine them). Throws trace::InputError when an effect is not the catalogue's, or a
 /// figure beyond what a board takes.
 GreyboxModel greybox_of(const trace::RigDescription& rig, std::optional<unsigned> chamber = std::nullopt);
 

@@ -27,7 +27,7 @@ inline constexpr std::array<std::string_view, kTassa9rCount> kTassa9rNames{
     "c8",   "c9_V",     "c_gamma_V", "supply_kPa", "ambient_kPa"};
 
 /// Those of the grey-box model, likewise: control/greybox.hpp says what they are.
-inline constexpr std::size_t kGreyboxCount = 21;
+inline constexpr std::size_t kGreyboxCount = 27;
 inline constexpr std::array<std::string_view, kGreyboxCount> kGreyboxNames{"open_above_V",
                                                                            "exhaust_below_V",
                                                                            "inlet_conductance_mL_per_s_V",
@@ -47,6 +47,12 @@ inline constexpr std::array<std::string_view, kGreyboxCount> kGreyboxNames{"open
                                                                            "discharge_slope",
                                                                            "dead_volume_mL",
                                                                            "volume_exponent",
+                                                                           "chamber_leak_mL_per_s",
+                                                                           "dead_time_s",
+                                                                           "spool_period_s",
+                                                                           "spool_damping",
+                                                                           "hysteresis_V",
+                                                                           "sensor_lag_s",
                                                                            "supply_kPa",
                                                                            "ambient_kPa"};
 

@@ -6,8 +6,12 @@
 
 #include <cmath>
 #include <random>
+#include <vector>
 
 #include "firmware/canopen/objects.hpp"
+#include "firmware/config/greybox_parameters.hpp"
+#include "firmware/control/greybox.hpp"
+#include "firmware/control/sensor_lag.hpp"
 #include "tests/firmware/board/bench.hpp"
 
 namespace plenum {
@@ -187,6 +191,52 @@ TEST(ShadowRun, LetsTheCommandBeforeActForTheDelayOfTheValve) {
     return slots.state(0).trial.active_rms_kPa;
   };
   EXPECT_LT(rms_kPa(1.0F), 0.5F * rms_kPa(0.0F));
+}
+
+/// A grey-box model of a valve of 60 mL/s a volt, with a dead time and a sensor's lag.
+std::vector<std::uint8_t> greybox_image(float dead_time_s, float sensor_lag_s) {
+  config::ModelParameters model;
+  model.kind = config::ModelKind::greybox;
+  model.count = config::kGreyboxParameters;
+  model.value = {5.08F, 4.92F, 60.0F,       64.0F, 0.1F,  0.1F, 1.0F,         0.0F,   0.0F,
+                 0.0F,  0.0F,  0.0F,        0.0F,  0.53F, 0.5F, 1.0F,         0.0F,   0.0F,
+                 1.4F,  0.0F,  dead_time_s, 0.0F,  0.8F,  0.0F, sensor_lag_s, 700.0F, 101.3F};
+  std::vector<std::uint8_t> bytes(config::kMaxImageBytes);
+  bytes.resize(config::encode(model, bytes));
+  return bytes;
+}
+
+TEST(ShadowRun, CountsInTheDeadTimeAndTheSensorsLagThatAModelStates) {
+  // The log is of a valve three ticks late and a sensor of five ticks: the model that states both fits, those that leave one
+  // out do not.
+  control::Greybox chamber;
+  config::ModelParameters parameters;
+  ASSERT_TRUE(config::decode(greybox_image(0.0F, 0.0F), parameters));
+  chamber.configure(std::span<const float>(parameters.value).first<control::Greybox::kParameters>(), 0.0F,
+                    10.0F);
+  const control::ChamberMotion motion{.volume_mL = 150.0F, .volume_rate_mL_s = 0.0F};
+  const auto rms_kPa = [&](float dead_time_s, float sensor_lag_s) {
+    Rig rig(kValve);
+    control::SensorLag sensor;
+    sensor.configure(5.0F, 1.0F);
+    sensor.reset(300.0F);
+    float pressure_kPa = 300.0F, shown_kPa = 300.0F;
+    std::array<float, kLogTicks + 3> command_V{};
+    command_V.fill(5.0F);
+    for (std::size_t k = 0; k < kLogTicks; ++k) {
+      command_V[k + 3] = k % 34 < 17 ? 5.9F : 4.2F;
+      rig.write(static_cast<double>(shown_kPa), static_cast<double>(command_V[k + 3]));
+      const control::Prediction next = chamber.step(pressure_kPa, command_V[k], motion, 1.0F);
+      shown_kPa = sensor.pass(pressure_kPa, next);
+      pressure_kPa = next.end_kPa;
+    }
+    rig.slots.stage(0, greybox_image(dead_time_s, sensor_lag_s));
+    rig.ticks_to_verdict();
+    return rig.slots.state(0).trial.staged_rms_kPa;
+  };
+  const float right_kPa = rms_kPa(0.03F, 0.05F);
+  EXPECT_LT(right_kPa, 0.25F * rms_kPa(0.0F, 0.05F));
+  EXPECT_LT(right_kPa, 0.25F * rms_kPa(0.03F, 0.0F));
 }
 
 TEST(ShadowRun, HasNothingToCompareByWithoutALog) {

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include "firmware/config/greybox_parameters.hpp"
 #include "firmware/config/model_image.hpp"
 
 namespace plenum::config {
@@ -24,9 +25,9 @@ std::size_t place_of(std::string_view name) {
 ModelParameters thin_plate() {
   ModelParameters model;
   model.kind = ModelKind::greybox;
-  model.count = 21;
-  model.value = {5.08F, 4.92F, 60.0F, 64.0F, 1.0F, 1.0F, 2.0F, 0.0F, 0.0F,   0.0F,  0.0F,
-                 0.0F,  0.0F,  0.53F, 0.5F,  1.0F, 0.0F, 5.0F, 1.4F, 700.0F, 101.3F};
+  model.count = kGreyboxParameters;
+  model.value = {5.08F, 4.92F, 60.0F, 64.0F, 1.0F, 1.0F, 2.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F,   0.0F,  0.53F,
+                 0.5F,  1.0F,  0.0F,  5.0F,  1.4F, 0.0F, 0.0F, 0.0F, 0.8F, 0.0F, 0.0F, 700.0F, 101.3F};
   return model;
 }
 
@@ -39,7 +40,7 @@ ImageVerdict with(std::string_view name, float value) {
 TEST(GreyboxImage, ComesBackAsItWasEncoded) {
   std::array<std::uint8_t, kMaxImageBytes> bytes{};
   const std::size_t size = encode(thin_plate(), bytes);
-  ASSERT_EQ(size, 28U + 4U * 21U + 4U);
+  ASSERT_EQ(size, 28U + 4U * 27U + 4U);
   ModelParameters read;
   ASSERT_TRUE(decode(std::span(bytes).first(size), read));
   EXPECT_EQ(read.kind, ModelKind::greybox);

@@ -74,6 +74,7 @@ Case random_case(std::mt19937& random) {
   put(Greybox::kDischargeSlope, between(-0.3, 0.3));
   put(Greybox::kDeadVolume, between(0.0, 20.0));
   put(Greybox::kVolumeExponent, between(1.0, 1.4));
+  put(Greybox::kChamberLeak, gain * between(0.0, 0.02));
   put(Greybox::kSupply, supply);
   put(Greybox::kAmbient, ambient);
   made.motion.volume_mL = static_cast<float>(volume);
@@ -135,7 +136,11 @@ double rate_kPa_s(const Case& of, double pressure_kPa, double command_V) {
                        exhaust * phi(p, pressure_kPa, figure(p, Greybox::kAmbient));
   const double moved =
       figure(p, Greybox::kVolumeExponent) * static_cast<double>(of.motion.volume_rate_mL_s) * pressure_kPa;
-  return (flows - moved) / (static_cast<double>(of.motion.volume_mL) + figure(p, Greybox::kDeadVolume));
+  const double ambient = figure(p, Greybox::kAmbient);
+  const double leak =
+      figure(p, Greybox::kChamberLeak) * (pressure_kPa * pressure_kPa - ambient * ambient) / (2.0 * ambient);
+  return (flows - leak - moved) /
+         (static_cast<double>(of.motion.volume_mL) + figure(p, Greybox::kDeadVolume));
 }
 
 struct Exact {

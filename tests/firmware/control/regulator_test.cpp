@@ -10,6 +10,7 @@
 #include <functional>
 #include <numbers>
 #include <random>
+#include <vector>
 
 #include "firmware/control/tassa9.hpp"
 #include "tests/firmware/control/admissible.hpp"
@@ -20,17 +21,25 @@ namespace {
 constexpr std::array<float, 12> kParameters = {5.0F,  0.6F, 1.5F,  0.0F, 0.0F,   0.01F,
                                                40.0F, 0.1F, 0.02F, 0.1F, 620.0F, 101.3F};
 
-/// p' = (s - p) r + leak, the valve's command off by `valve_offset_V` and late by `delay_ticks`; 50 substeps
-/// a tick.
+/// p' = (s - p) r + leak. The valve's command is late by `delay_ticks`, then loses `play_V` at each reversal, then the spool
+/// follows it with the time constant `lag_ticks`, off by `valve_offset_V`; the sensor follows the pressure with
+/// `sensor_lag_ticks`. 50 substeps a tick.
 struct Chamber {
   double pressure_kPa = 300;
   double leak_kPa_s = 0;
   double valve_offset_V = 0;
   double delay_ticks = 0;
-  double last_V = 5;
+  double play_V = 0;
+  double lag_ticks = 0;
+  double sensor_lag_ticks = 0;
+  std::vector<double> sent_V = std::vector<double>(32, 5.0);
+  double held_V = 5;
+  double place_V = 5;
+  double shown_kPa = 300;
 
   /// Returns the mean over the tick, as the averaging sensor reads it.
   double tick(double command_V, double volume_mL, double volume_rate_mL_s) {
+    sent_V.push_back(command_V);
     testing::RandomChamber shape{.parameters = kParameters,
                                  .volume_mL = static_cast<float>(volume_mL),
                                  .volume_rate_mL_s = static_cast<float>(volume_rate_mL_s),
@@ -38,15 +47,24 @@ struct Chamber {
     constexpr int kSteps = 50;
     double sum = 0;
     for (int i = 0; i < kSteps; ++i) {
-      const double acting_V = (i < delay_ticks * kSteps ? last_V : command_V) - valve_offset_V;
+      const double ago = std::ceil(delay_ticks - static_cast<double>(i) / kSteps - 1e-9);
+      const double u = sent_V[sent_V.size() - 1 - static_cast<std::size_t>(std::max(ago, 0.0))];
+      held_V = std::clamp(held_V, u - 0.5 * play_V, u + 0.5 * play_V);
+      const double before_V = place_V;
+      place_V = lag_ticks > 0 ? held_V + (place_V - held_V) * std::exp(-1.0 / (lag_ticks * kSteps)) : held_V;
+      const double acting_V = 0.5 * (lag_ticks > 0 ? before_V + place_V : 2.0 * place_V) - valve_offset_V;
       const auto [s, r] = testing::reference(shape, acting_V);
       // the compression that the model leaves out: -1.4 p v'/v
       const double drift = leak_kPa_s - 1.4 * pressure_kPa * volume_rate_mL_s / volume_mL;
       const double end = s + drift / r + (pressure_kPa - s - drift / r) * std::exp(-r * 0.01 / kSteps);
-      sum += 0.5 * (pressure_kPa + end);
+      const double middle = 0.5 * (pressure_kPa + end);
+      const double shown = sensor_lag_ticks > 0
+                               ? middle + (shown_kPa - middle) * std::exp(-1.0 / (sensor_lag_ticks * kSteps))
+                               : middle;
+      sum += sensor_lag_ticks > 0 ? 0.5 * (shown_kPa + shown) : middle;
+      shown_kPa = shown;
       pressure_kPa = end;
     }
-    last_V = command_V;
     return sum / kSteps;
   }
 };
@@ -76,11 +94,10 @@ struct Loop {
   double tick(const std::function<double(double)>& reference, double t, const ChamberMotion& past,
               const ChamberMotion& next) {
     regulator.observe(model, static_cast<float>(measured_kPa), past);
-    const Regulator::Command command = regulator.regulate(model,
-                                                          {.now_kPa = static_cast<float>(reference(t)),
-                                                           .next_kPa = static_cast<float>(reference(t + 1)),
-                                                           .after_kPa = static_cast<float>(reference(t + 2))},
-                                                          next);
+    ReferenceShaper::Reference wanted;
+    for (std::size_t i = 0; i < wanted.kPa.size(); ++i)
+      wanted.kPa[i] = static_cast<float>(reference(t + static_cast<double>(i)));
+    const Regulator::Command command = regulator.regulate(model, wanted, next);
     command_V = static_cast<double>(command.command_V);
     regulator.sent(command.command_V);
     measured_kPa = chamber.tick(command_V, static_cast<double>(next.volume_mL),
@@ -207,6 +224,63 @@ TEST(Regulator, AKnownDelayOfTheValveIsCountedIn) {
       << "RMS [kPa] with " << rms_with(0.4F) << ", without " << rms_with(0);
 }
 
+/// RMS error [kPa] behind a sine of 1 Hz that is known in advance, with what the regulator is told of valve and sensor.
+double rms_behind_a_sine(const Chamber& chamber, const ValvePath::Config& valve, float sensor_lag_ticks) {
+  Loop loop(without_learning());
+  loop.chamber = chamber;
+  loop.regulator.take_over(valve, sensor_lag_ticks);
+  const auto reference = [](double t) { return 300 + 60 * std::sin(2 * std::numbers::pi * 0.01 * t); };
+  double square = 0;
+  for (int t = 0; t < 400; ++t) {
+    const double error = loop.tick(reference, t) - reference(t + 1);
+    if (t >= 100) square += error * error / 300;
+  }
+  return std::sqrt(square);
+}
+
+TEST(Regulator, AValveThatIsLateByTicksIsLookedAheadOf) {
+  Chamber chamber;
+  chamber.delay_ticks = 4.3;
+  const double told = rms_behind_a_sine(chamber, {.dead_ticks = 4.3F}, 0);
+  const double untold = rms_behind_a_sine(chamber, {}, 0);
+  EXPECT_LT(told, 0.05 * untold) << "RMS [kPa] told " << told << ", not told " << untold;
+}
+
+TEST(Regulator, AHysteresisIsMadeUpForAtEachReversal) {
+  Chamber chamber;
+  chamber.play_V = 0.4;
+  const double told = rms_behind_a_sine(chamber, {.play_V = 0.4F}, 0);
+  const double untold = rms_behind_a_sine(chamber, {}, 0);
+  EXPECT_LT(told, 0.05 * untold) << "RMS [kPa] told " << told << ", not told " << untold;
+}
+
+TEST(Regulator, ASpoolThatLagsIsMadeToArrive) {
+  Chamber chamber;
+  chamber.lag_ticks = 1.5;
+  const double told = rms_behind_a_sine(chamber, {.lag_ticks = 1.5F}, 0);
+  const double untold = rms_behind_a_sine(chamber, {}, 0);
+  EXPECT_LT(told, 0.2 * untold) << "RMS [kPa] told " << told << ", not told " << untold;
+}
+
+TEST(Regulator, WhatALaggingSensorShowsIsNotTakenForThePressure) {
+  Chamber chamber;
+  chamber.sensor_lag_ticks = 5;
+  const double told = rms_behind_a_sine(chamber, {}, 5);
+  const double untold = rms_behind_a_sine(chamber, {}, 0);
+  EXPECT_LT(told, 0.1 * untold) << "RMS [kPa] told " << told << ", not told " << untold;
+}
+
+TEST(Regulator, AllOfThemTogetherAreAnswered) {
+  Chamber chamber;
+  chamber.delay_ticks = 2.6;
+  chamber.play_V = 0.2;
+  chamber.lag_ticks = 1;
+  chamber.sensor_lag_ticks = 3;
+  const double told = rms_behind_a_sine(chamber, {.dead_ticks = 2.6F, .lag_ticks = 1, .play_V = 0.2F}, 3);
+  const double untold = rms_behind_a_sine(chamber, {}, 0);
+  EXPECT_LT(told, 0.1 * untold) << "RMS [kPa] told " << told << ", not told " << untold;
+}
+
 TEST(Regulator, AVolumeSensorThatJumpsAboutNeverTakesItsStateOutOfTheNumbers) {
   std::mt19937 random(77);
   std::uniform_real_distribution<float> volume_mL(-50, 300), rate_mL_s(-30000, 30000);
@@ -217,9 +291,9 @@ TEST(Regulator, AVolumeSensorThatJumpsAboutNeverTakesItsStateOutOfTheNumbers) {
     };
     for (int t = 0; t < 300; ++t) {
       loop.regulator.observe(loop.model, 300, motion());
-      const float command_V =
-          loop.regulator.regulate(loop.model, {.now_kPa = 300, .next_kPa = 300, .after_kPa = 300}, motion())
-              .command_V;
+      ReferenceShaper::Reference wanted;
+      wanted.kPa.fill(300);
+      const float command_V = loop.regulator.regulate(loop.model, wanted, motion()).command_V;
       loop.regulator.sent(command_V);
       ASSERT_TRUE(std::isfinite(loop.regulator.pressure_kPa()) && std::isfinite(command_V))
           << loop.regulator.pressure_kPa() << " kPa, " << command_V << " V, trial " << trial << ", tick "

@@ -26,10 +26,10 @@ constexpr std::array<std::array<float, 12>, 4> kChambers = {{
 
 // In the order of Greybox::Parameter: a thin plate, a bent curve behind an ISO 6358 flow function.
 constexpr std::array<std::array<float, Greybox::kParameters>, 2> kValves = {{
-    {5.08F, 4.92F, 300.0F, 320.0F, 6.0F, 6.0F, 10.0F, 0.0F, 0.0F,   0.0F,  0.0F,
-     0.0F,  0.0F,  0.528F, 0.5F,   1.0F, 0.0F, 5.0F,  1.4F, 700.0F, 101.0F},
-    {5.5F, 4.6F,  60.0F, 70.0F, 0.1F,  0.2F, 1.0F,  1.0F, -0.5F,  0.1F, 0.6F,
-     0.2F, -0.1F, 0.35F, 0.6F,  0.95F, 0.1F, 20.0F, 1.2F, 600.0F, 95.0F},
+    {5.08F, 4.92F, 300.0F, 320.0F, 6.0F, 6.0F, 10.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F,   0.0F,  0.528F,
+     0.5F,  1.0F,  0.0F,   5.0F,   1.4F, 0.0F, 0.0F,  0.0F, 0.8F, 0.0F, 0.0F, 700.0F, 101.0F},
+    {5.5F, 4.6F,  60.0F, 70.0F, 0.1F, 0.2F, 1.0F, 1.0F, -0.5F, 0.1F, 0.6F, 0.2F,   -0.1F, 0.35F,
+     0.6F, 0.95F, 0.1F,  20.0F, 1.2F, 0.0F, 0.0F, 0.0F, 0.8F,  0.0F, 0.0F, 600.0F, 95.0F},
 }};
 
 /// A multiple of 1/64 from low to high: exact in float, so that no compiler can round it differently.

@@ -1,0 +1,63 @@
+// The commands that are still on their way to the flow, or act on it, as a model takes them.
+//
+// A command of delay n + f (n whole ticks, 0 <= f < 1) acts from n + f ticks after its tick's start, for a tick. So over the
+// tick just past the command of n + 2 ticks ago acted for the share f, then that of n + 1 ticks ago.
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "firmware/control/pressure_model.hpp"
+#include "firmware/control/valve_path.hpp"
+
+namespace plenum::control {
+
+class SentCommands {
+ public:
+  struct Sent {
+    Scalar model_V = 0;
+    bool planned = false;  ///< as the regulator had planned it
+  };
+
+  /// `delay_ticks`: 0 to ValvePath::kMostDelay_ticks.
+  void configure(Scalar delay_ticks) noexcept {
+    whole_ticks_ = static_cast<std::size_t>(delay_ticks);
+    part_ticks_ = delay_ticks - static_cast<Scalar>(whole_ticks_);
+  }
+  std::size_t whole_ticks() const noexcept { return whole_ticks_; }  ///< n
+  Scalar part_ticks() const noexcept { return part_ticks_; }         ///< f
+
+  /// The same command has been sent for long.
+  void reset(Scalar model_V) noexcept { sent_.fill({.model_V = model_V, .planned = false}); }
+
+  void push(const Sent& sent) noexcept {
+    newest_ = (newest_ + 1) % kRing;
+    sent_[newest_] = sent;
+  }
+
+  /// Of `ticks` ago, 1 to n + 2; 1: the last.
+  const Sent& ago(std::size_t ticks) const noexcept { return sent_[(newest_ + kRing + 1 - ticks) % kRing]; }
+
+  /// The one that acted last over the tick just past.
+  const Sent& acted() const noexcept { return ago(whole_ticks_ + 1); }
+
+  /// The tick just past, from the pressure at its start.
+  Prediction past_tick(const PressureModel& model, Scalar pressure_kPa,
+                       const ChamberMotion& past) const noexcept {
+    const Scalar rest = Scalar(1) - part_ticks_;
+    const Prediction first = model.step(pressure_kPa, ago(whole_ticks_ + 2).model_V, past, part_ticks_);
+    const Prediction second = model.step(first.end_kPa, acted().model_V, past, rest);
+    return {.end_kPa = second.end_kPa, .mean_kPa = part_ticks_ * first.mean_kPa + rest * second.mean_kPa};
+  }
+
+ private:
+  static constexpr std::size_t kRing = 16;
+  static_assert(kRing >= static_cast<std::size_t>(ValvePath::kMostDelay_ticks) + 2);
+
+  std::array<Sent, kRing> sent_{};
+  std::size_t newest_ = 0;
+  std::size_t whole_ticks_ = 0;
+  Scalar part_ticks_ = 0;
+};
+
+}  // namespace plenum::control
