@@ -4,9 +4,9 @@
 #include <optional>
 #include <thread>
 
-#include "host-sim/client/settings.hpp"
 #include "host-sim/client/watch.hpp"
 #include "host-sim/tools/board_access.hpp"
+#include "host-sim/tools/borrowed_stream.hpp"
 #include "host-sim/tools/command.hpp"
 #include "host-sim/tools/monitor_views.hpp"
 #include "host-sim/tools/output.hpp"
@@ -31,38 +31,6 @@ struct Options {
 };
 
 constexpr int kDefaultPort = 8408;
-
-/// The board's TPDOs 5 to 12 as a stream, and as they were once it goes.
-class BorrowedStream {
- public:
-  BorrowedStream(client::Session& session, const Options& options) : session_(session) {
-    client::require_compatible(session);
-    for (client::Setting& setting : client::read_settings(session)) {
-      const std::uint16_t index = setting.id.index;
-      const bool communication =
-          index >= object::kTpdoCommunication + 4 && index < object::kTpdoCommunication + 12;
-      const bool mapping = index >= object::kTpdoMapping + 4 && index < object::kTpdoMapping + 12;
-      if (communication || mapping || index == object::kCodeScale) before_.push_back(std::move(setting));
-    }
-    stream_.emplace(session.configure_stream(
-        {.chambers = static_cast<std::uint8_t>((1U << options.board.rig.chambers) - 1U),
-         .largest_volume_m3 = 1e-6 * options.largest_volume_mL}));
-  }
-  const client::Stream& stream() const { return *stream_; }
-
-  /// Throws Refused when the board does not take back what it had.
-  void give_back() {
-    const auto troubles = client::write_settings(session_, before_);
-    if (troubles.empty()) return;
-    throw client::Refused(fmt::format("node {}: {} of the stream's settings are not as they were before: {}",
-                                      session_.node_id(), troubles.size(), troubles.front().reason));
-  }
-
- private:
-  client::Session& session_;
-  std::vector<client::Setting> before_;
-  std::optional<client::Stream> stream_;
-};
 
 /// A simulated board has no other master: it is excited, and gets its SYNC, in real time.
 class OwnMaster {
@@ -111,7 +79,8 @@ int run(const Options& options) {
   session.subscribe([&](const client::Arrival& arrival) { watch.take(arrival.time_s, arrival.frame); });
   std::optional<BorrowedStream> stream;
   if (options.stream) {
-    stream.emplace(session, options);
+    client::require_compatible(session);
+    stream.emplace(session, chambers, 1e-6 * options.largest_volume_mL);
     watch.follow(stream->stream());
   }
   std::optional<OwnMaster> master;

@@ -13,7 +13,7 @@ from pathlib import Path
 
 PROGRAM = TOP = None
 COMMANDS = ["demo", "sim", "capture", "identify", "diagnose", "effects", "upload", "download", "regulate", "reproduce",
-            "scan", "info", "faults", "reset", "diff", "backup", "restore", "monitor"]
+            "scan", "info", "faults", "reset", "diff", "backup", "restore", "monitor", "acceptance"]
 SMALL = ["--chambers", "2"]
 
 

@@ -1,0 +1,216 @@
+#include <memory>
+
+#include "host-sim/tools/acceptance_report.hpp"
+#include "host-sim/tools/acceptance_run.hpp"
+#include "host-sim/tools/board_access.hpp"
+#include "host-sim/tools/board_json.hpp"
+#include "host-sim/tools/command.hpp"
+#include "host-sim/tools/output.hpp"
+
+namespace plenum::host::tools {
+namespace {
+
+struct Options {
+  BoardChoice board;
+  double seconds = 30.0;
+  std::uint32_t bit_rate = 1'000'000;
+  bool move = false;
+  double move_seconds = 30.0;
+  double command_low_V = 4.0;
+  double command_high_V = 6.0;
+  double pressure_low_kPa = 150.0;
+  double pressure_high_kPa = 400.0;
+  std::vector<std::string> limits;
+  std::string report;
+  Output output;
+};
+
+void require_ranges(const Options& options) {
+  if (!(options.command_low_V < options.command_high_V)) {
+    throw std::invalid_argument(
+        fmt::format("--command-low {} V, --command-high {} V: expected low below high", options.command_low_V,
+                    options.command_high_V));
+  }
+  if (!(options.pressure_low_kPa < options.pressure_high_kPa)) {
+    throw std::invalid_argument(
+        fmt::format("--pressure-low {} kPa, --pressure-high {} kPa: expected low below high",
+                    options.pressure_low_kPa, options.pressure_high_kPa));
+  }
+  client::judge({}, options.limits);
+}
+
+AcceptancePlan plan_of(const Options& options) {
+  AcceptancePlan plan{.seconds = options.seconds,
+                      .chambers = options.board.rig.chambers,
+                      .bit_rate = options.bit_rate,
+                      .motion = {}};
+  if (!options.move) return plan;
+  plan.motion = {.seconds = options.move_seconds,
+                 .seed = static_cast<std::uint32_t>(options.board.rig.seed),
+                 .command_low_V = static_cast<float>(options.command_low_V),
+                 .command_high_V = static_cast<float>(options.command_high_V),
+                 .pressure_low_Pa = 1e3 * options.pressure_low_kPa,
+                 .pressure_high_Pa = 1e3 * options.pressure_high_kPa,
+                 .chambers = options.board.rig.chambers};
+  return plan;
+}
+
+void print(const Output& output, std::span<const client::Judged> judged) {
+  output.print("{:<44}  {:>10}  {:>10}  {:<5}  {}\n", "item", "measured", "limit", "", "verdict");
+  for (const client::Judged& one : judged) {
+    const client::Criterion& criterion = one.criterion;
+    output.print("{:<44}  {:>10}  {:>10}  {:<5}  {}{}\n", criterion.text,
+                 one.value ? fmt::format("{:.4g}", *one.value) : "-", fmt::format("<= {:g}", criterion.limit),
+                 criterion.unit, client::verdict_name(one.verdict),
+                 one.remark.empty() ? "" : "  (" + one.remark + ")");
+  }
+}
+
+void print_readings(const Output& output, const AcceptanceRun& run) {
+  output.print("\n{:>7}  {:>10}  {:>10}  {:>8}  {:>9}  {}\n", "chamber", "mean [kPa]", "noise [Pa]",
+               "std [Pa]", "step [Pa]", "answer to its valve");
+  for (std::size_t c = 0; c < run.reading.size(); ++c) {
+    const client::Reading& reading = run.reading[c];
+    output.print("{:>7}  {:>10.2f}  {:>10.1f}  {:>8.1f}  {:>9}  {}\n", c + 1, 1e-3 * reading.mean_Pa,
+                 reading.noise_Pa, reading.std_Pa,
+                 reading.step_Pa ? fmt::format("{:.3g}", *reading.step_Pa) : "-",
+                 run.answer.empty() ? "not run" : fmt::format("{:.2f}", run.answer[c].own));
+  }
+}
+
+Json items_json(std::span<const client::Judged> judged) {
+  Json items = Json::array();
+  for (const client::Judged& one : judged) {
+    items.push_back({{"id", one.criterion.id},
+                     {"value", number(one.value)},
+                     {"unit", one.criterion.unit},
+                     {"at_most", one.criterion.limit},
+                     {"verdict", client::verdict_name(one.verdict)},
+                     {"remark", one.remark}});
+  }
+  return items;
+}
+
+Json chambers_json(const AcceptanceRun& run) {
+  Json chambers = Json::array();
+  for (std::size_t c = 0; c < run.reading.size(); ++c) {
+    const client::Reading& reading = run.reading[c];
+    Json one{{"chamber", c + 1},
+             {"mean_kPa", number(1e-3 * reading.mean_Pa)},
+             {"noise_Pa", number(reading.noise_Pa)},
+             {"std_Pa", number(reading.std_Pa)},
+             {"step_Pa", number(reading.step_Pa)},
+             {"answer", nullptr}};
+    if (!run.answer.empty()) {
+      one["answer"] = {{"own_valve", number(run.answer[c].own)},
+                       {"follows_valve", run.answer[c].best + 1},
+                       {"correlation", number(run.answer[c].best_correlation)},
+                       {"trouble", client::trouble_of(run.answer[c], c)}};
+    }
+    chambers.push_back(one);
+  }
+  return chambers;
+}
+
+Json latency_json(const client::LoopLatency& loop) {
+  Json bins = Json::array();
+  for (const client::LatencyBin& bin : loop.bin) {
+    if (bin.ticks > 0) bins.push_back({{"lowest_us", bin.lowest_us}, {"ticks", bin.ticks}});
+  }
+  return bins;
+}
+
+int run(const Options& options) {
+  require_ranges(options);
+  if (!options.report.empty()) require_writable(options.report);
+  BoardAccess access(options.board);
+  MeteredLink link(access.link());
+  client::Session session(link, static_cast<std::uint8_t>(options.board.node));
+  client::require_compatible(session);
+  const client::Identity identity = client::read_identity(session);
+  const client::Versions versions = client::read_versions(session);
+  AcceptanceRun measured;
+  {
+    Progress progress("measuring");
+    measured = run_acceptance(link, session, plan_of(options), std::ref(progress));
+  }
+  const std::vector<client::Judged> judged = client::judge(measured_by(measured), options.limits);
+  const bool accepted = client::accepted(judged);
+  const std::string board =
+      fmt::format("Node {}: {}, hardware {}, software {}, serial {}; {} chambers, {:g} s at rest{}.",
+                  session.node_id(), versions.device, versions.hardware, versions.software, identity.serial,
+                  options.board.rig.chambers, options.seconds,
+                  options.move ? fmt::format(", {:g} s with its valves excited", options.move_seconds) : "");
+  options.output.print("{}\n\n", board);
+  print(options.output, judged);
+  print_readings(options.output, measured);
+  options.output.print("\nacceptance: {}\n", accepted ? "passed" : "failed");
+  if (!options.report.empty()) {
+    acceptance_page(board, measured, judged).write(options.report);
+    options.output.print("report: {}\n", options.report);
+  }
+  options.output.finish({{"schema", "plenum-acceptance/1"},
+                         {"node", session.node_id()},
+                         {"identity", identity_json(identity)},
+                         {"versions", versions_json(versions)},
+                         {"seconds", options.seconds},
+                         {"accepted", accepted},
+                         {"items", items_json(judged)},
+                         {"latency", latency_json(measured.loop)},
+                         {"chambers", chambers_json(measured)}});
+  return accepted ? kDone : kFailure;
+}
+
+void add_motion(CLI::App& app, Options& options) {
+  app.add_flag(
+      "--move", options.move,
+      "Read the outputs back by the sensors. THE VALVES MOVE and chambers fill: a chamber whose sensor lies "
+      "may reach the supply's pressure (default: off, no valve moves)");
+  app.add_option("--move-seconds", options.move_seconds, "How long they are excited [s]")
+      ->check(CLI::Range(10.0, 600.0))
+      ->capture_default_str();
+  app.add_option("--command-low", options.command_low_V, "Least command while moving [V]")
+      ->check(CLI::Range(0.0, 10.0))
+      ->capture_default_str();
+  app.add_option("--command-high", options.command_high_V, "Greatest command while moving [V]")
+      ->check(CLI::Range(0.0, 10.0))
+      ->capture_default_str();
+  app.add_option("--pressure-low", options.pressure_low_kPa,
+                 "While moving the board turns a valve before a pressure leaves this [kPa, absolute]")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  app.add_option("--pressure-high", options.pressure_high_kPa, "Likewise [kPa, absolute]")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+}
+
+}  // namespace
+
+Command add_acceptance(CLI::App& program) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* app = program.add_subcommand(
+      "acceptance",
+      "Test a board on its own hardware: latency, jitter, SDO, CAN load, noise, and with --move its valves");
+  options->board.add_to(*app);
+  app->add_option("--seconds", options->seconds, "How long to listen while nothing moves [s]")
+      ->check(CLI::Range(1.0, 36000.0))
+      ->capture_default_str();
+  app->add_option("--bit-rate", options->bit_rate, "Of the bus, for its load [bit/s]")
+      ->check(CLI::Range(10'000U, 1'000'000U))
+      ->capture_default_str();
+  add_motion(*app, *options);
+  app->add_option(
+         "--limit", options->limits,
+         "A limit in the place of the default; repeatable: latency_p999_us=200 (default: those that the "
+         "result shows)")
+      ->type_name("NAME=VALUE")
+      ->allow_extra_args(false);
+  app->add_option("--report", options->report, "Page to write (default: none)")->type_name("FILE.html");
+  options->output.add_to(*app);
+  app->footer(
+      example("  plenum acceptance --bus can:can0 --node 5 --report board-5.html          # no valve moves\n"
+              "  plenum acceptance --bus can:can0 --node 5 --move --pressure-high 300"));
+  return {app, [options] { return run(*options); }};
+}
+
+}  // namespace plenum::host::tools

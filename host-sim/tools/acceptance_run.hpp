@@ -1,0 +1,45 @@
+// What `plenum acceptance` measures of a board, over the bus.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host-sim/client/acceptance.hpp"
+#include "host-sim/client/capture.hpp"
+#include "host-sim/tools/metered_link.hpp"
+
+namespace plenum::host::tools {
+
+struct AcceptancePlan {
+  double seconds = 30.0;  ///< of listening at rest
+  unsigned chambers = 8;
+  std::uint32_t bit_rate = 1'000'000;            ///< [bit/s] of the bus
+  std::optional<client::CaptureOptions> motion;  ///< how the valves are excited; empty: they are not
+};
+
+struct AcceptanceRun {
+  client::LoopLatency loop;
+  std::uint32_t overruns = 0;
+  double tick_rate_Hz = 0.0;
+  std::size_t rows = 0;       ///< that came whole
+  std::size_t rows_lost = 0;  ///< that came with some chambers only
+  double can_load = 0.0;      ///< share of the time that the bus was busy while streaming
+  double sdo_median_ms = 0.0;
+  double sdo_p99_ms = 0.0;
+  std::vector<std::vector<double>> rest_Pa;  ///< per chamber, at rest
+  std::vector<client::Reading> reading;      ///< per chamber
+  std::vector<client::CapturedRow> moved;    ///< empty without motion
+  std::vector<client::Answer> answer;        ///< per chamber; empty without motion
+};
+
+/// Listens to a board at rest, then moves its valves if the plan says so. Borrows the board's TPDOs 5 to 12 and gives them back,
+/// also when it fails; leaves the node operational and the board as it was, or DISABLED after motion. Throws as Session and
+/// client::capture() do; Refused for a board that regulates.
+AcceptanceRun run_acceptance(MeteredLink& link, client::Session& session, const AcceptancePlan& plan,
+                             const client::Progress& progress);
+
+/// Each criterion's value.
+std::vector<client::Measured> measured_by(const AcceptanceRun& run);
+
+}  // namespace plenum::host::tools
