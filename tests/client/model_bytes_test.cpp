@@ -20,9 +20,8 @@ using plenum::config::ModelKind;
 trace::ModelFile thin_plate() {
   trace::ModelFile model;
   model.kind = "greybox";
-  model.parameters = {5.08, 4.92, 60.0, 64.0, 1.0, 1.0, 2.0, 0.0, 0.0,   0.0,  0.0,
-                      0.0,  0.0,  0.53, 0.5,  1.0, 0.0, 5.0, 1.4, 0.5,   0.01, 0.02,
-                      0.8,  0.1,  0.03, 700.0, 101.3};
+  model.parameters = {5.08, 4.92, 60.0, 64.0, 1.0, 1.0, 2.0,  0.0,  0.0, 0.0, 0.0,  0.0,   0.0,  0.53,
+                      0.5,  1.0,  0.0,  5.0,  1.4, 0.5, 0.01, 0.02, 0.8, 0.1, 0.03, 700.0, 101.3};
   return model;
 }
 
