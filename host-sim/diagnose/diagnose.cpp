@@ -71,17 +71,6 @@ EffectSet struck_of(const std::vector<std::string>& ids) {
   return struck;
 }
 
-/// Standard errors of a fit's scaled variables, its errors being correlated over so many rows; a variable that the log
-/// does not show has a very large one.
-Eigen::VectorXd standard_errors(const Fit& fit, double correlated_rows) {
-  const Eigen::Index n = fit.gram.rows() - 1;
-  Eigen::MatrixXd H = fit.gram.topLeftCorner(n, n);
-  const double variance = fit.squares / static_cast<double>(fit.rows) * correlated_rows;
-  H.diagonal().array() += 1e-9 * H.diagonal().maxCoeff() + 1e-12;
-  const Eigen::VectorXd inverse = H.ldlt().solve(Eigen::MatrixXd::Identity(n, n)).diagonal();
-  return (inverse.cwiseAbs() * variance).cwiseSqrt();
-}
-
 /// Parameter of the figure, if the figure belongs to an effect.
 struct Place {
   std::size_t effect;

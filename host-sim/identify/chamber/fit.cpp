@@ -289,7 +289,17 @@ Fit fit(const Scene& scene, EffectSet on, const Figures& start, const std::vecto
   result.gram = squares.gram(solution.z);
   result.iterations = solution.iterations;
   result.converged = solution.converged;
+  result.stop = solution.stop;
   return result;
+}
+
+Eigen::VectorXd standard_errors(const Fit& fit, double correlated_rows) {
+  const Eigen::Index n = fit.gram.rows() - 1;
+  Eigen::MatrixXd H = fit.gram.topLeftCorner(n, n);
+  const double variance = fit.squares / static_cast<double>(fit.rows) * correlated_rows;
+  H.diagonal().array() += 1e-9 * H.diagonal().maxCoeff() + 1e-12;
+  const Eigen::VectorXd inverse = H.ldlt().solve(Eigen::MatrixXd::Identity(n, n)).diagonal();
+  return (inverse.cwiseAbs() * variance).cwiseSqrt();
 }
 
 double joint_squares(const Scene& scene, const Fit& fit, const std::vector<Record>& heldout,

@@ -67,6 +67,7 @@ struct Fit {
   Eigen::MatrixXd gram;
   int iterations = 0;
   bool converged = false;
+  std::string stop;  ///< why it stopped, in one line
 
   double rms_Pa() const;
 };
@@ -80,6 +81,10 @@ struct FitOptions {
 /// From `start`; its start pressures may be empty, and are then taken from the log and refined.
 Fit fit(const Scene& scene, effects::EffectSet on, const effects::Figures& start,
         const std::vector<double>& start_Pa, const FitOptions& options = {});
+
+/// Standard errors of a fit's scaled variables, its errors being correlated over so many rows; a variable that the log
+/// does not show has a very large one.
+Eigen::VectorXd standard_errors(const Fit& fit, double correlated_rows);
 
 /// Sum of squares over `fit`'s rows and those of `heldout` (their settled_rows .. fitted_rows - 1) of the fit to both that
 /// the linearisation at `fit` leads to, no variable moving by more than its scale: what the held-out rows say against the model, not

@@ -70,31 +70,26 @@ inline PopulationChamber chamber_of_seed(unsigned seed, Motion motion) {
   return draw_chamber(random, motion);
 }
 
-inline trace::Log record_chamber(unsigned seed, Motion motion, std::size_t rows = 10000) {
-  std::mt19937_64 random(seed);
+/// What a PID makes of random pressure targets on a chamber, as the board logs it.
+inline trace::Log record_under_pid(std::mt19937_64& random, plant::ChamberPlant& chamber, double low_V,
+                                   double high_V, std::size_t rows) {
   const auto draw = [&](double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(random);
   };
   std::normal_distribution<double> normal;
-  const PopulationChamber drawn = draw_chamber(random, motion);
-  plant::ChamberConfig config;
-  config.supply_Pa = kPopulationSupply_Pa;
-  config.initial_pressure_Pa = 200e3;
-  plant::ChamberPlant chamber(plant::ThinPlateValve(drawn.valve), config, drawn.volume);
-
   constexpr double kTick_s = 0.01;
-  const double noise_Pa = 1e-3 * (config.supply_Pa - config.ambient_Pa) / std::sqrt(200.0);
+  const double noise_Pa = 1e-3 * (chamber.supply_Pa() - chamber.ambient_Pa()) / std::sqrt(200.0);
   trace::Log log;
   log.period_s = log.pressure_average_s = kTick_s;
-  double measured_Pa = config.initial_pressure_Pa;
+  double measured_Pa = chamber.pressure_Pa();
   double target_Pa = 300e3, integral_V = 0.0, last_error_bar = 0.0;
   for (std::size_t k = 0; k < rows; ++k) {
     if (k % 25 == 0 && draw(0.0, 1.0) < 0.6) target_Pa = draw(130e3, 600e3);
     const double error_bar = 1e-5 * (target_Pa - measured_Pa);
     integral_V = std::clamp(integral_V + 0.02 * error_bar, -0.5, 0.5);
     const double command_V = std::clamp(
-        5.0 + 1.2 * error_bar + integral_V + 0.3 * (error_bar - last_error_bar) + 0.1 * normal(random), 3.0,
-        7.0);
+        5.0 + 1.2 * error_bar + integral_V + 0.3 * (error_bar - last_error_bar) + 0.1 * normal(random), low_V,
+        high_V);
     last_error_bar = error_bar;
     log.time_s.push_back(kTick_s * static_cast<double>(k));
     log.command_V.push_back(command_V);
@@ -103,6 +98,16 @@ inline trace::Log record_chamber(unsigned seed, Motion motion, std::size_t rows 
     measured_Pa = chamber.advance(command_V, kTick_s).mean_Pa + noise_Pa * normal(random);
   }
   return log;
+}
+
+inline trace::Log record_chamber(unsigned seed, Motion motion, std::size_t rows = 10000) {
+  std::mt19937_64 random(seed);
+  const PopulationChamber drawn = draw_chamber(random, motion);
+  plant::ChamberConfig config;
+  config.supply_Pa = kPopulationSupply_Pa;
+  config.initial_pressure_Pa = 200e3;
+  plant::ChamberPlant chamber(plant::ThinPlateValve(drawn.valve), config, drawn.volume);
+  return record_under_pid(random, chamber, 3.0, 7.0, rows);
 }
 
 }  // namespace plenum::host::reproduce::actuators

@@ -1,0 +1,313 @@
+#include "host-sim/identify/chamber/fit_greybox.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "host-sim/identify/cannot_identify.hpp"
+#include "host-sim/identify/chamber/area_table.hpp"
+#include "host-sim/identify/chamber/fit.hpp"
+#include "host-sim/identify/chamber/next_tick.hpp"
+#include "host-sim/identify/chamber/noise.hpp"
+#include "host-sim/identify/chamber/valve_figures.hpp"
+#include "host-sim/identify/greybox.hpp"
+#include "host-sim/identify/ticks.hpp"
+
+namespace plenum::host::identify::chamber {
+namespace {
+
+using effects::EffectSet;
+using effects::Figures;
+
+constexpr double kFittedShare = 0.6;  // while effects are chosen; then all rows
+/// An effect is kept when without it the squares of the held-out rows are larger by this share.
+constexpr double kWorthKeeping = 0.1;
+constexpr double kNothingLeft = 1.05;  // of the noise
+constexpr std::size_t kFewestTicks = 200;
+constexpr int kMostIterations = 100;
+/// While effects are chosen: a share of the squares that no choice hangs on.
+constexpr double kTrialTolerance = 1e-3;
+
+constexpr std::array<std::size_t, 3> kCandidates{effects::kIdAreaShape, effects::kIdFlowFunction,
+                                                 effects::kIdVolumeError};
+
+EffectSet bit(std::size_t effect) {
+  return EffectSet{1} << effect;
+}
+
+/// What may be added to a fit, or taken out: an effect, or the refining parameters of one.
+struct Part {
+  EffectSet on = 0;
+  EffectSet refined = 0;
+};
+
+struct Trial {
+  Fit fit;
+  double heldout_squares = std::numeric_limits<double>::infinity();
+  std::size_t heldout_rows = 0;
+
+  double heldout_Pa() const { return std::sqrt(heldout_squares / static_cast<double>(heldout_rows)); }
+  bool has(const Part& part) const {
+    return (fit.on & part.on) == part.on && (fit.refined & part.refined) == part.refined;
+  }
+};
+
+Scene scene_of(const std::vector<trace::Log>& logs, const trace::RigDescription& rig, double fitted_share) {
+  Scene scene = make_scene(rig);
+  for (const trace::Log& log : logs) scene.records.push_back(make_record({}, log, fitted_share));
+  return scene;
+}
+
+void require_excitation(const std::vector<trace::Log>& logs) {
+  const Ticks ticks = lay_out(logs);
+  if (ticks.size() < kFewestTicks) {
+    throw CannotIdentify(fmt::format("too short: {} rows, expected at least {}", ticks.size(), kFewestTicks));
+  }
+  const auto still = [](const std::vector<double>& values, double least) {
+    const auto [low, high] = std::minmax_element(values.begin(), values.end());
+    return *high - *low < least;
+  };
+  if (still(ticks.command_V, 1e-6)) {
+    throw CannotIdentify(
+        fmt::format("no excitation: the command is {:.6g} V throughout", ticks.command_V.front()));
+  }
+  if (still(ticks.pressure_kPa, 1e-9)) {
+    throw CannotIdentify(
+        fmt::format("no excitation: the pressure is {:.6g} kPa throughout", ticks.pressure_kPa.front()));
+  }
+  if (const auto low = std::min_element(ticks.volume_mL.begin(), ticks.volume_mL.end()); !(*low > 0.0)) {
+    throw CannotIdentify(fmt::format("volume is {} mL, expected above 0", *low));
+  }
+}
+
+/// Errors over the fitted rows [Pa].
+std::vector<double> errors_of(const Scene& scene, const Fit& fit) {
+  std::vector<double> errors;
+  for (std::size_t r = 0; r < scene.records.size(); ++r) {
+    const Record& record = scene.records[r];
+    const std::vector<double> reading_Pa = run(scene, record, fit.on, fit.figures, fit.start_Pa[r]);
+    for (std::size_t row = record.settled_rows; row < record.fitted_rows; ++row) {
+      errors.push_back(reading_Pa[row] - record.measured_Pa[row]);
+    }
+  }
+  return errors;
+}
+
+class Chooser {
+ public:
+  explicit Chooser(Scene scene) : scene_(std::move(scene)), table_(area_table(scene_)) {
+    scene_.nominal = better_start();
+  }
+
+  const Trial& best() const { return best_; }
+  const std::vector<TriedEffects>& tried() const { return tried_; }
+
+  void choose() {
+    best_ = trial({}, {scene_.nominal});
+    while (!at_the_noise() && (enlarged() || refined())) {
+    }
+    while (reduced()) {
+    }
+  }
+
+ private:
+  /// The [valve] of the rig, or the one nearest to the table: what errs less.
+  Figures better_start() const {
+    const Figures own = nearest_valve(table_, scene_.nominal, 0);
+    return squares_at(own) < squares_at(scene_.nominal) ? own : scene_.nominal;
+  }
+  double squares_at(const Figures& figures) const {
+    double squares = 0.0;
+    for (const Record& record : scene_.records) {
+      const double start_Pa = estimate_start(scene_, record, 0, figures);
+      squares += score(run(scene_, record, 0, figures, start_Pa), record, 1).squares;
+    }
+    return squares;
+  }
+
+  Trial trial(const Part& part, const std::vector<Figures>& starts) {
+    Trial tried;
+    for (const Figures& start : starts) {
+      Fit found =
+          fit(scene_, part.on, start, {},
+              {.most_iterations = kMostIterations, .tolerance = kTrialTolerance, .refined = part.refined});
+      if (tried.fit.rows == 0 || found.squares < tried.fit.squares) tried.fit = std::move(found);
+    }
+    tried.heldout_squares = 0.0;
+    for (std::size_t r = 0; r < scene_.records.size(); ++r) {
+      const Record& record = scene_.records[r];
+      const auto reading_Pa = run(scene_, record, part.on, tried.fit.figures, tried.fit.start_Pa[r]);
+      const Score held = score(reading_Pa, record, record.fitted_rows);
+      tried.heldout_squares += held.squares;
+      tried.heldout_rows += held.rows;
+    }
+    note(tried);
+    return tried;
+  }
+
+  void note(const Trial& trial) {
+    TriedEffects one;
+    for (const std::size_t id : kCandidates) {
+      if ((trial.fit.on & bit(id)) == 0) continue;
+      const bool refined = (trial.fit.refined & bit(id)) != 0;
+      one.effects.push_back(std::string(effects::kCatalogue[id]->id) + (refined ? ", refined" : ""));
+    }
+    one.heldout_kPa = 1e-3 * trial.heldout_Pa();
+    tried_.push_back(std::move(one));
+  }
+
+  bool at_the_noise() const {
+    const std::vector<double> errors = errors_of(scene_, best_.fit);
+    return best_.fit.rms_Pa() < kNothingLeft * white_noise(errors);
+  }
+
+  /// Takes `with` for the best when it is worth it.
+  bool taken(Trial with) {
+    if (!((1.0 + kWorthKeeping) * with.heldout_squares < best_.heldout_squares)) return false;
+    best_ = std::move(with);
+    return true;
+  }
+
+  bool enlarged() {
+    Trial most;
+    for (const std::size_t id : kCandidates) {
+      if ((best_.fit.on & bit(id)) != 0) continue;
+      const Part part{best_.fit.on | bit(id), best_.fit.refined};
+      std::vector<Figures> starts{best_.fit.figures};
+      if (id == effects::kIdAreaShape) starts.push_back(nearest_valve(table_, best_.fit.figures, part.on));
+      Trial with = trial(part, starts);
+      if (with.heldout_squares < most.heldout_squares) most = std::move(with);
+    }
+    return taken(std::move(most));
+  }
+
+  bool refined() {
+    const EffectSet shape = bit(effects::kIdAreaShape);
+    if ((best_.fit.on & shape) == 0 || (best_.fit.refined & shape) != 0) return false;
+    return taken(trial({best_.fit.on, best_.fit.refined | shape}, {best_.fit.figures}));
+  }
+
+  /// Without one effect that the others have made needless.
+  bool reduced() {
+    for (const std::size_t id : kCandidates) {
+      if ((best_.fit.on & bit(id)) == 0 || best_.fit.on == bit(id)) continue;
+      Figures start = best_.fit.figures;
+      const Figures neutral = effects::neutral_figures();
+      for (std::size_t k = effects::kFirstFigure[id]; k < effects::kFirstFigure[id + 1]; ++k)
+        start[k] = neutral[k];
+      Trial without = trial({best_.fit.on & ~bit(id), best_.fit.refined & ~bit(id)}, {start});
+      if (without.heldout_squares < (1.0 + kWorthKeeping) * best_.heldout_squares) {
+        best_ = std::move(without);
+        return true;
+      }
+    }
+    return false;
+  }
+
+  Scene scene_;
+  AreaTable table_;
+  Trial best_;
+  std::vector<TriedEffects> tried_;
+};
+
+/// Where a figure has its name, and in a rig its place.
+struct Place {
+  std::string name;
+  double* value = nullptr;
+};
+Place place_of(std::size_t figure, trace::RigDescription& rig) {
+  if (figure < effects::kValveFigures) {
+    return {kValveFigures[figure].name, &(rig.valve.*kValveFigures[figure].member)};
+  }
+  std::size_t id = 0;
+  while (effects::kFirstFigure[id + 1] <= figure) ++id;
+  const effects::Effect& effect = *effects::kCatalogue[id];
+  const effects::Parameter& parameter = effect.parameters[figure - effects::kFirstFigure[id]];
+  return {fmt::format("{}.{}", effect.id, parameter.name),
+          &rig.effects[std::string(effect.id)][std::string(parameter.name)]};
+}
+
+FigureFit::Bound bound_of(const Variable& v, double value) {
+  const double room = 1e-6 * (v.high - v.low);
+  if (value - v.low < room) return FigureFit::Bound::low;
+  return v.high - value < room ? FigureFit::Bound::high : FigureFit::Bound::none;
+}
+
+/// All effects carried have linear coordinates: a figure is its parameter's value.
+void put_figures(const Fit& fit, double correlated_rows, GreyboxFit& into) {
+  const Eigen::VectorXd errors = standard_errors(fit, correlated_rows);
+  for (std::size_t i = 0; i < fit.variables.size(); ++i) {
+    const Variable& v = fit.variables[i];
+    const double value = fit.figures[v.figure];
+    const Place place = place_of(v.figure, into.rig);
+    *place.value = value;
+    FigureFit one{place.name, value, v.scale * errors[static_cast<Eigen::Index>(i)], bound_of(v, value)};
+    if (one.at_bound != FigureFit::Bound::none) one.standard_error = std::numeric_limits<double>::quiet_NaN();
+    into.parameters.push_back(std::move(one));
+  }
+}
+
+}  // namespace
+
+GreyboxFit fit_greybox(const std::vector<trace::Log>& logs, const trace::RigDescription& rig) {
+  require_excitation(logs);
+  Chooser chooser(scene_of(logs, rig, kFittedShare));
+  chooser.choose();
+  const Trial& chosen = chooser.best();
+
+  Scene scene = scene_of(logs, rig, 1.0);
+  std::copy_n(chosen.fit.figures.begin(), effects::kValveFigures, scene.nominal.begin());
+  const Fit last = fit(scene, chosen.fit.on, chosen.fit.figures, chosen.fit.start_Pa,
+                       {.most_iterations = kMostIterations, .refined = chosen.fit.refined});
+  const std::vector<double> errors = errors_of(scene, last);
+
+  GreyboxFit result;
+  result.rig = rig;
+  result.tried = chooser.tried();
+  for (const std::size_t id : kCandidates) {
+    if ((last.on & bit(id)) != 0) result.kept.emplace_back(effects::kCatalogue[id]->id);
+  }
+  put_figures(last, correlation_rows(errors), result);
+  result.noise_kPa = 1e-3 * white_noise(errors);
+  result.rms_next_tick_kPa = 1e-3 * next_tick_rms_Pa(scene, last.on, last.figures);
+  result.rms_free_run_kPa = 1e-3 * last.rms_Pa();
+  result.rms_heldout_kPa = 1e-3 * chosen.heldout_Pa();
+  result.rows = last.rows;
+  result.iterations = last.iterations;
+  result.converged = last.converged;
+  result.stop = last.stop;
+  return result;
+}
+
+trace::ModelFile to_model_file(const GreyboxFit& fit, std::optional<unsigned> chamber) {
+  using Json = nlohmann::ordered_json;
+  trace::ModelFile file = greybox_of(fit.rig, chamber).file;
+  file.fit["rms_one_step_kPa"] = fit.rms_next_tick_kPa;
+  file.fit["rms_free_run_kPa"] = fit.rms_free_run_kPa;
+  file.fit["rms_heldout_kPa"] = fit.rms_heldout_kPa;
+  file.fit["noise_kPa"] = fit.noise_kPa;
+  file.fit["rows"] = fit.rows;
+  file.fit["iterations"] = fit.iterations;
+  file.fit["converged"] = fit.converged;
+  file.fit["stop"] = fit.stop;
+  file.fit["effects"] = fit.kept;
+  for (const TriedEffects& one : fit.tried) {
+    file.fit["tried"].push_back({{"effects", one.effects}, {"rms_heldout_kPa", one.heldout_kPa}});
+  }
+  for (const FigureFit& figure : fit.parameters) {
+    Json entry;
+    entry["value"] = figure.value;
+    entry["standard_error"] =
+        std::isfinite(figure.standard_error) ? Json(figure.standard_error) : Json(nullptr);
+    entry["at_bound"] = figure.at_bound == FigureFit::Bound::none  ? Json(nullptr)
+                        : figure.at_bound == FigureFit::Bound::low ? Json("low")
+                                                                   : Json("high");
+    file.fit["parameters"][figure.name] = entry;
+  }
+  return file;
+}
+
+}  // namespace plenum::host::identify::chamber

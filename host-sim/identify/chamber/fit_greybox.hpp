@@ -1,0 +1,52 @@
+// From logs of a chamber to the board's grey-box model: README.md of this room says how, and what it was measured to do.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host-sim/trace/log.hpp"
+#include "host-sim/trace/model_json.hpp"
+#include "host-sim/trace/rig_toml.hpp"
+
+namespace plenum::host::identify::chamber {
+
+/// A figure of the valve, or of an effect ("area_shape.inlet_slope"), in the unit of its name.
+struct FigureFit {
+  std::string name;
+  double value = 0.0;
+  double standard_error = 0.0;  ///< for errors as correlated as those of the fit; NaN at a bound
+  enum class Bound { none, low, high } at_bound = Bound::none;
+};
+
+/// A set of effects that was tried: what it errs by on the held-out rows, in free run.
+struct TriedEffects {
+  std::vector<std::string> effects;  ///< ids; "area_shape, refined" with both bends
+  double heldout_kPa = 0.0;
+};
+
+struct GreyboxFit {
+  trace::RigDescription rig;          ///< the given one with the valve as fitted and the effects kept
+  std::vector<FigureFit> parameters;  ///< of the last fit, on all rows
+  std::vector<TriedEffects> tried;    ///< in order; the first without any
+  std::vector<std::string> kept;      ///< ids of effects
+  double noise_kPa = 0.0;             ///< white part of the errors of the last fit
+  double rms_next_tick_kPa = 0.0;     ///< from each row's pressure to the next
+  double rms_free_run_kPa = 0.0;      ///< whole logs, each from an estimated start
+  double rms_heldout_kPa = 0.0;       ///< of the effects kept, over rows they were not fitted to
+  std::size_t rows = 0;
+  int iterations = 0;  ///< of the last fit
+  bool converged = false;
+  std::string stop;  ///< why it stopped, in one line
+};
+
+/// Fits the valve's figures to all logs together, and of area_shape, flow_function and volume_error those that the held-out rows
+/// demand. What `rig` has as effects stays as configured; its [valve] is one of two starts and need not be near. Throws
+/// CannotIdentify, in one line: no log, logs that differ in rate, too few rows, a constant command or pressure.
+GreyboxFit fit_greybox(const std::vector<trace::Log>& logs, const trace::RigDescription& rig);
+
+/// The file that the tools write: greybox_of(fit.rig), and the fit in numbers. Throws trace::InputError when a figure is beyond what
+/// a board takes.
+trace::ModelFile to_model_file(const GreyboxFit& fit, std::optional<unsigned> chamber);
+
+}  // namespace plenum::host::identify::chamber

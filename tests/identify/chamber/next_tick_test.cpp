@@ -1,0 +1,44 @@
+#include "host-sim/identify/chamber/next_tick.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "tests/identify/chamber/chamber_scene.hpp"
+
+namespace plenum::host::identify::chamber {
+namespace {
+
+TEST(NextTick, OfTheModelThatMadeTheRecordIsExact) {
+  const Scene scene = chamber_scene(jumping_V(400), 30e-6);
+  EXPECT_LT(next_tick_rms_Pa(scene, 0, scene.nominal), 0.5);
+}
+
+TEST(NextTick, OfASealedChamberErrsByTheNoiseOfBothRows) {
+  Scene scene = chamber_scene(std::vector<double>(4000, 5.0), 0.0);
+  effects::Figures sealed = scene.nominal;
+  sealed[effects::kInletLeak] = sealed[effects::kExhaustLeak] = 0.0;
+  sealed[effects::kTransition] = 1e-15;
+  Record& record = scene.records.front();
+  record.measured_Pa.assign(record.rows(), 3e5);
+  constexpr double kNoise_Pa = 100.0;
+  std::mt19937 bits(4);
+  std::normal_distribution<double> noise(0.0, kNoise_Pa);
+  for (double& p : record.measured_Pa) p += noise(bits);
+  EXPECT_NEAR(next_tick_rms_Pa(scene, 0, sealed), std::sqrt(2.0) * kNoise_Pa, 0.05 * kNoise_Pa);
+}
+
+TEST(NextTick, ShowsAGainThatIsTooLargeInProportion) {
+  const Scene scene = chamber_scene(jumping_V(400), 30e-6);
+  const auto with_gain = [&](double factor) {
+    effects::Figures figures = scene.nominal;
+    figures[effects::kInletGain] *= factor;
+    return next_tick_rms_Pa(scene, 0, figures);
+  };
+  EXPECT_GT(with_gain(1.01), 10.0);
+  EXPECT_NEAR(with_gain(1.02) / with_gain(1.01), 2.0, 0.05);
+}
+
+}  // namespace
+}  // namespace plenum::host::identify::chamber
