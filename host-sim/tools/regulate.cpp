@@ -19,6 +19,7 @@ struct Options {
   double amplitude_kPa = 100.0;
   double frequency_Hz = 1.0;
   double seconds = 10.0;
+  unsigned preview_ticks = client::FollowOptions{}.preview_ticks;
   std::string out = "regulate";
   Output output;
 };
@@ -50,7 +51,10 @@ int run(const Options& options) {
   std::vector<client::CapturedRow> rows;
   {
     Progress progress("regulating");
-    rows = client::follow(board.session(), references, {.chambers = chambers}, std::ref(progress));
+    rows = client::follow(
+        board.session(), references,
+        {.preview_ticks = static_cast<std::uint8_t>(options.preview_ticks), .chambers = chambers},
+        std::ref(progress));
   }
   write_recording(options.out, rows, chambers, true, description);
 
@@ -94,6 +98,13 @@ Command add_regulate(CLI::App& program) {
       ->capture_default_str();
   app->add_option("--seconds", options->seconds, "Length [s]")
       ->check(CLI::Range(1.0, 36000.0))
+      ->capture_default_str();
+  app->add_option(
+         "--preview", options->preview_ticks,
+         "How many ticks ahead the board is told of the reference: at least a valve's delay and 2, to follow "
+         "without lag")
+      ->check(CLI::Range(0, 8))
+      ->type_name("TICKS")
       ->capture_default_str();
   app->add_option("-o,--out", options->out, "Folder for chamber-N.csv and rig.toml")
       ->type_name("DIR")

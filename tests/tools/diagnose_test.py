@@ -146,6 +146,19 @@ class Diagnose(plenum_test.Plenum):
         self.assertEqual(again["effects"], [], "the rig that was found holds the effect")
         self.assertLess(again["gap_kPa"]["as_configured"], 1.2 * gap["gap_kPa"]["with_effects"])
 
+    def test_what_is_found_goes_to_the_board_and_the_loop_is_the_better_for_it(self):
+        effects = ["--effect", "dead_time=0.03", "--effect", "valve_hysteresis=0.2"]
+        of_log = self.simulated(*effects)
+        self.done("diagnose", *of_log, "--save-model", "found.json")
+        self.done("identify", *of_log, "-o", "nine.json")
+        rmse_kPa = {}
+        for model in ["found", "nine"]:
+            rig = ["--store", model, "--plant", "thin-plate", "--chambers", 1, *effects]
+            self.done("upload", *rig, f"{model}.json")
+            regulated = self.done("regulate", *rig, "--preview", 6, "--amplitude", 80, "--json", "-", "--out", "tracked")
+            rmse_kPa[model] = json.loads(regulated)["chambers"][0]["rmse_kPa"]
+        self.assertLess(rmse_kPa["found"], 0.1 * rmse_kPa["nine"], rmse_kPa)
+
     def test_a_chamber_without_an_effect_has_none_named_and_json_alone_goes_to_standard_output(self):
         of_log = self.simulated()
         gap = json.loads(self.done("diagnose", *of_log, "--json", "-"))
