@@ -77,8 +77,8 @@ float ChamberLoop::command(const Order& order, canopen::ChamberImage& image) noe
   float command_V = driven_V(order, image);
   if (!numeric::is_finite(command_V))
     command_V = safety::resting_command_V(resting_, safety::Drive::safe, false);
-  regulator_.sent(command_V);
-  command_V_ = command_V;
+  command_V_ = order.powered ? command_V : settings_.null_V;  // what the valve does, to learn nothing false
+  regulator_.sent(command_V_);
 
   image.actual_Pa = pressure_kPa_ * kPa;
   image.volume_m3 = (motion_.volume_mL - motion_.volume_rate_mL_s * config::kTick_s * 0.5F) / kMl_per_m3;

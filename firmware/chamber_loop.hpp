@@ -45,6 +45,7 @@ class ChamberLoop {
   struct Order {
     safety::Drive drive = safety::Drive::vent;
     bool must_vent = false;
+    bool powered = true;     ///< the valve has its supply; without it its springs shut both ports
     bool commanded = false;  ///< 6040h has taken the board to DISABLED or beyond
     canopen::ControlMode mode = canopen::ControlMode::pressure_closed_loop;
     std::uint8_t preview_ticks = 0;

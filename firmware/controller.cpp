@@ -71,9 +71,12 @@ Outputs Controller::step(const Inputs& inputs) noexcept {
                                                              .ready = true,
                                                              .model_ready = models_ready,
                                                              .reaction = report.reaction});
-  Outputs outputs = drive(order.drive);
-  outputs.digital = {.valve_power = order.state != safety::State::not_ready && !inputs.digital.emergency_stop,
-                     .fault_lamp = report.any};
+  // An output that refuses its safe value holds the last one: without power the valve is safe all the same.
+  const bool outputs_obey = !safety::holds(faults_.standing_on_board(), safety::Fault::hardware);
+  const bool valve_power =
+      order.state != safety::State::not_ready && !inputs.digital.emergency_stop && outputs_obey;
+  Outputs outputs = drive(order.drive, valve_power);
+  outputs.digital = {.valve_power = valve_power, .fault_lamp = report.any};
   last_drive_ = order.drive;
 
   image_.status_word = order.status_word;
@@ -120,13 +123,14 @@ safety::FaultReport Controller::judge(const Inputs& inputs) noexcept {
   return faults_.step(causes, board_causes, supervisor_.accepts_reset(image_.control_word));
 }
 
-Outputs Controller::drive(safety::Drive drive) noexcept {
+Outputs Controller::drive(safety::Drive drive, bool powered) noexcept {
   Outputs outputs;
   image_.must_vent = 0;
   for (std::size_t c = 0; c < config::kChambers; ++c) {
     const ChamberLoop::Order order{
         .drive = drive,
         .must_vent = faults_.must_vent(c),
+        .powered = powered,
         .commanded = (safety::status_word(supervisor_.state()) & safety::control_bit::kD) != 0,
         .mode = image_.control_mode,
         .preview_ticks = image_.preview_ticks,

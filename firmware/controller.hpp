@@ -106,7 +106,7 @@ class Controller {
   void configure(std::uint8_t changed) noexcept;
   void take_over(std::uint8_t changed) noexcept;
   safety::FaultReport judge(const Inputs& inputs) noexcept;
-  Outputs drive(safety::Drive drive) noexcept;
+  Outputs drive(safety::Drive drive, bool powered) noexcept;
   void record(safety::Drive drive) noexcept;
   bool model_needed() const noexcept { return image_.control_mode != canopen::ControlMode::excitation; }
 
