@@ -1,0 +1,3 @@
+add_executable(plenum_cpu_bench ${CMAKE_CURRENT_LIST_DIR}/cpu.cpp)
+target_link_libraries(plenum_cpu_bench PRIVATE plenum_board_loop plenum_client plenum_warnings)
+plenum_bench(NAME board.cpu_percent_of_tick COMMAND plenum_cpu_bench)
