@@ -148,12 +148,13 @@ double deviation(const std::vector<double>& values) {
   return std::sqrt(square / static_cast<double>(values.size()));
 }
 
-/// c4 and c5 need a volume that moves, c6 needs volumes that differ (several logs at rest do).
-Held held_by(const Ticks& ticks) {
+/// c4 and c5 need a volume that moves, c6 needs volumes that differ (several logs at rest do); c4 needs a form that has it.
+Held held_by(const Ticks& ticks, Form form) {
   const double volume_mL = mean(ticks.volume_mL);
   Held held{};
-  held[3] = held[4] = rms(ticks.volume_rate_mL_s) < kStillRate_per_s * volume_mL;
+  held[kC4] = held[4] = rms(ticks.volume_rate_mL_s) < kStillRate_per_s * volume_mL;
   held[5] = deviation(ticks.volume_mL) < kStillVolume * volume_mL;
+  if (!has_parameter(form, kC4)) held[kC4] = true;
   return held;
 }
 
@@ -162,6 +163,7 @@ Coordinates coordinates_of(const Ticks& ticks, const trace::RigDescription& rig,
   coordinates.bench.ticks = &ticks;
   coordinates.bench.mean_volume_mL = mean(ticks.volume_mL);
   coordinates.bench.c_gamma_V = options.c_gamma_V;
+  coordinates.bench.form = options.form;
   coordinates.bench.supply_kPa = 1e-3 * rig.supply.pressure_Pa;
   coordinates.bench.ambient_kPa = 1e-3 * rig.ambient.pressure_Pa;
   coordinates.bench.stretch =
@@ -194,13 +196,14 @@ void check_excitation(const Ticks& ticks, const Bench& bench) {
 /// where the volume moves a rate that is nearly inverse to it.
 Tassa9 start_of(const Ticks& ticks, const Coordinates& coordinates, const Held& held) {
   const auto [lowest, highest] = std::minmax_element(ticks.command_V.begin(), ticks.command_V.end());
-  const double volume_gain = held[5] ? 0.0 : 10.0;  // c6 V
+  const double volume_gain = held[5] ? 0.0 : 10.0;                                           // c6 V
+  const double exponent = coordinates.bench.form == Form::repaired && !held[4] ? 1.2 : 0.0;  // c5/c6
   Tassa9 start = to_model(Shape::Zero(), coordinates.bench);
   start.c = {std::clamp(0.5 * (*lowest + *highest), 2.5, 7.5),
              1.0,
              1.0,
              0.0,
-             0.0,
+             exponent * volume_gain / coordinates.bench.mean_volume_mL,
              volume_gain / coordinates.bench.mean_volume_mL,
              10.0 * (1.0 + volume_gain),
              0.0,
@@ -361,9 +364,10 @@ Tassa9Fit fit_tassa9(const std::vector<trace::Log>& logs, const trace::RigDescri
   const Ticks ticks = lay_out(logs);
   const Coordinates coordinates = coordinates_of(ticks, rig, options);
   check_excitation(ticks, coordinates.bench);
-  const Held held = held_by(ticks);
+  const Held held = held_by(ticks, options.form);
   Tassa9 start = options.start.value_or(start_of(ticks, coordinates, held));
-  if (held[3]) start.c[3] = start.c[4] = 0.0;
+  if (held[kC4]) start.c[kC4] = 0.0;
+  if (held[4]) start.c[4] = 0.0;
   if (held[5]) {
     // The rate at the one volume there is stays what it was.
     start.c[6] /= 1.0 + start.c[5] * coordinates.bench.mean_volume_mL;
@@ -389,7 +393,7 @@ Tassa9Fit fit_tassa9(const std::vector<trace::Log>& logs, const trace::RigDescri
 
 Tassa9 default_start(const std::vector<trace::Log>& logs, const trace::RigDescription& rig) {
   const Ticks ticks = lay_out(logs);
-  return start_of(ticks, coordinates_of(ticks, rig, {}), held_by(ticks));
+  return start_of(ticks, coordinates_of(ticks, rig, {}), held_by(ticks, Form::published));
 }
 
 Tassa9 start_within_bounds(const std::array<double, kFree>& unit, const std::vector<trace::Log>& logs,
@@ -409,6 +413,7 @@ Tassa9 start_within_bounds(const std::array<double, kFree>& unit, const std::vec
 trace::ModelFile to_model_file(const Tassa9Fit& fit, std::optional<unsigned> chamber) {
   using Json = nlohmann::ordered_json;
   trace::ModelFile file;
+  file.kind = kind_of(fit.model.form);
   file.chamber = chamber;
   const auto image = fit.model.image();
   file.parameters.assign(image.begin(), image.end());
@@ -421,6 +426,7 @@ trace::ModelFile to_model_file(const Tassa9Fit& fit, std::optional<unsigned> cha
   file.fit["condition"] = fit.condition;
   file.fit["rate_not_positive_fraction"] = fit.rate_not_positive_fraction;
   for (std::size_t i = 0; i < kFree; ++i) {
+    if (!has_parameter(fit.model.form, i)) continue;
     const ParameterFit& parameter = fit.parameters[i];
     Json entry;
     entry["standard_error"] =

@@ -29,6 +29,7 @@ struct FitOptions {
   bool refine_free_run = true;
   double stretch_s = 2.0;
   double c_gamma_V = 0.1;
+  Form form = Form::published;
   int most_iterations = 200;  ///< of each of the two fits
 };
 
@@ -51,7 +52,9 @@ struct ParameterFit {
   double value = 0.0;
   double standard_error = 0.0;  ///< NaN when at a bound or held
   enum class Bound { none, low, high } at_bound = Bound::none;
-  bool held = false;          ///< not fitted but 0: c4, c5 where the volume does not move, c6 where it is one
+  bool held =
+      false;  ///< not fitted but 0: c4, c5 where the volume does not move, c6 where it is one; c4 of the
+              ///< repaired form
   bool identifiable = false;  ///< free, and its standard error is small against its scale (README.md)
 };
 
@@ -74,7 +77,7 @@ struct Tassa9Fit {
       0.0;  ///< share of ticks at which (10e) gives r <= 0, against the paper's r > 0
 };
 
-/// Fits c1..c9 to all logs together; P_c and P_r are the rig's. One thread; may be called from several at
+/// Fits c1..c9, of the repaired form all but c4, to all logs together; P_c and P_r are the rig's. One thread; may be called from several at
 /// once. Throws CannotIdentify, in one line: no log, logs that differ in rate, too few rows, a constant
 /// command or pressure, a rank-deficient Jacobian (which parameters).
 Tassa9Fit fit_tassa9(const std::vector<trace::Log>& logs, const trace::RigDescription& rig,
@@ -89,7 +92,7 @@ Tassa9 default_start(const std::vector<trace::Log>& logs, const trace::RigDescri
 Tassa9 start_within_bounds(const std::array<double, kFree>& unit, const std::vector<trace::Log>& logs,
                            const trace::RigDescription& rig);
 
-/// The file that the tools write: parameters, and the fit in numbers.
+/// The file that the tools write: kind, parameters, and the fit in numbers.
 trace::ModelFile to_model_file(const Tassa9Fit& fit, std::optional<unsigned> chamber);
 
 }  // namespace plenum::host::identify

@@ -1,6 +1,7 @@
 #include "host-sim/identify/squares.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <vector>
@@ -35,7 +36,7 @@ constexpr std::size_t kBlock =
 /// Room for the terms of `most` ticks, and beyond them for the columns of a one-step block.
 class Workspace {
  public:
-  explicit Workspace(std::size_t most) : most_(most), room_((kTerms + kColumns) * most) {
+  Workspace(std::size_t most, Form form) : most_(most), room_((kTerms + kColumns) * most) {
     double* next = room_.data();
     const auto take = [&] {
       double* const taken = next;
@@ -46,8 +47,11 @@ class Workspace {
                            &terms_.seen_by_r, &terms_.unseen_by_r}) {
       *array = take();
     }
-    for (double*& array : terms_.by_s) array = take();
-    for (double*& array : terms_.by_r) array = take();
+    constexpr int kPlaces = static_cast<int>(kFree);
+    for (int place = 0; place < kPlaces; ++place)
+      if (in_s(form == Form::repaired, place)) terms_.by_s[place] = take();
+    for (int place = 0; place < kPlaces; ++place)
+      if (in_r(place)) terms_.by_r[place] = take();
     columns_ = next;
   }
 
@@ -66,6 +70,8 @@ class Workspace {
     in.per_mean_volume_mL = 1.0 / bench.mean_volume_mL;
     in.least = kLeastExponent;
     in.greatest = kGreatestExponent;
+    in.pole = kPole;
+    in.repaired = bench.form == Form::repaired;
     kernel().terms(in, n, slopes, terms_);
     return terms_;
   }
@@ -74,7 +80,7 @@ class Workspace {
   std::size_t stride() const { return most_; }
 
  private:
-  static constexpr std::size_t kTerms = 17;
+  static constexpr std::size_t kTerms = 20;
   static constexpr std::size_t kColumns = 14;
   std::size_t most_;
   std::vector<double> room_;
@@ -106,7 +112,7 @@ void for_each_one_step(const Bench& bench, Visit visit) {
 }
 
 double one_step_squares(const Shape& shape, const Bench& bench) {
-  Workspace workspace(kBlock + 1);
+  Workspace workspace(kBlock + 1, bench.form);
   double sum = 0.0;
   for_each_one_step(bench, [&](std::size_t first, std::size_t n) {
     const KernelTerms& terms = workspace.fill(shape, bench, first - 1, n + 1, false);
@@ -116,7 +122,7 @@ double one_step_squares(const Shape& shape, const Bench& bench) {
 }
 
 Gram one_step_gram(const Shape& shape, const Bench& bench) {
-  Workspace workspace(kBlock + 1);
+  Workspace workspace(kBlock + 1, bench.form);
   Eigen::Matrix<double, kFree + 1, kFree + 1, Eigen::RowMajor> lower;
   lower.setZero();
   for_each_one_step(bench, [&](std::size_t first, std::size_t n) {
@@ -141,7 +147,7 @@ double best_start_kPa(const KernelTerms& t, const double* next, std::size_t n) {
 }
 
 double free_run_squares(const Shape& shape, const Bench& bench) {
-  Workspace workspace(bench.stretch);
+  Workspace workspace(bench.stretch, bench.form);
   double sum = 0.0;
   for_each_run(*bench.ticks, bench.stretch, [&](std::size_t first, std::size_t n) {
     const KernelTerms& t = workspace.fill(shape, bench, first, n, false);
@@ -158,11 +164,17 @@ double free_run_squares(const Shape& shape, const Bench& bench) {
 
 Gram free_run_gram(const Shape& shape, const Bench& bench) {
   constexpr Eigen::Index kStart = kFree + 1;  // column of d y/d p0
-  Workspace workspace(bench.stretch);
+  Workspace workspace(bench.stretch, bench.form);
   Eigen::Matrix<double, kFree + 2, Eigen::Dynamic> block(kFree + 2, static_cast<Eigen::Index>(bench.stretch));
+  const std::vector<double> none(bench.stretch, 0.0);  // slopes by what a term does not depend on
   Gram sum = Gram::Zero();
   for_each_run(*bench.ticks, bench.stretch, [&](std::size_t first, std::size_t n) {
     const KernelTerms& t = workspace.fill(shape, bench, first, n, true);
+    std::array<const double*, kFree> s, r;
+    for (std::size_t place = 0; place < kFree; ++place) {
+      s[place] = t.by_s[place] != nullptr ? t.by_s[place] : none.data();
+      r[place] = t.by_r[place] != nullptr ? t.by_r[place] : none.data();
+    }
     const double* next = bench.ticks->pressure_kPa.data() + first + 1;
     double p = best_start_kPa(t, next, n);
     double influence = 1.0;
@@ -171,8 +183,8 @@ Gram free_run_gram(const Shape& shape, const Bench& bench) {
       const auto k = static_cast<Eigen::Index>(i);
       const double away = p - t.s[i];
       Eigen::Array<double, kFree, 1> ds, dr;
-      ds << t.by_s[0][i], t.by_s[1][i], t.by_s[2][i], t.by_s[3][i], 0, 0, 0, 0, 0;
-      dr << t.by_r[0][i], 0, 0, 0, t.by_r[1][i], t.by_r[2][i], t.by_r[3][i], t.by_r[4][i], t.by_r[5][i];
+      ds << s[0][i], s[1][i], s[2][i], s[3][i], s[4][i], s[5][i], s[6][i], s[7][i], s[8][i];
+      dr << r[0][i], r[1][i], r[2][i], r[3][i], r[4][i], r[5][i], r[6][i], r[7][i], r[8][i];
       block.col(k).head<kFree>() =
           ((1.0 - t.seen[i]) * ds + t.seen[i] * slope + (away * t.seen_by_r[i]) * dr).matrix();
       block(kFree, k) = t.s[i] + away * t.seen[i] - next[i];
@@ -208,6 +220,7 @@ Tassa9 to_model(const Shape& q, const Bench& bench) {
   model.c_gamma_V = bench.c_gamma_V;
   model.supply_kPa = bench.supply_kPa;
   model.ambient_kPa = bench.ambient_kPa;
+  model.form = bench.form;
   return model;
 }
 

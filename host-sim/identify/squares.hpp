@@ -36,6 +36,7 @@ struct Bench {
   double c_gamma_V = 0.1;
   double supply_kPa = 0.0;
   double ambient_kPa = 0.0;
+  Form form = Form::published;
   std::size_t stretch = 200;  ///< ticks of a free run
   std::size_t every = 1;      ///< one-step errors of every n-th block of ticks only: a cheap look
 };

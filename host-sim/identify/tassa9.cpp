@@ -1,7 +1,10 @@
 #include "host-sim/identify/tassa9.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 namespace plenum::host::identify {
 namespace {
@@ -15,23 +18,43 @@ double exponent(double rate_per_s, double time_s, double period_s) {
   return std::clamp(rate_per_s * period_s, kLeastExponent, kGreatestExponent) * (time_s / period_s);
 }
 
+/// a + c5 v' of the repaired form, off its pole.
+double off_pole(double sum, double a) {
+  return std::copysign(std::max(std::abs(sum), kPole * a), sum);
+}
+
 }  // namespace
 
-std::array<double, kFree + 3> Tassa9::image() const {
-  std::array<double, kFree + 3> values{};
-  std::copy(c.begin(), c.end(), values.begin());
-  values[9] = c_gamma_V;
-  values[10] = supply_kPa;
-  values[11] = ambient_kPa;
+std::string_view kind_of(Form form) {
+  return form == Form::published ? "tassa9" : "tassa9r";
+}
+
+Form form_of(std::string_view kind) {
+  for (const Form form : {Form::published, Form::repaired})
+    if (kind == kind_of(form)) return form;
+  throw std::invalid_argument(fmt::format("a model of kind '{}', expected tassa9 or tassa9r", kind));
+}
+
+std::vector<double> Tassa9::image() const {
+  std::vector<double> values;
+  for (std::size_t i = 0; i < kFree; ++i)
+    if (has_parameter(form, i)) values.push_back(c[i]);
+  values.insert(values.end(), {c_gamma_V, supply_kPa, ambient_kPa});
   return values;
 }
 
-Tassa9 Tassa9::from_image(const std::array<double, kFree + 3>& values) {
+Tassa9 Tassa9::from_image(std::span<const double> values, Form form) {
   Tassa9 model;
-  std::copy_n(values.begin(), kFree, model.c.begin());
-  model.c_gamma_V = values[9];
-  model.supply_kPa = values[10];
-  model.ambient_kPa = values[11];
+  model.form = form;
+  const std::size_t expected = model.image().size();
+  if (values.size() != expected) {
+    throw std::invalid_argument(fmt::format("{} parameters, expected {}", values.size(), expected));
+  }
+  std::size_t taken = 0;
+  for (std::size_t i = 0; i < kFree; ++i) model.c[i] = has_parameter(form, i) ? values[taken++] : 0.0;
+  model.c_gamma_V = values[taken++];
+  model.supply_kPa = values[taken++];
+  model.ambient_kPa = values[taken];
   return model;
 }
 
@@ -44,33 +67,10 @@ SteadyAndRate steady_and_rate(const Tassa9& model, double command_V, double volu
   const double argument = (c2 + c3 * U * U) * U;
   const double g = argument / std::sqrt(argument * argument + 1.0);
   const double k = std::sqrt(U * U + model.c_gamma_V * model.c_gamma_V) - model.c_gamma_V + c9 + c8 * U;
-  return {c_b + c_s * g + c4 * volume_rate_mL_s, (c7 * k + c5 * volume_rate_mL_s) / (1.0 + c6 * volume_mL)};
-}
-
-SteadyAndRateByParameter by_parameter(const Tassa9& model, double command_V, double volume_mL,
-                                      double volume_rate_mL_s) {
-  const auto& [c1, c2, c3, c4, c5, c6, c7, c8, c9] = model.c;
-  const double c_s = 0.5 * (model.supply_kPa - model.ambient_kPa);
-  const double U = command_V - c1;
-  const double argument = (c2 + c3 * U * U) * U;
-  const double g_slope = c_s / std::pow(argument * argument + 1.0, 1.5);
-  const double root = std::sqrt(U * U + model.c_gamma_V * model.c_gamma_V);
-  const double k = root - model.c_gamma_V + c9 + c8 * U;
-  const double inverse = 1.0 / (1.0 + c6 * volume_mL);
-  const double r = (c7 * k + c5 * volume_rate_mL_s) * inverse;
-  SteadyAndRateByParameter d{};
-  d.steady = {
-      -g_slope * (c2 + 3.0 * c3 * U * U), g_slope * U, g_slope * U * U * U, volume_rate_mL_s, 0, 0, 0, 0, 0};
-  d.rate = {-c7 * inverse * (U / root + c8),
-            0,
-            0,
-            0,
-            volume_rate_mL_s * inverse,
-            -r * volume_mL * inverse,
-            k * inverse,
-            c7 * U * inverse,
-            c7 * inverse};
-  return d;
+  const double s0 = c_b + c_s * g, a = c7 * k, sum = a + c5 * volume_rate_mL_s;
+  if (model.form == Form::published) return {s0 + c4 * volume_rate_mL_s, sum / (1.0 + c6 * volume_mL)};
+  const double apart = off_pole(sum, a);
+  return {a * s0 / apart, apart / (1.0 + c6 * volume_mL)};
 }
 
 Step step(const SteadyAndRate& at, double pressure_kPa, double period_s, double average_s) {

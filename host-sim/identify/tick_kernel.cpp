@@ -31,16 +31,17 @@ inline double exponential(double x) {
 }
 
 /// s, x = r h (into decay_by_r) and, with slopes, their derivatives.
-template <bool kSlopes>
+template <bool kRepaired, bool kSlopes>
 void steady_and_exponent(const KernelInput& in, std::size_t n, KernelTerms& out) {
   const double c1 = in.shape[0], c2 = in.shape[1], c3 = in.shape[2], c4 = in.shape[3], e5 = in.shape[4],
                d = in.shape[5], e7 = in.shape[6], c8 = in.shape[7], c9 = in.shape[8];
   const double c_b = in.c_b_kPa, c_s = in.c_s_kPa, gamma = in.c_gamma_V, h = in.period_s;
-  const double per_volume = in.per_mean_volume_mL;
+  const double per_volume = in.per_mean_volume_mL, pole = in.pole;
   const double* __restrict u = in.command_V, * __restrict v = in.volume_mL, * __restrict v_rate = in.volume_rate_mL_s;
   double* __restrict s = out.s, * __restrict x = out.decay_by_r;
   double* __restrict s1 = out.by_s[0], * __restrict s2 = out.by_s[1], * __restrict s3 = out.by_s[2], * __restrict s4 = out.by_s[3];
-  double* __restrict r1 = out.by_r[0], * __restrict r5 = out.by_r[1], * __restrict rd = out.by_r[2], * __restrict r7 = out.by_r[3], * __restrict r8 = out.by_r[4], * __restrict r9 = out.by_r[5];
+  double* __restrict s5 = out.by_s[4], * __restrict s7 = out.by_s[6], * __restrict s8 = out.by_s[7], * __restrict s9 = out.by_s[8];
+  double* __restrict r1 = out.by_r[0], * __restrict r5 = out.by_r[4], * __restrict rd = out.by_r[5], * __restrict r7 = out.by_r[6], * __restrict r8 = out.by_r[7], * __restrict r9 = out.by_r[8];
   for (std::size_t i = 0; i < n; ++i) {
     const double U = u[i] - c1;
     const double U2 = U * U;
@@ -50,17 +51,38 @@ void steady_and_exponent(const KernelInput& in, std::size_t n, KernelTerms& out)
     const double k = k_root - gamma + c9 + c8 * U;
     const double w = v[i] * per_volume - 1.0;
     const double inverse = 1.0 / (1.0 + d * w);
-    const double r = (e7 * k + e5 * v_rate[i]) * inverse;
-    s[i] = c_b + c_s * cubic * U * g_root + c4 * v_rate[i];
+    const double s0 = c_b + c_s * cubic * U * g_root;
+    double sum = e7 * k + e5 * v_rate[i];
+    double per_sum = 0.0;
+    if constexpr (kRepaired) {
+      const double least = pole * e7 * k;
+      sum = sum >= 0.0 ? (sum > least ? sum : least) : (sum < -least ? sum : -least);
+      per_sum = 1.0 / sum;
+      s[i] = e7 * k * s0 * per_sum;
+    } else {
+      s[i] = s0 + c4 * v_rate[i];
+    }
+    const double r = sum * inverse;
     x[i] = r * h;
     if constexpr (kSlopes) {
       const double g_slope = c_s * g_root * g_root * g_root;
       const double gain = e7 * inverse;
-      s1[i] = -g_slope * (c2 + 3.0 * c3 * U2);
-      s2[i] = g_slope * U;
-      s3[i] = g_slope * U * U2;
-      s4[i] = v_rate[i];
-      r1[i] = -gain * (U / k_root + c8);
+      const double k_slope = U / k_root + c8;
+      const double by_s0 = kRepaired ? e7 * k * per_sum : 1.0;
+      s1[i] = -by_s0 * g_slope * (c2 + 3.0 * c3 * U2);
+      s2[i] = by_s0 * g_slope * U;
+      s3[i] = by_s0 * g_slope * U * U2;
+      if constexpr (kRepaired) {
+        const double by_a = (s0 - s[i]) * per_sum;
+        s1[i] -= by_a * e7 * k_slope;
+        s5[i] = -s[i] * v_rate[i] * per_sum;
+        s7[i] = by_a * k;
+        s8[i] = by_a * e7 * U;
+        s9[i] = by_a * e7;
+      } else {
+        s4[i] = v_rate[i];
+      }
+      r1[i] = -gain * k_slope;
       r5[i] = v_rate[i] * inverse;
       rd[i] = -r * w * inverse;
       r7[i] = k * inverse;
@@ -105,21 +127,25 @@ void decays(const KernelInput& in, std::size_t n, KernelTerms& out) {
   }
 }
 
+template <bool kSlopes>
+void terms_of(const KernelInput& in, std::size_t n, KernelTerms& out) {
+  if (in.repaired) {
+    steady_and_exponent<true, kSlopes>(in, n, out);
+  } else {
+    steady_and_exponent<false, kSlopes>(in, n, out);
+  }
+  if (in.share > 0.0) {
+    decays<kSlopes, true>(in, n, out);
+  } else {
+    decays<kSlopes, false>(in, n, out);
+  }
+}
+
 void terms(const KernelInput& in, std::size_t n, bool slopes, KernelTerms& out) {
   if (slopes) {
-    steady_and_exponent<true>(in, n, out);
-    if (in.share > 0.0) {
-      decays<true, true>(in, n, out);
-    } else {
-      decays<true, false>(in, n, out);
-    }
+    terms_of<true>(in, n, out);
   } else {
-    steady_and_exponent<false>(in, n, out);
-    if (in.share > 0.0) {
-      decays<false, true>(in, n, out);
-    } else {
-      decays<false, false>(in, n, out);
-    }
+    terms_of<false>(in, n, out);
   }
 }
 
@@ -152,12 +178,20 @@ void one_step_gram(const KernelTerms& t, const double* __restrict y, std::size_t
                            const double* __restrict before, double* __restrict column) {
     for (std::size_t i = 0; i < n; ++i) column[i] = now[i] * slope[i + 1] + before[i] * slope[i];
   };
-  for (std::size_t p = 1; p < 4; ++p) through(t.by_s[p], by_s1, by_s0, columns + p * stride);
-  for (std::size_t p = 1; p < 6; ++p) through(t.by_r[p], by_r1, by_r0, columns + (p + 3) * stride);
-  // c1 acts through both s and r.
-  const double* __restrict ds = t.by_s[0], * __restrict dr = t.by_r[0];
-  for (std::size_t i = 0; i < n; ++i) {
-    columns[i] = by_s1[i] * ds[i + 1] + by_s0[i] * ds[i] + by_r1[i] * dr[i + 1] + by_r0[i] * dr[i];
+  for (std::size_t p = 0; p < 9; ++p) {
+    const double* __restrict ds = t.by_s[p], * __restrict dr = t.by_r[p];
+    double* __restrict column = columns + p * stride;
+    if (ds != nullptr && dr != nullptr) {
+      for (std::size_t i = 0; i < n; ++i) {
+        column[i] = by_s1[i] * ds[i + 1] + by_s0[i] * ds[i] + by_r1[i] * dr[i + 1] + by_r0[i] * dr[i];
+      }
+    } else if (ds != nullptr) {
+      through(ds, by_s1, by_s0, column);
+    } else if (dr != nullptr) {
+      through(dr, by_r1, by_r0, column);
+    } else {
+      for (std::size_t i = 0; i < n; ++i) column[i] = 0.0;
+    }
   }
   for (std::size_t a = 0; a < 10; ++a) {
     for (std::size_t b = 0; b <= a; ++b) {

@@ -24,15 +24,25 @@ struct KernelInput {
   double share;               ///< a/h, 0 to 1
   double per_mean_volume_mL;  ///< 1/V
   double least, greatest;     ///< of r h
+  double pole;                ///< kPole
+  bool repaired;              ///< the form
 };
 
 /// Arrays of as many doubles as ticks are asked for.
 struct KernelTerms {
   double *s, *decay, *seen, *unseen;
   double *decay_by_r, *seen_by_r, *unseen_by_r;  ///< [s]
-  double* by_s[4];                               ///< ds by c1, c2, c3, c4
-  double* by_r[6];                               ///< dr by c1, e5, d, e7, c8, c9
+  double* by_s[9];                               ///< ds by shape; null where it does not depend
+  double* by_r[9];                               ///< dr by shape, likewise
 };
+
+/// Whether s and r of a form depend on the shape's figure at `place`.
+constexpr bool in_s(bool repaired, int place) {
+  return place < 3 || (repaired ? place == 4 || place >= 6 : place == 3);
+}
+constexpr bool in_r(int place) {
+  return place == 0 || place >= 4;
+}
 
 struct Kernel {
   /// Fills s, decay, seen, unseen of n ticks, and with `slopes` the rest.

@@ -22,6 +22,7 @@ struct Options {
   LogInput input;
   std::vector<std::string> logs;
   std::vector<std::string> predict;
+  std::string model = "tassa9";
   std::string c_gamma = "auto";
   double stretch_s = 0.2;
   bool free_run = true;
@@ -48,6 +49,7 @@ double kink_width_V(const std::string& text) {
 
 void print_fit(const Output& output, const identify::Tassa9Fit& fit, double stretch_s) {
   for (std::size_t i = 0; i < identify::kFree; ++i) {
+    if (!identify::has_parameter(fit.model.form, i)) continue;
     const ParameterFit& parameter = fit.parameters[i];
     const std::string error =
         std::isfinite(parameter.standard_error) ? fmt::format("+- {:.2g}", parameter.standard_error) : "";
@@ -64,6 +66,7 @@ int run(const Options& options) {
   identify::FitOptions how;
   how.stretch_s = options.stretch_s;
   how.refine_free_run = options.free_run;
+  how.form = identify::form_of(options.model);
   const bool profiled = options.c_gamma == "auto";
   if (!profiled) how.c_gamma_V = kink_width_V(options.c_gamma);
   const trace::RigDescription rig = options.input.rig();
@@ -120,6 +123,12 @@ Command add_identify(CLI::App& program) {
   options->input.add_to(
       *app,
       "What is known of the rig; its supply and ambient pressure are used (default: 700 and 101.325 kPa)");
+  app->add_option("--model", options->model,
+                  "Form to fit: tassa9 as published, tassa9r with the moving volume where the physics has it "
+                  "(for chambers that move fast)")
+      ->check(CLI::IsMember({"tassa9", "tassa9r"}))
+      ->type_name("tassa9|tassa9r")
+      ->capture_default_str();
   app->add_option(
          "--c-gamma", options->c_gamma,
          "Width of the kink at the valve's null [V]; auto tries 0.1 (the paper's), 0.2, 0.4, 0.8, 1.6")

@@ -20,6 +20,7 @@ report::Table parameter_table(const identify::Tassa9Fit& fit) {
                       .columns = {"Parameter", "Value", "Standard error", "These logs say"},
                       .rows = {}};
   for (std::size_t i = 0; i < identify::kFree; ++i) {
+    if (!identify::has_parameter(fit.model.form, i)) continue;
     const identify::ParameterFit& of = fit.parameters[i];
     const std::string mark = mark_of(of);
     table.rows.push_back(
@@ -110,8 +111,11 @@ std::string fitted_to(const Identified& identified) {
 
 report::Page identify_page(const Identified& identified) {
   const identify::Tassa9Fit& fit = identified.fit;
-  report::Page page(fmt::format("The 9-parameter model of {}", fitted_to(identified)));
-  page.lead(fmt::format("p' = (s - p) r, with s and r functions of the command: c1 to c9 fitted {}.{}",
+  const bool repaired = fit.model.form == identify::Form::repaired;
+  report::Page page(
+      fmt::format("The {}9-parameter model of {}", repaired ? "repaired " : "", fitted_to(identified)));
+  page.lead(fmt::format("p' = (s - p) r, with s and r functions of the command: c1 to c9{} fitted {}.{}",
+                        repaired ? " but c4" : "",
                         identified.stretch_s > 0.0
                             ? fmt::format("to free runs of {:g} s", identified.stretch_s)
                             : "to the next tick",
@@ -127,7 +131,7 @@ report::Page identify_page(const Identified& identified) {
                      {},
                      fmt::format("over {:g} s, start estimated", identified.stretch_s)});
   }
-  tiles.push_back({"Identifiable", static_cast<double>(known), "of 9", {}, "parameters"});
+  tiles.push_back({"Identifiable", static_cast<double>(known), repaired ? "of 8" : "of 9", {}, "parameters"});
   tiles.push_back({"Condition", to_three_digits(fit.condition), "", {}, "of the scaled Jacobian"});
   tiles.push_back({"c_gamma", fit.model.c_gamma_V, "V", {}, "width of the kink at the null"});
   tiles.push_back({"Samples", static_cast<double>(fit.rows), "", {}, "rows of the fitted logs"});

@@ -22,6 +22,8 @@ struct Recording {
   std::size_t rows = 2000;
   unsigned seed = 1;
   std::function<double(double)> volume_mL = [](double) { return 120.0; };
+  bool repaired =
+      false;  ///< the form of firmware/control/README.md: the moving volume takes c5 v' p, c4 is not there
   bool volume_held_in_tick = false;  ///< v and v' of mid-tick act all tick long, as the model has it
 };
 
@@ -58,7 +60,10 @@ inline trace::Log record(const Recording& r) {
       const double s = (r.supply_kPa + r.ambient_kPa) / 2 +
                        (r.supply_kPa - r.ambient_kPa) / 2 * y / std::sqrt(y * y + 1) + r.c[3] * w;
       const double opening = std::sqrt(x * x + r.c_gamma_V * r.c_gamma_V) - r.c_gamma_V + r.c[8] + r.c[7] * x;
-      return (s - pressure) * (r.c[6] * opening + r.c[4] * w) / (1 + r.c[5] * v);
+      const double moved = r.c[4] * w;
+      const double drives = r.repaired ? r.c[6] * opening * (s - pressure) - moved * pressure
+                                       : (s - pressure) * (r.c[6] * opening + moved);
+      return drives / (1 + r.c[5] * v);
     };
     const double d = h / kSteps;
     double integral = 0.0;

@@ -53,6 +53,25 @@ TEST(Fit, RecoversAChamberWhoseVolumeMovesFromCleanData) {
   }
 }
 
+TEST(Fit, RecoversAChamberOfTheRepairedFormFromCleanData) {
+  Recording recording;
+  recording.volume_mL = moving_volume_mL;
+  recording.volume_held_in_tick = true;
+  recording.repaired = true;
+  recording.c[kC4] = 0.0;
+  FitOptions options;
+  options.form = Form::repaired;
+  const Tassa9Fit got = fit(recording, options);
+  for (std::size_t i = 0; i < kFree; ++i) {
+    if (i == kC4) continue;
+    EXPECT_NEAR(got.model.c[i], recording.c[i], 2e-3 * std::abs(recording.c[i])) << "c" << i + 1;
+    EXPECT_TRUE(got.parameters[i].identifiable) << "c" << i + 1;
+  }
+  EXPECT_EQ(got.model.c[kC4], 0.0);
+  EXPECT_EQ(got.model.form, Form::repaired);
+  EXPECT_GT(fit(recording).rms_free_run_kPa, 10.0 * got.rms_free_run_kPa) << "the published form is another";
+}
+
 TEST(Fit, HoldingTheVolumeOverATickCostsLessThanATenthOfAPercentOfSpan) {
   Recording recording;
   recording.volume_mL = moving_volume_mL;
@@ -227,6 +246,20 @@ TEST(Fit, TheModelFileHoldsParametersAndWhatIsKnownOfThem) {
   EXPECT_EQ(file.fit["parameters"]["c6_per_mL"]["held"], true);
   EXPECT_TRUE(file.fit["parameters"]["c6_per_mL"]["standard_error"].is_null());
   EXPECT_GT(file.fit["parameters"]["c1_V"]["standard_error"].get<double>(), 0.0);
+}
+
+TEST(Fit, TheFileOfARepairedFormNamesItsKindAndHasNoC4) {
+  FitOptions options;
+  options.form = Form::repaired;
+  Recording recording;
+  recording.noise_kPa = 0.5;
+  const Tassa9Fit got = fit(recording, options);
+  const trace::ModelFile file = trace::parse_model(trace::format_model(to_model_file(got, 4)), "m.json");
+  EXPECT_EQ(file.kind, "tassa9r");
+  EXPECT_THAT(file.parameters, testing::ElementsAreArray(got.model.image()));
+  EXPECT_EQ(file.parameters.size(), 11U);
+  EXPECT_EQ(file.fit["parameters"].size(), 8U);
+  EXPECT_FALSE(file.fit["parameters"].contains("c4_kPa_s_per_mL"));
 }
 
 TEST(FitOnMeasuredRuns, PredictsRunsItHasNotSeenBetterThanHoldingThePressure) {

@@ -42,8 +42,13 @@ TEST(Ticks, RefusesLogsThatDoNotGoTogether) {
   EXPECT_THROW(lay_out({record(brief)}), CannotIdentify);
 }
 
+struct Case {
+  double average_s;
+  Form form;
+};
+
 /// A bench on two logs of odd lengths, so that blocks, stretches and log ends all fall differently.
-class Squares : public testing::TestWithParam<double> {
+class Squares : public testing::TestWithParam<Case> {
  protected:
   Squares() {
     Recording recording;
@@ -54,14 +59,16 @@ class Squares : public testing::TestWithParam<double> {
     recording.rows = 331;
     recording.seed = 2;
     ticks_ = lay_out({first, record(recording)});
-    ticks_.average_s = GetParam();
+    ticks_.average_s = GetParam().average_s;
     bench_.ticks = &ticks_;
     bench_.mean_volume_mL = 120.0;
     bench_.supply_kPa = 620.0;
     bench_.ambient_kPa = 101.325;
     bench_.stretch = 97;
+    bench_.form = GetParam().form;
     Tassa9 model;
     model.c = {5.1, 0.7, 1.3, -0.05, 0.3, 0.4, 400.0, 0.2, 0.15};
+    if (!has_parameter(bench_.form, kC4)) model.c[kC4] = 0.0;
     shape_ = to_shape(model, bench_.mean_volume_mL);
   }
 
@@ -152,7 +159,10 @@ TEST_P(Squares, FreeRunSumMatchesTheErrorsSpelledOutAndItsGradientTheirDifferenc
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(AveragingTimes, Squares, testing::Values(0.0, 0.006, 0.01));
+INSTANTIATE_TEST_SUITE_P(AveragingTimesAndForms, Squares,
+                         testing::Values(Case{0.0, Form::published}, Case{0.006, Form::published},
+                                         Case{0.01, Form::published}, Case{0.0, Form::repaired},
+                                         Case{0.006, Form::repaired}, Case{0.01, Form::repaired}));
 
 TEST(Shape, IsTheModelAndItsSlopeMatchesDifferences) {
   Recording recording;

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
+#include <stdexcept>
 
 namespace plenum::host::identify {
 namespace {
@@ -29,26 +29,29 @@ TEST(Tassa9, FarFromTheNullTheSteadyPressureIsSupplyOrAmbient) {
   EXPECT_NEAR(steady_and_rate(model, 0.0, 100.0, 0.0).steady_kPa, 101.325, 1e-3) << "[kPa]";
 }
 
-TEST(Tassa9, DerivativesByParameterMatchCentralDifferences) {
-  std::mt19937_64 random(3);
-  std::uniform_real_distribution<double> unit(-1.0, 1.0);
-  for (int trial = 0; trial < 200; ++trial) {
-    Tassa9 model = example();
-    for (double& c : model.c) c *= 1.0 + 0.3 * unit(random);
-    const double u = 5.0 + 2.0 * unit(random), v = 150.0 + 100.0 * unit(random), w = 300.0 * unit(random);
-    const SteadyAndRateByParameter d = by_parameter(model, u, v, w);
-    for (std::size_t i = 0; i < kFree; ++i) {
-      const double step = 1e-6 * std::max(0.1, std::abs(model.c[i]));
-      Tassa9 up = model, down = model;
-      up.c[i] += step;
-      down.c[i] -= step;
-      const SteadyAndRate a = steady_and_rate(up, u, v, w), b = steady_and_rate(down, u, v, w);
-      EXPECT_NEAR(d.steady[i], (a.steady_kPa - b.steady_kPa) / (2 * step), 1e-5 * (1 + std::abs(d.steady[i])))
-          << "c" << i + 1;
-      EXPECT_NEAR(d.rate[i], (a.rate_per_s - b.rate_per_s) / (2 * step), 1e-5 * (1 + std::abs(d.rate[i])))
-          << "c" << i + 1;
-    }
+TEST(Tassa9, OfTheRepairedFormTheFlowDrivesAndTheMovingVolumeCompresses) {
+  Tassa9 model = example();
+  model.form = Form::repaired;
+  model.c[kC4] = 0.0;
+  const double u = 5.3, v = 120.0, p = 330.0;
+  const SteadyAndRate at_rest = steady_and_rate(model, u, v, 0.0);
+  for (const double w : {-800.0, -90.0, 25.0, 700.0}) {
+    const SteadyAndRate moving = steady_and_rate(model, u, v, w);
+    const double flow = (at_rest.steady_kPa - p) * at_rest.rate_per_s;
+    const double compressed = -model.c[4] * w * p / (1.0 + model.c[5] * v);
+    EXPECT_NEAR((moving.steady_kPa - p) * moving.rate_per_s, flow + compressed, 1e-9 * p) << "v' " << w;
   }
+}
+
+TEST(Tassa9, OfTheRepairedFormThePressureIsRegularWhereTheSteadyStateIsNot) {
+  Tassa9 model = example();
+  model.form = Form::repaired;
+  const double u = 5.05, v = 120.0, p = 330.0;
+  const SteadyAndRate rest = steady_and_rate(model, u, v, 0.0);
+  const double sealing = -rest.rate_per_s * (1.0 + model.c[5] * v) / model.c[4];  // a + c5 v' = 0
+  const Step at_pole = step(steady_and_rate(model, u, v, sealing), p, 0.01, 0.01);
+  EXPECT_NEAR(at_pole.end_kPa, p + 0.01 * rest.rate_per_s * rest.steady_kPa, 1e-5) << "[kPa]";
+  EXPECT_NEAR(at_pole.mean_kPa, p + 0.005 * rest.rate_per_s * rest.steady_kPa, 1e-5) << "[kPa]";
 }
 
 TEST(Tassa9, TheTickMeanIsTheIntegralOfTheExactSolution) {
@@ -83,6 +86,17 @@ TEST(Tassa9, TheImageIsInTheOrderOfTheBus) {
   EXPECT_EQ(image[10], 620.0);
   EXPECT_EQ(image[11], 101.325);
   EXPECT_EQ(Tassa9::from_image(image).image(), image);
+}
+
+TEST(Tassa9, TheImageOfTheRepairedFormHasNoC4) {
+  const std::vector<double> image = {5.1, 0.7, 1.3, 0.3, 0.4, 90.0, 0.2, 0.15, 0.1, 620.0, 101.325};
+  const Tassa9 model = Tassa9::from_image(image, Form::repaired);
+  EXPECT_EQ(model.c[kC4], 0.0);
+  EXPECT_EQ(model.c[4], 0.3);
+  EXPECT_EQ(model.image(), image);
+  EXPECT_THROW(Tassa9::from_image(image), std::invalid_argument);
+  EXPECT_EQ(form_of(kind_of(Form::repaired)), Form::repaired);
+  EXPECT_THROW(form_of("greybox"), std::invalid_argument);
 }
 
 }  // namespace

@@ -83,6 +83,7 @@ class Usage(Plenum):
         self.refused(2, "upload", "m.json", says=["--store"])
         self.refused(2, "identify", says=["LOG"])
         self.refused(2, "identify", "a.csv", "--c-gamma", "wide", says=["--c-gamma wide", "auto"])
+        self.refused(2, "identify", "a.csv", "--model", "spline", says=["--model", "spline", "tassa9", "tassa9r"])
 
     def test_a_bus_that_is_none_is_refused_by_its_name(self):
         self.refused(2, "capture", "--bus", "canbus", says=["--bus canbus", "expected inproc, socketcand:HOST:PORT/CHANNEL, can:IFACE or slcan:TTY"])
