@@ -66,6 +66,7 @@ struct Entry {
   ReadStream read_stream = nullptr;
   StreamSize stream_size = nullptr;
   Kept kept = Kept::no;
+  std::uint16_t most_bytes = 0;       ///< of a DOMAIN that is written
   bool of_node = false;               ///< an identifier: its base plus the node id
   const char* object_name = nullptr;  ///< of sub-index 0: the name of the whole record or array
 };

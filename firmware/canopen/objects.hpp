@@ -6,6 +6,7 @@
 
 #include "firmware/config/limits.hpp"
 #include "firmware/config/model_desk.hpp"
+#include "firmware/config/model_set.hpp"
 #include "firmware/telemetry/recorder.hpp"
 
 namespace plenum::canopen {
@@ -16,7 +17,7 @@ inline constexpr std::size_t kMappable = 8;      ///< objects in one PDO
 inline constexpr std::size_t kErrorHistory = 8;  ///< entries of 1003h
 
 /// Largest DOMAIN that crosses the bus [bytes].
-inline constexpr std::size_t kMaxDomainBytes = config::kMaxImageBytes;
+inline constexpr std::size_t kMaxDomainBytes = config::kMaxSetBytes;
 
 /// Device type: low word 408 (fluid power), high word FFFFh (several modules).
 inline constexpr std::uint32_t kDeviceType = 0xFFFF'0198U;
@@ -46,6 +47,9 @@ inline constexpr std::uint16_t kActiveModel = 0x2118;  ///< + chamber, DOMAIN, r
 inline constexpr std::uint16_t kCommit = 0x2120;       ///< {mask, CRC-32, key}; writing the key commits
 inline constexpr std::uint16_t kUploadSession =
     0x2121;  ///< {owner's token, release, ms left}: upload_session.hpp
+inline constexpr std::uint16_t kStagedSet =
+    0x2122;                                         ///< {images (DOMAIN, write only), outcome}: model_set.hpp
+inline constexpr std::uint8_t kSetUnderWay = 0xFF;  ///< outcome of a set that is still being staged
 /// + chamber {state, reason, CRC, generation, parameter, value, low, high, shadow run, RMS Pa staged, RMS Pa active,
 /// CRC staged, serial expected}
 inline constexpr std::uint16_t kSetState = 0x2128;

@@ -58,7 +58,7 @@ bool SdoServer::block_download_segment(Device& device, const Bytes& request, Byt
   }
   if (sequence == sequence_ + 1U) {
     if (size_announced_ && done_ >= size_) return conclude(device, Abort::length_mismatch, response);
-    if (done_ + kSegmentBytes > buffer_.size()) return conclude(device, Abort::out_of_memory, response);
+    if (done_ >= most_) return conclude(device, Abort::out_of_memory, response);
     // the segment before is whole, now that another follows; how much of the last one counts its end request tells
     if (done_ != 0) crc_ = crc16(std::span(buffer_).subspan(done_ - kSegmentBytes, kSegmentBytes), crc_);
     std::copy_n(request.begin() + 1, kSegmentBytes, buffer_.begin() + static_cast<std::ptrdiff_t>(done_));
@@ -82,7 +82,7 @@ Abort SdoServer::end_block_download(Device& device, const Bytes& request, Bytes&
   const std::span<const std::uint8_t> last =
       std::span(buffer_).subspan(done_ - kSegmentBytes, kSegmentBytes - (request[0] >> 2 & 0x07U));
   done_ -= static_cast<std::uint32_t>(kSegmentBytes - last.size());
-  if (done_ > kMaxDomainBytes) return Abort::length_too_high;
+  if (done_ > most_) return Abort::length_too_high;
   if (with_crc_ && crc16(last, crc_) != load_le(std::span(request).subspan<1, 2>())) return Abort::crc_error;
   response[0] = 0xA1;
   return finish_download(device);

@@ -116,9 +116,10 @@ Abort SdoServer::open_download(const Bytes& request, bool sized) noexcept {
   size_announced_ = sized;
   size_ = sized ? size_in(request) : 0;
   done_ = 0;
-  if (!sized) return Abort::none;
   const std::size_t fixed_size = size_of(entry.type);
-  if (size_ > (fixed_size != 0 ? fixed_size : kMaxDomainBytes)) return Abort::length_too_high;
+  most_ = static_cast<std::uint32_t>(fixed_size != 0 ? fixed_size : entry.most_bytes);
+  if (!sized) return Abort::none;
+  if (size_ > most_) return Abort::length_too_high;
   if (size_ < (fixed_size != 0 ? fixed_size : 1)) return Abort::length_too_low;
   return Abort::none;
 }
@@ -146,7 +147,7 @@ Abort SdoServer::download_segment(Device& device, const Bytes& request, Bytes& r
   const std::size_t count = kSegmentBytes - ((request[0] >> 1) & 0x07U);
   const bool last = (request[0] & 0x01U) != 0;
   if (size_announced_ && done_ + count > size_) return Abort::length_mismatch;
-  if (done_ + count > kMaxDomainBytes) return Abort::length_too_high;
+  if (done_ + count > most_) return Abort::length_too_high;
   std::copy_n(request.begin() + 1, count, buffer_.begin() + static_cast<std::ptrdiff_t>(done_));
   done_ += static_cast<std::uint32_t>(count);
   response[0] = static_cast<std::uint8_t>(0x20U | toggle_);

@@ -80,6 +80,7 @@ class SdoServer {
   // downloads
   bool size_announced_ = false;
   std::uint32_t size_ = 0;  ///< announced
+  std::uint32_t most_ = 0;  ///< bytes that the object takes
   std::uint32_t done_ = 0;  ///< bytes taken so far; in blocks whole segments
   static constexpr std::size_t kBufferBytes =
       (kMaxDomainBytes + kSegmentBytes - 1) / kSegmentBytes * kSegmentBytes;

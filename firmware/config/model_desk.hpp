@@ -64,12 +64,29 @@ enum class CommitResult : std::uint8_t {
   doubted          ///< the board objects to a staged image, and the key was not kForceKey
 };
 
-/// Staging is per chamber, commit is for all chambers of a mask at once; nothing changes between ticks.
+/// What becomes of a set that is handed in.
+enum class SetHandIn : std::uint8_t {
+  taken,      ///< its images are staged one after the other; SetProgress tells the outcome
+  malformed,  ///< no set of whole images (model_set.hpp)
+  not_now     ///< another set is being staged, or another master's upload session stands
+};
+
+/// How far the set handed in last is.
+struct SetProgress {
+  bool staging = false;
+  std::uint8_t refused = 0;  ///< the chamber + 1 whose image was refused, so that none is staged; 0: none was
+};
+
+/// Staging is per chamber or of a set, commit is for all chambers of a mask at once; nothing changes between ticks.
 class ModelDesk {
  public:
   /// Checks an image and keeps a copy for the commit. A refused image leaves an earlier staged one discarded,
   /// and never touches the one in force. `chamber` < kChambers.
   virtual ImageVerdict stage(std::uint8_t chamber, std::span<const std::uint8_t> image) noexcept = 0;
+  /// Stages the images of several chambers (model_set.hpp): all of them or, when one is refused, none. Keeps a copy, and
+  /// stages one image at each tick's edge; until then nothing else is staged and nothing is committed.
+  virtual SetHandIn hand_in(std::span<const std::uint8_t> set) noexcept = 0;
+  virtual SetProgress set_progress() const noexcept = 0;
   /// The image in force; empty when there is none. Valid until the next tick's edge.
   virtual std::span<const std::uint8_t> active_image(std::uint8_t chamber) const noexcept = 0;
   /// Takes over the staged images of the chambers in `mask` (bit c: chamber c), all of them at the next

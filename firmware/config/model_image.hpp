@@ -61,7 +61,7 @@ enum class ImageError : std::uint8_t {
   no_such_chamber,   ///< the board has no chamber of that number
   predicts_worse,    ///< than the model in force, over the log that the board has of the chamber
   wrong_serial,      ///< the image is of another valve or sensor than the settings name
-  staged_by_another  ///< another master's upload session stands (see UploadSession)
+  staged_by_another  ///< another master's upload session stands (see UploadSession), or its set is being staged
 };
 
 /// ImageVerdict::parameter when the header's fit error is to blame, which is no parameter of the schema.

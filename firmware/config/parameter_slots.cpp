@@ -23,18 +23,51 @@ ImageVerdict ParameterSlots::stage(std::uint8_t chamber, std::span<const std::ui
 
 ImageVerdict ParameterSlots::check_and_stage(Slot& slot, bool pending,
                                              std::span<const std::uint8_t> image) noexcept {
-  if (!session_.admit()) return {.error = ImageError::staged_by_another};
+  if (!session_.admit() || set_.left() != 0) return {.error = ImageError::staged_by_another};
   // The commit's CRC was taken over the staged image, so that image may not change before it is active.
   if (pending) return {.error = ImageError::commit_pending};
+  return stage_checked(slot, image);
+}
+
+ImageVerdict ParameterSlots::stage_checked(Slot& slot, std::span<const std::uint8_t> image) noexcept {
   Set& staged = slot.staged_set();
   const ImageVerdict verdict = decode(image, staged.parameters);
-  staged.size = verdict ? image.size() : 0;
-  // decode() accepts no size beyond kMaxImageBytes.
+  discard_staged(slot);
+  if (!verdict) return verdict;
+  staged.size = image.size();  // decode() accepts none beyond kMaxImageBytes
   std::copy_n(image.begin(), staged.size, staged.image.begin());
+  return verdict;
+}
+
+SetHandIn ParameterSlots::hand_in(std::span<const std::uint8_t> set) noexcept {
+  if (!session_.admit() || set_.left() != 0) return SetHandIn::not_now;
+  if (!set_.take(set)) return SetHandIn::malformed;
+  staged_of_set_ = 0;
+  refused_of_set_ = 0;
+  return SetHandIn::taken;
+}
+
+void ParameterSlots::stage_next_of_set() noexcept {
+  const ModelSet::One one = set_.next();
+  Slot& slot = slots_[one.chamber];
+  slot.refusal = stage_checked(slot, one.image);
+  if (slot.refusal) {
+    doubt_or_try(slot, one.chamber);
+    staged_of_set_ = static_cast<std::uint8_t>(staged_of_set_ | 1U << one.chamber);
+    return;
+  }
+  set_.clear();
+  refused_of_set_ = static_cast<std::uint8_t>(one.chamber + 1);
+  for (std::size_t chamber = 0; chamber < kChambers; ++chamber) {
+    if (names(staged_of_set_, chamber)) discard_staged(slots_[chamber]);
+  }
+}
+
+void ParameterSlots::discard_staged(Slot& slot) noexcept {
+  slot.staged_set().size = 0;
   slot.doubt = {};
   slot.trial = {};
   slot.expected_serial = 0;
-  return verdict;
 }
 
 void ParameterSlots::doubt_or_try(Slot& slot, std::uint8_t chamber) noexcept {
@@ -73,7 +106,7 @@ std::span<const std::uint8_t> ParameterSlots::active_image(std::uint8_t chamber)
 CommitResult ParameterSlots::commit(std::uint8_t mask, std::uint32_t crc, std::uint32_t key) noexcept {
   if (key != kCommitKey && key != kForceKey) return CommitResult::wrong_key;
   if (mask == 0) return CommitResult::nothing_staged;
-  if (pending_ != 0) return CommitResult::not_now;
+  if (pending_ != 0 || set_.left() != 0) return CommitResult::not_now;
   std::array<std::uint32_t, kChambers> image_crcs{};
   std::size_t count = 0;
   for (std::size_t chamber = 0; chamber < kChambers; ++chamber) {
@@ -100,8 +133,7 @@ CommitResult ParameterSlots::commit(std::uint8_t mask, std::uint32_t crc, std::u
 std::uint8_t ParameterSlots::apply_at_tick_edge() noexcept {
   session_.tick();
   const std::uint8_t changed = pending_;
-  if (changed == 0) return 0;
-  ++generation_;
+  if (changed != 0) ++generation_;
   for (std::size_t chamber = 0; chamber < kChambers; ++chamber) {
     if (!names(changed, chamber)) continue;
     Slot& slot = slots_[chamber];
@@ -110,6 +142,7 @@ std::uint8_t ParameterSlots::apply_at_tick_edge() noexcept {
     slot.generation = generation_;
   }
   pending_ = 0;
+  if (set_.left() != 0) stage_next_of_set();  // after the swap: nothing waits for a commit any more
   return changed;
 }
 

@@ -1,6 +1,7 @@
 // The parameter sets of a board: for each chamber an active set and a staged one, swapped at a tick's edge.
 //
 //   stage(image): checked, decoded, staged, and compared with the active one by a ModelTrial
+//   hand_in(set): the same with the images of several chambers, one at each tick's edge; all are staged or none
 //     -> commit(mask, crc, key): pending -> apply_at_tick_edge(): active
 //
 // Invariants: an active set has passed every check of decode(), and was not doubted when it was committed, or was
@@ -17,6 +18,7 @@
 #include "firmware/config/limits.hpp"
 #include "firmware/config/model_desk.hpp"
 #include "firmware/config/model_image.hpp"
+#include "firmware/config/model_set.hpp"
 
 namespace plenum::config {
 
@@ -46,6 +48,8 @@ class ParameterSlots final : public ModelDesk {
   void expect(std::size_t chamber, const Serials& serials) noexcept { slots_[chamber].serials = serials; }
 
   ImageVerdict stage(std::uint8_t chamber, std::span<const std::uint8_t> image) noexcept override;
+  SetHandIn hand_in(std::span<const std::uint8_t> set) noexcept override;
+  SetProgress set_progress() const noexcept override { return {set_.left() != 0, refused_of_set_}; }
   std::span<const std::uint8_t> active_image(std::uint8_t chamber) const noexcept override;
   CommitResult commit(std::uint8_t mask, std::uint32_t crc, std::uint32_t key) noexcept override;
   SetState state(std::uint8_t chamber) const noexcept override;
@@ -61,7 +65,8 @@ class ParameterSlots final : public ModelDesk {
   /// The trial's result. Without effect when it is no longer wanted.
   void judge(std::size_t chamber, const TrialResult& result) noexcept;
 
-  /// A tick begins: swaps in the sets of a pending commit. Returns the chambers whose active set has changed
+  /// A tick begins: swaps in the sets of a pending commit, and stages one image of a set that was handed in. Returns the
+  /// chambers whose active set has changed
   /// (bit c: chamber c).
   std::uint8_t apply_at_tick_edge() noexcept;
 
@@ -96,12 +101,18 @@ class ParameterSlots final : public ModelDesk {
   };
 
   ImageVerdict check_and_stage(Slot& slot, bool pending, std::span<const std::uint8_t> image) noexcept;
+  static ImageVerdict stage_checked(Slot& slot, std::span<const std::uint8_t> image) noexcept;
+  void stage_next_of_set() noexcept;
+  static void discard_staged(Slot& slot) noexcept;
   void doubt_or_try(Slot& slot, std::uint8_t chamber) noexcept;
   static SetPhase phase_of(const Slot& slot) noexcept;
 
   ModelTrial* trial_;
   UploadSession session_;
   std::array<Slot, kChambers> slots_;
+  ModelSet set_;
+  std::uint8_t staged_of_set_ = 0;  // mask: staged so far
+  std::uint8_t refused_of_set_ = 0;
   std::uint8_t pending_ = 0;  // mask of the accepted commit that waits for the tick's edge
   std::uint32_t generation_ = 0;
 };

@@ -106,7 +106,7 @@ class HeldSession {
   HeldSession(const HeldSession&) = delete;
   HeldSession& operator=(const HeldSession&) = delete;
 
-  /// Before each image.
+  /// Before each set.
   void take() {
     try {
       session_.write(object::kUploadSession, 1, token_);
@@ -130,19 +130,57 @@ class HeldSession {
   bool held_ = false;
 };
 
-void stage(Session& session, const ModelUpload& upload) {
-  try {
-    session.sdo_write(chamber_index(object::kStagedModel, upload.chamber), 0, upload.image);
-  } catch (const SdoAbort& abort) {
-    // other aborts come from the transfer itself, and the reason in 2128h+c is then that of an earlier image
-    const bool by_the_desk =
-        is(abort, Abort::cannot_store) || is(abort, Abort::value_range) || is(abort, Abort::device_state);
-    if (!by_the_desk) throw;
-    const ImageError error = reason(session, upload);
-    if (error == ImageError::none) throw;
-    throw Refused(fmt::format("{}: model refused: {} (abort {:08X}h)", where(session, upload),
-                              refusal(session, upload, error), abort.code));
+using OfChamber = std::array<const ModelUpload*, kChambers>;  ///< null: none
+
+std::uint8_t mask_of(const OfChamber& uploads) {
+  unsigned mask = 0;
+  for (const ModelUpload* upload : uploads) mask |= upload != nullptr ? 1U << upload->chamber : 0U;
+  return static_cast<std::uint8_t>(mask);
+}
+
+/// What has become of the set, of which the board stages one image a tick: 0, or the chamber + 1 whose image was refused.
+std::uint8_t await_outcome(Session& session, double timeout_s) {
+  const double end_s = session.link().now_s() + timeout_s;
+  for (;;) {
+    const auto outcome = session.read<std::uint8_t>(object::kStagedSet, 2);
+    if (outcome != object::kSetUnderWay) return outcome;
+    if (session.link().now_s() >= end_s) {
+      throw Timeout(
+          fmt::format("node {}: the set of models was not staged within {} s", session.node_id(), timeout_s));
+    }
+    session.listen(kPoll_s);
   }
+}
+
+/// All images in one transfer: alone, each would take the five frames around it that a block transfer always has.
+void stage(Session& session, const OfChamber& uploads, double timeout_s) {
+  std::vector<std::uint8_t> set{mask_of(uploads)};
+  for (const ModelUpload* upload : uploads) {
+    if (upload != nullptr) set.insert(set.end(), upload->image.begin(), upload->image.end());
+  }
+  try {
+    session.sdo_write(object::kStagedSet, 1, set);
+  } catch (const SdoAbort& abort) {
+    if (is(abort, Abort::length_mismatch)) {
+      throw Refused(fmt::format("node {}: models refused: an image of the set {} (abort {:08X}h)",
+                                session.node_id(), plenum::config::describe(ImageError::wrong_size),
+                                abort.code));
+    }
+    if (is(abort, Abort::device_state)) {
+      throw Refused(fmt::format("node {}: models refused: the set {} (abort {:08X}h)", session.node_id(),
+                                plenum::config::describe(ImageError::staged_by_another), abort.code));
+    }
+    throw;
+  }
+  const std::uint8_t outcome = await_outcome(session, timeout_s);
+  if (outcome == 0) return;
+  if (outcome > kChambers || uploads[outcome - 1U] == nullptr) {
+    throw ProtocolError(fmt::format("node {}: outcome {} of a set of models, expected one of its chambers",
+                                    session.node_id(), outcome));
+  }
+  const ModelUpload& refused = *uploads[outcome - 1U];
+  throw Refused(fmt::format("{}: model refused: {}", where(session, refused),
+                            refusal(session, refused, reason(session, refused))));
 }
 
 void await_comparison(Session& session, const ModelUpload& upload) {
@@ -174,7 +212,7 @@ void await_take_over(Session& session, const ModelUpload& upload, double timeout
 }  // namespace
 
 void Session::upload_models(std::span<const ModelUpload> uploads, Doubted doubted) {
-  std::array<const ModelUpload*, kChambers> of_chamber{};
+  OfChamber of_chamber{};
   for (const ModelUpload& upload : uploads) {
     if (upload.chamber >= kChambers) {
       throw std::invalid_argument(fmt::format("node {}: model for chamber {}, expected 1..{}", node_id_,
@@ -189,19 +227,16 @@ void Session::upload_models(std::span<const ModelUpload> uploads, Doubted doubte
   if (uploads.empty()) return;
 
   HeldSession held(*this);
-  for (const ModelUpload& upload : uploads) {
-    held.take();
-    stage(*this, upload);
-  }
-  unsigned mask = 0;
+  held.take();
+  stage(*this, of_chamber, config_.state_timeout_s);
+  const std::uint8_t mask = mask_of(of_chamber);
   std::vector<std::uint32_t> crcs;
   for (const ModelUpload* upload : of_chamber) {
     if (upload == nullptr) continue;
-    mask |= 1U << upload->chamber;
     crcs.push_back(plenum::config::trailing_crc(upload->image));
     if (doubted == Doubted::refuse) await_comparison(*this, *upload);
   }
-  write(object::kCommit, 1, static_cast<std::uint8_t>(mask));
+  write(object::kCommit, 1, mask);
   write(object::kCommit, 2, plenum::config::commit_crc(crcs));
   try {
     write(object::kCommit, 3,

@@ -13,6 +13,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "firmware/canopen/crc16.hpp"
 #include "firmware/canopen/node.hpp"
@@ -143,6 +144,7 @@ class Bench {
         count_segments(image);
       }
     }
+    count_set(image);
     std::array<std::uint32_t, config::kChambers> crcs{};
     crcs.fill(config::trailing_crc(image));
     write(canopen::object::kCommit, 1, 0xFF, 1);
@@ -318,6 +320,23 @@ class Bench {
       count(is_last ? "segmented download, last" : "segmented download", frame_of(kRequest, segment));
     }
     expect(last_.data[0] != 0x80, "a segmented download is taken");
+  }
+
+  /// Eight images in one block transfer, and the ticks that stage them.
+  void count_set(std::span<const std::uint8_t> image) {
+    std::vector<std::uint8_t> set{0xFF};
+    for (std::size_t chamber = 0; chamber < config::kChambers; ++chamber)
+      set.insert(set.end(), image.begin(), image.end());
+    const auto size = static_cast<std::uint32_t>(set.size());
+    count("block download", kRequest, {0xC6, 0x22, 0x21, 1, byte_of(size, 0), byte_of(size, 1), 0, 0});
+    count_block(set);
+    for (std::size_t chamber = 0; chamber < config::kChambers; ++chamber) {
+      CALLGRIND_TOGGLE_COLLECT;
+      static_cast<void>(slots_.apply_at_tick_edge());
+      CALLGRIND_TOGGLE_COLLECT;
+      CALLGRIND_DUMP_STATS_AT("tick's edge that stages an image of a set");
+    }
+    expect(!slots_.set_progress().staging && slots_.set_progress().refused == 0, "a set is staged");
   }
 
   /// Four RPDOs of four set points, twelve TPDOs of eight bytes, all with each SYNC.

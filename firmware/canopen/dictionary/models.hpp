@@ -37,6 +37,24 @@ inline Abort write_staged_model(Device& device, Place at, std::span<const std::u
   }
 }
 
+inline Abort write_staged_set(Device& device, Place, std::span<const std::uint8_t> set) noexcept {
+  switch (device.desk.hand_in(set)) {
+    case config::SetHandIn::taken:
+      return Abort::none;
+    case config::SetHandIn::malformed:
+      return Abort::length_mismatch;
+    case config::SetHandIn::not_now:
+      return Abort::device_state;
+  }
+  return Abort::general;
+}
+
+inline Abort read_set_outcome(const Device& device, Place, std::uint32_t& bits) noexcept {
+  const config::SetProgress progress = device.desk.set_progress();
+  bits = progress.staging ? object::kSetUnderWay : progress.refused;
+  return Abort::none;
+}
+
 inline std::span<const std::uint8_t> read_active_model(const Device& device, Place at) noexcept {
   return device.desk.active_image(at.instance);
 }
@@ -145,7 +163,7 @@ inline constexpr Entry kModelRows[] = {
     value(0x2100, 1, kOnce, "Schema hash", unsigned32, constant, no, kAny, read_schema_hash),
     value(0x2100, 2, kOnce, "Parameter count", unsigned16, constant, no, kAny, read_schema_count),
     value(0x2100, 3, kOnce, "Scalar format", unsigned8, constant, no, kAny, fixed<kScalarFormat>),
-    bytes(0x2110, kChambersNext, "Staged model image", domain, write_only, nullptr, write_staged_model),
+    domain_taken(0x2110, kChambersNext, "Staged model image", config::kMaxImageBytes, write_staged_model),
     bytes(0x2118, kChambersNext, "Active model image", domain, read_only, read_active_model),
     highest<3>(0x2120, kOnce, "Commit of staged models"),
     value(0x2120, 1, kOnce, "Commit: chamber mask", unsigned8, read_write, no, kAny,
@@ -160,6 +178,12 @@ inline constexpr Entry kModelRows[] = {
           release_upload_session),
     value(0x2121, 3, kOnce, "Upload session: time left [ms]", unsigned16, read_only, no, kAny,
           read_upload_session),
+    highest<2>(object::kStagedSet, kOnce, "Staged models of several chambers"),
+    at_sub(1, domain_taken(object::kStagedSet, kOnce, "Mask and model images", config::kMaxSetBytes,
+                           write_staged_set)),
+    value(object::kStagedSet, 2, kOnce,
+          "Outcome (0 staged, 1 to 8 none: that chamber's refused, 255 under way)", unsigned8, read_only, no,
+          kAny, read_set_outcome),
     highest<13>(0x2128, kChambersNext, "State of the parameter set"),
     value(0x2128, 1, kChambersNext, "State of the set", unsigned8, read_only, no, kAny, read_set_state),
     value(0x2128, 2, kChambersNext, "Reason of refusal", unsigned8, read_only, no, kAny, read_set_state),

@@ -137,6 +137,14 @@ constexpr Entry bytes(std::uint16_t index, Many many, const char* name, DataType
           Mappable::no, kAny, nullptr, nullptr,        read,        write};
 }
 
+/// A DOMAIN that is written, at most `most_bytes` long.
+constexpr Entry domain_taken(std::uint16_t index, Many many, const char* name, std::size_t most_bytes,
+                             WriteBytes write) {
+  Entry entry = bytes(index, many, name, DataType::domain, Access::write_only, nullptr, write);
+  entry.most_bytes = static_cast<std::uint16_t>(most_bytes);
+  return entry;
+}
+
 /// The same row at another sub-index.
 constexpr Entry at_sub(std::uint8_t sub, Entry row) {
   row.sub = row.last_sub = sub;

@@ -83,8 +83,8 @@ TEST(Board, RefusedUploadOrCommitNeverDisturbsTheActiveModel) {
   Bench bench, twin;
   for (Bench* one : {&bench, &twin}) one->go_active(300.0);
   const auto run_both = [&](const char* after) {
+    while (twin.ticks < bench.ticks) twin.tick();  // an upload takes ticks
     bench.setpoint_kPa = twin.setpoint_kPa += 10.0;
-    while (twin.ticks < bench.ticks) twin.tick();
     for (int i = 0; i < 5; ++i) {
       bench.tick();
       twin.tick();

@@ -40,6 +40,11 @@ class FakeDesk final : public config::ModelDesk {
     ++commits;
     return config::CommitResult::accepted;
   }
+  config::SetHandIn hand_in(std::span<const std::uint8_t> set) noexcept override {
+    handed_in.assign(set.begin(), set.end());
+    return hand_in_result;
+  }
+  config::SetProgress set_progress() const noexcept override { return progress; }
   config::SetState state(std::uint8_t chamber) const noexcept override {
     config::SetState state;
     state.phase = config::SetPhase::refused;
@@ -58,6 +63,9 @@ class FakeDesk final : public config::ModelDesk {
   config::UploadSession session;
   config::ImageError refusal = config::ImageError::bad_crc;
   config::CommitResult held_back = config::CommitResult::accepted;
+  config::SetHandIn hand_in_result = config::SetHandIn::taken;
+  config::SetProgress progress;
+  std::vector<std::uint8_t> handed_in;
   int stagings = 0;
   int commits = 0;
   std::array<std::vector<std::uint8_t>, config::kChambers> staged;

@@ -1,6 +1,8 @@
 // Objects 2121h and 2128h: who uploads, and what has become of what was handed in.
 #include <gtest/gtest.h>
 
+#include <utility>
+
 #include "tests/firmware/canopen/bench.hpp"
 
 namespace plenum::canopen {
@@ -21,6 +23,32 @@ TEST(UploadSessionObject, BelongsToOneTokenAtATime) {
 TEST(UploadSessionObject, KnowsNoToken0) {
   Bench bench;
   EXPECT_EQ(bench.answer("605 23 21 21 01 00 00 00 00"), "585 80 21 21 01 30 00 09 06");
+}
+
+TEST(StagedSetObject, HandsInWhatItTakesAndTellsTheOutcome) {
+  for (const auto& [result, answer] :
+       {std::pair{config::SetHandIn::taken, "585 20 00 00 00 00 00 00 00"},
+        std::pair{config::SetHandIn::malformed, "585 80 22 21 01 10 00 07 06"},
+        std::pair{config::SetHandIn::not_now, "585 80 22 21 01 22 00 00 08"}}) {
+    Bench bench;
+    bench.desk.hand_in_result = result;
+    ASSERT_EQ(bench.answer("605 21 22 21 01 05 00 00 00"), "585 60 22 21 01 00 00 00 00");
+    EXPECT_EQ(bench.answer("605 05 01 02 03 04 05 00 00"), answer);
+    EXPECT_EQ(bench.desk.handed_in, (std::vector<std::uint8_t>{1, 2, 3, 4, 5}));
+  }
+  Bench bench;
+  EXPECT_EQ(bench.answer("605 40 22 21 02 00 00 00 00"), "585 4F 22 21 02 00 00 00 00");
+  bench.desk.progress = {.staging = true, .refused = 0};
+  EXPECT_EQ(bench.answer("605 40 22 21 02 00 00 00 00"), "585 4F 22 21 02 FF 00 00 00");
+  bench.desk.progress = {.staging = false, .refused = 8};
+  EXPECT_EQ(bench.answer("605 40 22 21 02 00 00 00 00"), "585 4F 22 21 02 08 00 00 00");
+}
+
+// 1281 bytes are 05 01h: eight of the largest images and the mask.
+TEST(StagedSetObject, TakesEightOfTheLargestImagesAndNoByteMore) {
+  Bench bench;
+  EXPECT_EQ(bench.answer("605 C2 22 21 01 02 05 00 00"), "585 80 22 21 01 12 00 07 06");
+  EXPECT_EQ(bench.answer("605 C2 22 21 01 01 05 00 00"), "585 A4 22 21 01 7F 00 00 00");
 }
 
 TEST(ModelParameters, AreThoseOfTheImageInForce) {
