@@ -1,0 +1,3 @@
+add_executable(plenum_model_form_bench ${CMAKE_CURRENT_LIST_DIR}/model_form.cpp)
+target_link_libraries(plenum_model_form_bench PRIVATE plenum_firmware plenum_identify plenum_plant plenum_warnings Threads::Threads)
+plenum_bench(NAME model COMMAND plenum_model_form_bench)
