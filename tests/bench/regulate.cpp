@@ -2,7 +2,7 @@
 // demo).
 //
 //   capture (excitation on the board) -> identify -> upload over CAN -> capture in closed loop -> identify ->
-//   upload
+//   upload (what the board refuses, because it predicts worse than the model in force, stays out)
 //   -> follow references over CAN, judged on the plant's own pressure at the tick's edges
 //
 // regulate.rmse_vs_tuned_pi: RMS error over sines of 0.5 to 4 Hz, a trapezoid and a filtered random
@@ -14,6 +14,9 @@
 // regulate.settle_vs_time_optimal: time from a step of the set point (sent without preview) until the
 // pressure stays within 1 % of span, over the bang-bang time of the true plant in its state at the step plus
 // two ticks. regulate.overshoot_percent: the farthest beyond the target after such a step, of span.
+//
+// With the word `models`: model.regulate_*, the same line with the board's grey-box model beside the one with its 9-parameter
+// model, without the PI.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -24,12 +27,14 @@
 #include <numbers>
 #include <optional>
 #include <stdexcept>
+#include <string_view>
 #include <thread>
 #include <vector>
 
 #include "host-sim/client/capture.hpp"
 #include "host-sim/client/model_bytes.hpp"
 #include "host-sim/client/session.hpp"
+#include "host-sim/identify/chamber/fit_greybox.hpp"
 #include "host-sim/identify/profile.hpp"
 #include "host-sim/plant/reach.hpp"
 #include "host-sim/rig/standard_rigs.hpp"
@@ -73,29 +78,45 @@ trace::Log log_of(const std::vector<client::CapturedRow>& rows, unsigned chamber
   return log;
 }
 
-client::ModelUpload identified(const std::vector<client::CapturedRow>& rows, unsigned chamber) {
+enum class Kind { tassa9, greybox };
+
+client::ModelUpload identified(const std::vector<client::CapturedRow>& rows, unsigned chamber, Kind kind) {
   trace::RigDescription description;
   description.supply.pressure_Pa = 700'000.0;
   description.ambient.pressure_Pa = 100'000.0;
   const std::vector<trace::Log> logs{log_of(rows, chamber)};
+  const auto number = static_cast<std::uint8_t>(chamber);
+  if (kind == Kind::greybox) {
+    const auto fit = identify::chamber::fit_greybox(logs, description);
+    fmt::print(stderr, "chamber {}: held out {:.2f} kPa, next tick {:.2f} kPa, free run {:.2f} kPa\n",
+               chamber + 1, fit.rms_heldout_kPa, fit.rms_next_tick_kPa, fit.rms_free_run_kPa);
+    const trace::ModelFile file = identify::chamber::to_model_file(fit, chamber);
+    return {number, client::encode_model(file.kind, file.parameters, {})};
+  }
   identify::FitOptions options;
   options.stretch_s = 0.2;
   const identify::Tassa9Fit fit = identify::fit_tassa9_profiled(logs, description, options);
   fmt::print(stderr, "chamber {}: c_gamma {} V, one-step {:.2f} kPa, free run {:.2f} kPa\n", chamber + 1,
              fit.model.c_gamma_V, fit.rms_one_step_kPa, fit.rms_free_run_kPa);
-  return {static_cast<std::uint8_t>(chamber), client::encode_model("tassa9", fit.model.image(), {})};
+  return {number, client::encode_model("tassa9", fit.model.image(), {})};
 }
 
-void identify_and_upload(client::Session& session, const std::vector<client::CapturedRow>& rows) {
+void identify_and_upload(client::Session& session, const std::vector<client::CapturedRow>& rows, Kind kind) {
   std::vector<client::ModelUpload> uploads(kChambers);
   std::vector<std::thread> threads;
   for (unsigned half = 0; half < 2; ++half) {
     threads.emplace_back([&, half] {
-      for (unsigned c = half; c < kChambers; c += 2) uploads[c] = identified(rows, c);
+      for (unsigned c = half; c < kChambers; c += 2) uploads[c] = identified(rows, c, kind);
     });
   }
   for (std::thread& thread : threads) thread.join();
-  session.upload_models(uploads);
+  for (const client::ModelUpload& upload : uploads) {
+    try {
+      session.upload_model(upload.chamber, upload.image);
+    } catch (const client::Refused& refused) {  // it predicts worse than the one in force, which stays
+      fmt::print(stderr, "{}\n", refused.what());
+    }
+  }
 }
 
 /// The slowest that full opening moves a chamber's pressure, either way, between the two pressures [Pa/s].
@@ -289,15 +310,16 @@ struct Result {
   int steps = 0;
 };
 
-void measure(std::uint64_t seed, Result& result) {
+void measure(std::uint64_t seed, Kind kind_of_model, bool beside_pi, Result& result) {
   rig::Rig rig(rig::mpye_rig({.seed = seed}));
   WatchedLink link(rig);
   client::Session session(link, 1);
 
-  identify_and_upload(session, client::capture(session, {.seconds = 60.0}));
+  identify_and_upload(session, client::capture(session, {.seconds = 60.0}), kind_of_model);
   identify_and_upload(
       session,
-      client::follow(session, client::random_references(kChambers, 60.0, 130'000.0, 600'000.0, 1), {}));
+      client::follow(session, client::random_references(kChambers, 60.0, 130'000.0, 600'000.0, 1), {}),
+      kind_of_model);
 
   std::vector<std::vector<Series>> reference_of(kChambers);  // by chamber, then kind
   std::vector<std::vector<plant::ChamberPlant>> start(kChambers);
@@ -322,6 +344,7 @@ void measure(std::uint64_t seed, Result& result) {
   std::array<double, kChambers> pi_blind_square{};
   std::vector<std::thread> threads;
   for (unsigned half = 0; half < 2; ++half) {
+    if (!beside_pi) break;
     threads.emplace_back([&, half] {
       for (unsigned c = half; c < kChambers; c += 2) {
         pi_blind_square[c] = tuned_pi_mean_square(start[c], reference_of[c], c, 0);
@@ -334,9 +357,12 @@ void measure(std::uint64_t seed, Result& result) {
   }
   for (std::thread& thread : threads) thread.join();
   for (unsigned c = 0; c < kChambers; ++c) {
-    fmt::print(stderr, "chamber {}: RMSE {:.2f} kPa, PI {:.2f} kPa, PI without preview {:.2f} kPa\n", c + 1,
-               std::sqrt(square[c]) / 1e3, std::sqrt(pi_square[c]) / 1e3,
-               std::sqrt(pi_blind_square[c]) / 1e3);
+    fmt::print(stderr, "chamber {}: RMSE {:.2f} kPa", c + 1, std::sqrt(square[c]) / 1e3);
+    if (beside_pi) {
+      fmt::print(stderr, ", PI {:.2f} kPa, PI without preview {:.2f} kPa", std::sqrt(pi_square[c]) / 1e3,
+                 std::sqrt(pi_blind_square[c]) / 1e3);
+    }
+    fmt::print(stderr, "\n");
     result.ours_Pa2 += square[c];
     result.pi_Pa2 += pi_square[c];
     result.pi_blind_Pa2 += pi_blind_square[c];
@@ -380,13 +406,39 @@ void measure(std::uint64_t seed, Result& result) {
   }
 }
 
+/// Rigs on which no constant of the regulator was chosen.
+Result measured(Kind kind, bool beside_pi) {
+  Result result;
+  for (const std::uint64_t seed : {101U, 102U, 103U}) measure(seed, kind, beside_pi, result);
+  return result;
+}
+
+double rmse_kPa(const Result& result) {
+  return std::sqrt(result.ours_Pa2 / result.chambers) / 1e3;
+}
+
+void compare_models() {
+  const Result nine = measured(Kind::tassa9, false);
+  const Result greybox = measured(Kind::greybox, false);
+  print_row("model.regulate_rmse_vs_tassa9", rmse_kPa(greybox) / rmse_kPa(nine), "1", "0.5",
+            "the 9-parameter model, kPa", rmse_kPa(nine));
+  print_row("model.regulate_settle_vs_time_optimal", greybox.ratio_sum / greybox.steps, "1", "null",
+            "the 9-parameter model", nine.ratio_sum / nine.steps);
+  print_row("model.regulate_settle_vs_time_optimal_worst", greybox.worst_ratio, "1", "null",
+            "the 9-parameter model", nine.worst_ratio);
+  print_row("model.regulate_overshoot_percent", 100.0 * greybox.overshoot_Pa / kSpan_Pa, "% of span", "null",
+            "the 9-parameter model", 100.0 * nine.overshoot_Pa / kSpan_Pa);
+}
+
 }  // namespace
 
-int main() {
-  // Rigs on which no constant of the regulator was chosen.
-  Result result;
-  for (const std::uint64_t seed : {101U, 102U, 103U}) measure(seed, result);
-  const double ours_kPa = std::sqrt(result.ours_Pa2 / result.chambers) / 1e3;
+int main(int count, char** words) {
+  if (count == 2 && std::string_view(words[1]) == "models") {
+    compare_models();
+    return 0;
+  }
+  const Result result = measured(Kind::tassa9, true);
+  const double ours_kPa = rmse_kPa(result);
   const double pi_kPa = std::sqrt(result.pi_Pa2 / result.chambers) / 1e3;
   const double pi_blind_kPa = std::sqrt(result.pi_blind_Pa2 / result.chambers) / 1e3;
   print_row("regulate.rmse_kPa", ours_kPa, "kPa", "null");
