@@ -180,8 +180,8 @@ ImageVerdict validate_tassa9r(const ModelParameters& parameters) noexcept {
 
 /// `slope`: the parameter to blame.
 ImageVerdict validate_port(const ValveCurve& port, GreyboxParameter slope) noexcept {
-  constexpr int kSteps = 100;
-  constexpr float kStep_V = kCommandSpan_V / kSteps;
+  constexpr int kSteps = 10;
+  constexpr float kStep_V = kLeastOpening_V / kSteps;
   float before_V = 0.0F;
   for (int i = 1; i <= kSteps; ++i) {
     const float opening_V = kStep_V * static_cast<float>(i);

@@ -88,6 +88,9 @@ const char* describe(ImageError error) noexcept;
 /// off by less than this (six roundings of numbers below 20 V, 2^-20 V at most each).
 inline constexpr float kRateMargin_V = 1e-5F;
 
+/// So far the ports of a grey-box model must open.
+inline constexpr float kLeastOpening_V = 1.0F;
+
 /// Full range of a valve command [V].
 inline constexpr float kCommandSpan_V = 10.0F;
 
@@ -107,9 +110,9 @@ inline constexpr float kCommandSpan_V = 10.0F;
 /// Joint conditions of greybox (control/greybox.hpp), answered likewise:
 ///  - supply_kPa > ambient_kPa;
 ///  - cracking_ratio above critical_ratio by at least 0.05;
-///  - the opening of each port (valve_curve.hpp) rises with the command: checked at each 0.1 V up to 10 V, the answer blames
-///    the port's slope and tells in `low` and `high` the opening [V] from and to which it falls. Without that the inverse
-///    has no answer.
+///  - each port (valve_curve.hpp) opens the farther the farther its command goes beyond its opening voltage, for
+///    kLeastOpening_V at least: checked at each 0.1 V, the answer blames the port's slope and tells in `low` and `high` the
+///    opening [V] from and to which it falls. Farther on a curve that falls counts as saturated.
 ImageVerdict validate(const ModelParameters& parameters) noexcept;
 
 /// Writes the image. Returns its size; 0 when `bytes` is too small, the kind is unknown or the count is not

@@ -170,6 +170,11 @@ void Greybox::configure(std::span<const Scalar, kParameters> parameters, Scalar 
     node_[i] = {inlet.conductance_mL_s(node_V_[i] - parameters[kOpenAbove]),
                 exhaust.conductance_mL_s(parameters[kExhaustBelow] - node_V_[i])};
   }
+  // a port that has opened does not shut again as the command goes on: beyond its largest opening it is saturated
+  for (std::size_t i = 1; i < kNodes; ++i) {
+    node_[i].inlet = max(node_[i].inlet, node_[i - 1].inlet);
+    node_[kNodes - 1 - i].exhaust = max(node_[kNodes - 1 - i].exhaust, node_[kNodes - i].exhaust);
+  }
   for (std::size_t i = 0; i + 1 < kNodes; ++i) {
     slope_[i] = slope_between(node_[i], node_[i + 1], node_V_[i + 1] - node_V_[i]);
   }

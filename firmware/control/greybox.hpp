@@ -20,7 +20,8 @@
 // with the command because the flow does, at every pressure.
 //
 // C(u) is tabulated at kNodes commands and linear between them: that table is the model, in step() as in inverse(), so that
-// no tick takes a root or a power.
+// no tick takes a root or a power. Where a curve falls beyond its largest opening (a polynomial of the opening does, past what it
+// was fitted to) the port counts as saturated: the end goes on rising with the command, and the inverse has its answer.
 //
 // Source: (G1) is (4) of "Modeling and Identification of Pneumatic Actuators", psi_0 its thin plate (1): that is r_b = r*,
 // r_a = 1, beta = 1/2, k = 0. The other figures carry ISO 6358's critical ratio and subsonic index, cracking and discharge

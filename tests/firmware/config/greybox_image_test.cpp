@@ -94,5 +94,10 @@ TEST(GreyboxImage, APortThatShutsAgainOnItsWayIsRefusedWithWhere) {
   EXPECT_TRUE(with("exhaust_slope", -0.9F));
 }
 
+TEST(GreyboxImage, APortThatSaturatesFartherOnIsTaken) {
+  // d/do [o - 1.5 o^2/(o + 2)] = 0 at (o + 2)^2 = 1.5 (o^2 + 4 o), o = 2 sqrt(3) - 2 = 1.46 V
+  EXPECT_TRUE(with("inlet_slope", -1.5F));
+}
+
 }  // namespace
 }  // namespace plenum::config

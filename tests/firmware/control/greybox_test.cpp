@@ -281,6 +281,26 @@ Case anywhere(std::mt19937& random) {
   return of;
 }
 
+TEST(Greybox, APortWhoseCurveFallsStaysAsOpenAsItWas) {
+  // m = 1 - 1.4 g^2: o m is largest where (o + 2)^3 = 1.4 o^2 (o + 6), at 4.01 V
+  Set set = small_valve();
+  set[Greybox::kInletCurve] = set[Greybox::kExhaustCurve] = -1.4F;
+  set[Greybox::kOpenAbove] = 5.0F;
+  set[Greybox::kExhaustBelow] = 5.0F;
+  const Greybox model = model_of(set);
+  const ChamberMotion motion{.volume_mL = 200, .volume_rate_mL_s = 0};
+  const auto end_kPa = [&](float command_V) { return model.step(300, command_V, motion, 1).end_kPa; };
+  const auto exact_kPa = [&](double command_V) {
+    return integrated({set, motion, 300}, command_V, 0.01).end_kPa;
+  };
+  EXPECT_NEAR(end_kPa(8.0F), exact_kPa(8.0), 0.1) << "on its way";
+  EXPECT_NEAR(end_kPa(9.9F), exact_kPa(9.01), 0.1) << "saturated";
+  EXPECT_LT(exact_kPa(9.9), exact_kPa(9.01) - 0.05) << "what the curve itself would do";
+  EXPECT_NEAR(end_kPa(0.1F), exact_kPa(0.99), 0.1);
+  for (float command_V = 0.1F; command_V < 10; command_V += 0.1F)
+    EXPECT_GE(end_kPa(command_V), end_kPa(command_V - 0.1F)) << command_V << " V";
+}
+
 TEST(Greybox, NoCommandLeadsNearerToATargetThanItsInverse) {
   std::mt19937 random(5);
   std::uniform_real_distribution<float> away(-0.2F, 0.2F);
