@@ -24,6 +24,7 @@ struct Identity {
   std::uint32_t product_code = 0;
   std::uint32_t revision = 0;
   std::uint32_t serial = 0;
+  const char* vendor_name = "Plenum";
   const char* device_name = "Plenum valve board";
   const char* hardware_version = "simulated";
   const char* software_version = "0.1.0";

@@ -72,7 +72,7 @@ constexpr HeadLine kBeforeComments[] = {
     {"ModifiedBy=the board"},
     {""},
     {"[DeviceInfo]"},
-    {"VendorName=Plenum"},
+    {"VendorName=", put_text<&Identity::vendor_name>},
     {"VendorNumber=", put_number<&Identity::vendor_id>},
     {"ProductName=", put_text<&Identity::device_name>},
     {"ProductNumber=", put_number<&Identity::product_code>},

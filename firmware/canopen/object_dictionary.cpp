@@ -5,6 +5,7 @@
 
 #include "firmware/canopen/dictionary/capture.hpp"
 #include "firmware/canopen/dictionary/communication.hpp"
+#include "firmware/canopen/dictionary/faults.hpp"
 #include "firmware/canopen/dictionary/fluid_power.hpp"
 #include "firmware/canopen/dictionary/models.hpp"
 #include "firmware/canopen/dictionary/pdo.hpp"
@@ -32,7 +33,7 @@ constexpr auto kTable =
            dictionary::kStoreRows, dictionary::kModelParameterRows, dictionary::kProcessRows,
            dictionary::kCaptureRows, dictionary::kChamberFloatRows.row, dictionary::kChamberTickRows.row,
            dictionary::kChamberChoiceRows, dictionary::kBoardFloatRows.row, dictionary::kBoardTickRows.row,
-           dictionary::kRefusalRows, dictionary::kFluidPowerRows);
+           dictionary::kRefusalRows, dictionary::kFaultRows, dictionary::kFluidPowerRows);
 
 constexpr bool before(const Entry& a, const Entry& b) {
   return a.index < b.index || (a.index == b.index && a.sub < b.sub);

@@ -94,7 +94,7 @@ int main() {
   row("wire_efficiency_greybox", upload_set(ModelKind::greybox), "null");
   if (!staged()) return 1;
   row("wire_efficiency_one_image", efficiency([&] {
-        const std::vector<std::uint8_t> image = model_image(ModelKind::tassa9);
+        std::vector<std::uint8_t> image = model_image(ModelKind::tassa9);
         session.sdo_write(plenum::canopen::object::kStagedModel, 0, image);
         return image;
       }),

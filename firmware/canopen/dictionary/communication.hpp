@@ -12,11 +12,6 @@ Abort read_identity(const Device& device, Place, std::uint32_t& bits) noexcept {
   return Abort::none;
 }
 
-template <const char* Identity::*member>
-std::span<const std::uint8_t> read_string(const Device& device, Place) noexcept {
-  return text_bytes(device.config.identity.*member);
-}
-
 // ---- errors ----
 
 inline Abort read_error_register(const Device& device, Place, std::uint32_t& bits) noexcept {

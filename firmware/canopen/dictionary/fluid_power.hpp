@@ -81,6 +81,10 @@ inline constexpr Entry kFluidPowerRows[] = {
     value(0x604E, 0, kOnce, "Error code", unsigned16, read_only, transmit, kAny, read_error_code),
     value(0x604F, 0, kOnce, "Local (0: the bus has control)", integer8, constant, no, kAny, fixed<0>),
 
+    bytes(0x6054, kOnce, "Device model description", visible_string, constant,
+          read_string<&Identity::device_name>),
+    bytes(0x6057, kOnce, "Device vendor name", visible_string, constant, read_string<&Identity::vendor_name>),
+
     // CiA 408: pressure control, per chamber; pressures are absolute, in mbar
     highest<3>(0x6380, kChambersApart, "Set point"),
     value(0x6380, 1, kChambersApart, "Set point", integer16, read_write, receive_and_transmit,

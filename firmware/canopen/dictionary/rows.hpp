@@ -100,6 +100,11 @@ Abort write_communication(Device& device, Place, std::uint32_t bits) noexcept {
   return Abort::none;
 }
 
+template <const char* Identity::*member>
+std::span<const std::uint8_t> read_string(const Device& device, Place) noexcept {
+  return text_bytes(device.config.identity.*member);
+}
+
 struct Many {
   std::uint8_t instances;
   std::uint16_t stride;

@@ -175,5 +175,32 @@ TEST(ObjectDictionary, PutsTheChambersAtTheirStrides) {
   EXPECT_EQ(bench.answer("605 40 D0 6B 03 00 00 00 00"), "585 4F D0 6B 03 FD 00 00 00");
 }
 
+// The codes and reactions as the documents of the board have them, priority by priority.
+TEST(FaultReactions, AreThoseOfTheSupervisor) {
+  Bench bench;
+  const auto read = [&](const char* sub) {
+    return bench.answer("605 40 30 28 " + std::string(sub) + " 00 00 00 00").substr(16);
+  };
+  EXPECT_EQ(bench.answer("605 40 30 28 00 00 00 00 00"), "585 4F 30 28 00 14 00 00 00") << "20 faults";
+  EXPECT_EQ(read("01"), "00 90 02 00") << "emergency stop 9000h: safe, of the board";
+  EXPECT_EQ(read("03"), "02 83 03 01") << "over-pressure 8302h: vent, of a chamber";
+  EXPECT_EQ(read("0F"), "50 82 02 00") << "set-point timeout 8250h: safe, of the board";
+  EXPECT_EQ(read("10"), "12 34 01 00") << "supply low 3412h: hold, of the board";
+  EXPECT_EQ(read("11"), "02 FF 01 01") << "model residual FF02h: hold, of a chamber";
+  EXPECT_EQ(read("14"), "20 81 00 02") << "error passive 8120h: none, clears by itself";
+  EXPECT_EQ(bench.answer("605 40 30 28 15 00 00 00 00"), "585 80 30 28 15 11 00 09 06");
+  EXPECT_EQ(bench.answer("605 23 30 28 01 00 90 00 00"), "585 80 30 28 01 02 00 01 06") << "read only";
+}
+
+TEST(DeviceIdentity, IsToldByCia408AsByCia301) {
+  Bench bench;
+  EXPECT_EQ(bench.answer("605 40 57 60 00 00 00 00 00"), "585 41 57 60 00 06 00 00 00");
+  EXPECT_EQ(bench.answer("605 60 00 00 00 00 00 00 00"), "585 03 50 6C 65 6E 75 6D 00") << "Plenum";
+  EXPECT_EQ(bench.answer("605 40 54 60 00 00 00 00 00").substr(16),
+            bench.answer("605 40 08 10 00 00 00 00 00").substr(16));
+  EXPECT_EQ(bench.answer("605 60 00 00 00 00 00 00 00"), "585 00 50 6C 65 6E 75 6D 20")
+      << "Plenum valve board";
+}
+
 }  // namespace
 }  // namespace plenum::canopen

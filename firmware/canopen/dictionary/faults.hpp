@@ -1,0 +1,32 @@
+// Object 2830h (own): what the board does about each of its faults, as the supervisor has it.
+//
+// Read only: a reaction belongs to the proof that no fault lets a chamber go on unwatched (safety/README.md), and is
+// no setting.
+#pragma once
+
+#include "firmware/canopen/dictionary/rows.hpp"
+#include "firmware/safety/faults.hpp"
+
+namespace plenum::canopen::dictionary {
+
+constexpr std::uint32_t kOfAChamber = 1U << 24;
+constexpr std::uint32_t kClearsByItself = 1U << 25;
+
+/// Sub-index k is the k-th fault in order of priority: code | reaction << 16 | traits.
+inline Abort read_fault_reaction(const Device&, Place at, std::uint32_t& bits) noexcept {
+  const safety::FaultSpec& fault = safety::fault_table()[at.sub - std::size_t{1}];
+  bits = fault.code | static_cast<std::uint32_t>(fault.reaction) << 16;
+  if (fault.scope == safety::Scope::chamber) bits |= kOfAChamber;
+  if (fault.clears == safety::Clears::by_itself) bits |= kClearsByItself;
+  return Abort::none;
+}
+
+inline constexpr Entry kFaultRows[] = {
+    highest<safety::kFaults>(0x2830, kOnce, "Fault reactions, the most urgent first"),
+    value(0x2830, {1, safety::kFaults}, kOnce,
+          "Code; byte 2: 0 none, 1 hold, 2 safe, 3 vent; byte 3: bit 0 of a chamber, bit 1 clears by itself; "
+          "fault",
+          unsigned32, constant, no, kAny, read_fault_reaction),
+};
+
+}  // namespace plenum::canopen::dictionary
