@@ -29,7 +29,7 @@ bool ModelSet::take(std::span<const std::uint8_t> bytes) noexcept {
   size_ = bytes.size();
   at_ = kImagesBegin;
   std::size_t end = kImagesBegin;
-  for (int images = std::popcount(bytes[0]); images > 0; --images) {
+  for (unsigned chambers = bytes[0]; chambers != 0; chambers &= chambers - 1) {
     const std::size_t length = image_at(end).size();
     if (length == 0) return false;
     end += length;
