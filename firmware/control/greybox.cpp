@@ -27,6 +27,9 @@ constexpr Scalar kClose_kPa = Scalar(2e-4);
 /// Of f, from a corner to the next: where it would come to rest on its way it does not pass.
 constexpr Scalar kMostSlowed = Scalar(-0.9999999);
 
+/// Share of the time left that a corner must be reached in to be passed beyond the reach of rounding.
+constexpr Scalar kSurely = Scalar(0.999);
+
 /// Below this slope Newton's step is left to the bracket.
 constexpr Scalar kLeastSlope_kPa_V = Scalar(1e-6);
 
@@ -223,36 +226,47 @@ Greybox::Rate Greybox::rate(const Tick& tick, std::size_t side, const Ports& at,
           .slope = (flow.slope - of.leak_slope_mL_s - tick.moved_mL_s) * tick.per_volume};
 }
 
-/// Goes from piece to piece; returns the pressure at the end [kPa].
-template <class Visit>
-Scalar Greybox::travel(const Tick& tick, const Ports& at, Scalar ticks, Visit&& visit) const noexcept {
+/// Goes from piece to piece; returns the pressure at the end [kPa], or the corner that is `enough`.
+template <class Visit, class Enough>
+Scalar Greybox::travel(const Tick& tick, const Ports& at, Scalar ticks, Visit&& visit,
+                       Enough&& enough) const noexcept {
   Piece piece;
   piece.side = side_of(tick.pressure_kPa);
   piece.from_kPa = tick.pressure_kPa;
   Scalar left = ticks;
   for (std::size_t passed = 0; passed < kCorners; ++passed) {
     piece.rate = rate(tick, piece.side, at, piece.from_kPa);
-    piece.ticks = left;
-    piece.phi_1 = numeric::phi_1(-piece.rate.slope * left);
-    const Scalar end_kPa = piece.from_kPa + piece.rate.kPa * left * piece.phi_1;
     const bool up = piece.rate.kPa > Scalar(0);
     const std::size_t ahead = piece.side + (up ? 1 : 0);
-    const bool passes =
-        ahead < kCorners && ahead > 0 && (up ? end_kPa > corner_kPa_[ahead] : end_kPa < corner_kPa_[ahead]);
-    if (!passes) {
-      visit(piece);
-      return end_kPa;
+    const bool has_corner = ahead < kCorners && ahead > 0;
+    const Scalar away_kPa = has_corner ? corner_kPa_[ahead] - piece.from_kPa : Scalar(0);
+    // at the slower of its speeds here and at the corner it is there in time: no need of an exponential to say so
+    const Scalar there = piece.rate.kPa + piece.rate.slope * away_kPa;
+    const Scalar surely_kPa = kSurely * left * (up ? min(piece.rate.kPa, there) : max(piece.rate.kPa, there));
+    if (!has_corner || !(up ? surely_kPa > away_kPa : surely_kPa < away_kPa)) {
+      piece.ticks = left;
+      piece.phi_1 = numeric::phi_1(-piece.rate.slope * left);
+      const Scalar end_kPa = piece.from_kPa + piece.rate.kPa * left * piece.phi_1;
+      if (!has_corner || (up ? end_kPa <= corner_kPa_[ahead] : end_kPa >= corner_kPa_[ahead])) {
+        visit(piece);
+        return end_kPa;
+      }
     }
-    const Scalar away_kPa = corner_kPa_[ahead] - piece.from_kPa;
     const Scalar direct = away_kPa / piece.rate.kPa;  // [ticks], at the speed that it has here
     piece.ticks = min(direct * log_ratio(max(piece.rate.slope * direct, kMostSlowed)), left);
     piece.phi_1 = piece.ticks > Scalar(0) ? direct / piece.ticks : Scalar(1);
     visit(piece);
+    if (enough(corner_kPa_[ahead])) return corner_kPa_[ahead];
     left -= piece.ticks;
     piece.from_kPa = corner_kPa_[ahead];
     piece.side = up ? ahead : ahead - 1;
   }
   return piece.from_kPa;
+}
+
+template <class Visit>
+Scalar Greybox::travel(const Tick& tick, const Ports& at, Scalar ticks, Visit&& visit) const noexcept {
+  return travel(tick, at, ticks, visit, [](Scalar) noexcept { return false; });
 }
 
 /// A change of the pressure, and of f by what `by` says of it, from the beginning of a piece to its end. f is continuous:
@@ -321,6 +335,20 @@ Scalar Greybox::end_at_node_kPa(const Tick& tick, std::size_t node) const noexce
   return travel(tick, node_[node], Scalar(1), [](const Piece&) noexcept {});
 }
 
+/// Whether the end is above the target, by as little of the way as decides it: the pressure goes one way.
+bool Greybox::ends_above(const Tick& tick, std::size_t node, Scalar target_kPa) const noexcept {
+  const bool up = rises(tick, node);
+  const bool above = tick.pressure_kPa > target_kPa;
+  if (up == above) return above;
+  const auto decided = [&](Scalar corner_kPa) noexcept { return (corner_kPa > target_kPa) == up; };
+  return travel(
+             tick, node_[node], Scalar(1), [](const Piece&) noexcept {}, decided) > target_kPa;
+}
+
+bool Greybox::rises(const Tick& tick, std::size_t node) const noexcept {
+  return rate(tick, side_of(tick.pressure_kPa), node_[node], tick.pressure_kPa).kPa > Scalar(0);
+}
+
 /// Where the pressure rises fastest (sign 1) or falls fastest (sign -1).
 std::size_t Greybox::extreme_node(const Tick& tick, Scalar sign) const noexcept {
   const std::size_t side = side_of(tick.pressure_kPa);
@@ -359,13 +387,14 @@ Inverse Greybox::inverse(Scalar pressure_kPa, Scalar target_kPa, const ChamberMo
   };
   std::size_t low = now.pressure_kPa < ambient_kPa_ ? extreme_node(now, Scalar(-1)) : 0;
   std::size_t high = now.pressure_kPa > supply_kPa_ ? extreme_node(now, Scalar(1)) : kNodes - 1;
-  const Scalar least_kPa = end_at_node_kPa(now, low);
-  if (least_kPa >= target_kPa) return out_of_reach(low, least_kPa);
-  const Scalar most_kPa = end_at_node_kPa(now, high);
-  if (most_kPa <= target_kPa) return out_of_reach(high, most_kPa);
+  if (now.pressure_kPa >= target_kPa || rises(now, low)) {
+    const Scalar least_kPa = end_at_node_kPa(now, low);
+    if (least_kPa >= target_kPa) return out_of_reach(low, least_kPa);
+  }
+  if (!ends_above(now, high, target_kPa)) return out_of_reach(high, end_at_node_kPa(now, high));
   while (high - low > 1) {
     const std::size_t middle = (low + high) / 2;
-    (end_at_node_kPa(now, middle) <= target_kPa ? low : high) = middle;
+    (ends_above(now, middle, target_kPa) ? high : low) = middle;
   }
 
   // Newton's method; where it would leave the bracket, the bracket is halved

@@ -105,6 +105,9 @@ class Greybox final : public PressureModel {
   Ports flows(std::size_t side, Scalar pressure_kPa) const noexcept;
   Rate net_flow(std::size_t side, const Ports& at, Scalar pressure_kPa) const noexcept;
   Rate rate(const Tick& tick, std::size_t side, const Ports& at, Scalar pressure_kPa) const noexcept;
+  template <class Visit, class Enough>
+  Scalar travel(const Tick& tick, const Ports& at, Scalar ticks, Visit&& visit,
+                Enough&& enough) const noexcept;
   template <class Visit>
   Scalar travel(const Tick& tick, const Ports& at, Scalar ticks, Visit&& visit) const noexcept;
   Rate by_command(const Tick& tick, const Piece& piece, const Ports& slope) const noexcept;
@@ -113,6 +116,8 @@ class Greybox final : public PressureModel {
   std::size_t segment(Scalar command_V) const noexcept;
   Ports conductances(std::size_t segment, Scalar command_V) const noexcept;
   Scalar end_at_node_kPa(const Tick& tick, std::size_t node) const noexcept;
+  bool ends_above(const Tick& tick, std::size_t node, Scalar target_kPa) const noexcept;
+  bool rises(const Tick& tick, std::size_t node) const noexcept;
   std::size_t extreme_node(const Tick& tick, Scalar sign) const noexcept;
   Miss miss(const Tick& tick, std::size_t segment, Scalar target_kPa, Scalar command_V) const noexcept;
 
