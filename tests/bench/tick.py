@@ -51,6 +51,7 @@ def print_greybox(program):
     print_row("model.greybox_tick_cost_vs_tassa9", round(greybox / tassa9, 3), "x", 1.5)
     print_row("model.greybox_tick_cost_mean_vs_tassa9", round(greybox_mean / tassa9_mean, 3), "x")
     print_row("model.greybox_tick_cost_instructions", greybox, "instructions")
+    print_row("model.greybox_tick_cost_instructions_mean", round(greybox_mean), "instructions")
 
 
 def print_tick(program, profile):
