@@ -1,11 +1,14 @@
+#include <array>
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <string_view>
 
 #include "host-sim/identify/fit.hpp"
 #include "host-sim/identify/free_run.hpp"
 #include "host-sim/identify/profile.hpp"
 #include "host-sim/tools/command.hpp"
+#include "host-sim/tools/identify_greybox.hpp"
 #include "host-sim/tools/identify_report.hpp"
 #include "host-sim/tools/log_input.hpp"
 #include "host-sim/tools/model_charts.hpp"
@@ -18,11 +21,16 @@ namespace {
 
 using identify::ParameterFit;
 
+constexpr std::string_view kGreybox = "greybox";
+constexpr std::array<std::string_view, 3> kModels{"tassa9", "tassa9r", kGreybox};
+
 struct Options {
+  std::string model{kModels.front()};
+  /// That only the 9-parameter forms have: given or not.
+  std::vector<const CLI::Option*> of_tassa9;
   LogInput input;
   std::vector<std::string> logs;
   std::vector<std::string> predict;
-  std::string model = "tassa9";
   std::string c_gamma = "auto";
   double stretch_s = 0.2;
   bool free_run = true;
@@ -62,7 +70,28 @@ void print_fit(const Output& output, const identify::Tassa9Fit& fit, double stre
   output.print("stopped after {} iterations: {}\n", fit.iterations, fit.stop);
 }
 
+int run_greybox(const Options& options) {
+  for (const CLI::Option* const option : options.of_tassa9) {
+    if (option->count() > 0) {
+      throw std::invalid_argument(
+          fmt::format("{}: the grey-box model has none, expected with --model tassa9", option->get_name()));
+    }
+  }
+  const trace::RigDescription rig = options.input.rig();
+  require_writable(options.out);
+  if (!options.report.empty()) require_writable(options.report);
+  return identify_greybox({.rig = rig,
+                           .fitted = options.input.read(options.logs, rig),
+                           .predicted = options.input.read(options.predict, rig),
+                           .chamber = options.chamber != 0 ? std::optional(options.chamber)
+                                                           : chamber_in_name(options.logs.front()),
+                           .out = options.out,
+                           .report = options.report},
+                          options.output);
+}
+
 int run(const Options& options) {
+  if (options.model == kGreybox) return run_greybox(options);
   identify::FitOptions how;
   how.stretch_s = options.stretch_s;
   how.refine_free_run = options.free_run;
@@ -118,28 +147,32 @@ int run(const Options& options) {
 
 Command add_identify(CLI::App& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = program.add_subcommand("identify", "Fit the 9-parameter model of a chamber to its logs");
+  CLI::App* app = program.add_subcommand("identify", "Fit a model of a chamber to its logs");
   app->add_option("LOG", options->logs, "Logs of one chamber")->type_name("LOG.csv")->required();
   options->input.add_to(
       *app,
       "What is known of the rig; its supply and ambient pressure are used (default: 700 and 101.325 kPa)");
   app->add_option("--model", options->model,
-                  "Form to fit: tassa9 as published, tassa9r with the moving volume where the physics has it "
-                  "(for chambers that move fast)")
-      ->check(CLI::IsMember({"tassa9", "tassa9r"}))
-      ->type_name("tassa9|tassa9r")
+                  "tassa9 as published; tassa9r: with the moving volume where the physics has it (for "
+                  "chambers that move "
+                  "fast); greybox: the chamber's physics, with the effects that the logs demand")
+      ->check(CLI::IsMember(std::vector<std::string>(kModels.begin(), kModels.end())))
       ->capture_default_str();
-  app->add_option(
-         "--c-gamma", options->c_gamma,
-         "Width of the kink at the valve's null [V]; auto tries 0.1 (the paper's), 0.2, 0.4, 0.8, 1.6")
-      ->type_name("V|auto")
-      ->capture_default_str();
-  app->add_option("--stretch", options->stretch_s, "Free runs that the fit is refined on are this long [s]")
-      ->check(CLI::Range(0.02, 60.0))
-      ->capture_default_str();
-  app->add_flag("!--no-free-run", options->free_run, "Stop after the fit of the next tick (default: refine)");
+  CLI::Option* const c_gamma =
+      app->add_option(
+             "--c-gamma", options->c_gamma,
+             "Width of the kink at the valve's null [V]; auto tries 0.1 (the paper's), 0.2, 0.4, 0.8, 1.6")
+          ->type_name("V|auto")
+          ->capture_default_str();
+  CLI::Option* const stretch = app->add_option("--stretch", options->stretch_s,
+                                               "Free runs that the fit is refined on are this long [s]")
+                                   ->check(CLI::Range(0.02, 60.0))
+                                   ->capture_default_str();
+  CLI::Option* const no_free_run = app->add_flag("!--no-free-run", options->free_run,
+                                                 "Stop after the fit of the next tick (default: refine)");
+  options->of_tassa9 = {c_gamma, stretch, no_free_run};
   app->add_option("--predict", options->predict,
-                  "Predict these logs in free runs of 2 s, and tell the "
+                  "Predict these logs in free runs of 2 s (greybox: in one), and tell the "
                   "error")
       ->type_name("LOG.csv");
   app->add_option("--chamber", options->chamber,
@@ -152,7 +185,8 @@ Command add_identify(CLI::App& program) {
       ->type_name("FILE.html");
   options->output.add_to(*app);
   app->footer(example(
-      "  plenum identify --rig first/rig.toml first/chamber-1.csv -o model-1.json --report fit-1.html"));
+      "  plenum identify --rig first/rig.toml first/chamber-1.csv -o model-1.json --report fit-1.html\n"
+      "  plenum identify --model greybox --rig first/rig.toml first/chamber-1.csv -o model-1.json"));
   return {app, [options] { return run(*options); }};
 }
 

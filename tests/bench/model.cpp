@@ -35,7 +35,7 @@ using plenum::control::Greybox;
 using plenum::control::Prediction;
 using reproduce::actuators::Motion;
 
-constexpr std::size_t kMpyeChambers = 12;
+constexpr std::size_t kMpyeChambers = 6;
 constexpr std::size_t kStarts = 48;
 constexpr std::size_t kHorizon = 200;
 constexpr std::size_t kFittedRows = 10000;

@@ -83,6 +83,8 @@ class Usage(Plenum):
         self.refused(2, "upload", "m.json", says=["--store"])
         self.refused(2, "identify", says=["LOG"])
         self.refused(2, "identify", "a.csv", "--c-gamma", "wide", says=["--c-gamma wide", "auto"])
+        self.refused(2, "identify", "a.csv", "--model", "grey", says=["--model", "grey", "tassa9", "greybox"])
+        self.refused(2, "identify", "a.csv", "--model", "greybox", "--stretch", 1, says=["--stretch", "tassa9"])
         self.refused(2, "identify", "a.csv", "--model", "spline", says=["--model", "spline", "tassa9", "tassa9r"])
 
     def test_a_bus_that_is_none_is_refused_by_its_name(self):
@@ -138,6 +140,7 @@ class BadInput(Plenum):
     def test_a_log_that_tells_nothing_is_exit_3(self):
         self.write("still.csv", LOG + "".join(f"{k / 100},5,200000,0.001\n" for k in range(300)))
         self.refused(3, "identify", "still.csv", says=["no excitation", "command"])
+        self.refused(3, "identify", "--model", "greybox", "still.csv", says=["no excitation", "command"])
 
     def test_a_rig_is_named_with_line_and_key(self):
         self.write("text.toml", '[sampling]\nrate_Hz = "fast"\n')
@@ -262,6 +265,22 @@ class Line(Plenum):
             self.assertAlmostEqual(chamber["rmse_kPa"], rmse_kPa, places=6)
             self.assertLess(rmse_kPa, 10.0, "a tenth of the amplitude [kPa]")
             self.assertIsNone(chamber["overshoot_percent_of_span"])
+
+    def test_the_grey_box_model_goes_from_capture_to_regulation(self):
+        rig = ["--plant", "thin-plate", "--chambers", 1, "--effect", "spool_lag=12"]
+        self.done("capture", *rig, "--seconds", 10, "-o", "first")
+        # nothing of the valve is given but the rig's pressures
+        result = json.loads(self.done("identify", "--model", "greybox", "first/chamber-1.csv", "--rig", "first/rig.toml", "-o", "1.json",
+                                      "--predict", "first/chamber-1.csv", "--report", "page.html", "--json", "-"))
+        self.assertEqual((result["kind"], result["chamber"]), ("greybox", 1))
+        self.assertEqual(result["fit"]["effects"], ["spool_lag"])
+        self.assertAlmostEqual(result["fit"]["parameters"]["spool_lag.natural_frequency_Hz"]["value"], 12, delta=0.5)
+        self.assertLess(result["predicted"][0]["rms_free_run_kPa"], 1.0)
+        for text in ["held-out", "spool_lag", "<figure><h3>Error, chamber-1.csv"]:
+            self.assertIn(text.lower(), (self.folder / "page.html").read_text(encoding="utf-8").lower())
+        self.done("upload", "--store", "board", *rig, "1.json")
+        result = json.loads(self.done("regulate", "--store", "board", *rig, "--seconds", 2, "-o", "tracked", "--json", "-"))
+        self.assertLess(result["chambers"][0]["rmse_kPa"], 10.0, "a tenth of the amplitude [kPa]")
 
     def test_the_same_seed_gives_the_same_bytes_and_another_does_not(self):
         for name, seed in [("a", 7), ("b", 7), ("c", 8)]:

@@ -8,6 +8,7 @@
 #include "host-sim/effects/chamber_effects.hpp"
 #include "host-sim/identify/box_solver.hpp"
 #include "host-sim/identify/chamber/noise.hpp"
+#include "host-sim/identify/chamber/rising_areas.hpp"
 #include "host-sim/identify/chamber/valve_figures.hpp"
 
 namespace plenum::host::identify::chamber {
@@ -47,13 +48,14 @@ Figures acting(const Scene& scene, const Record& record, Figures figures) {
 class FreeRunSquares {
  public:
   FreeRunSquares(const Scene& scene, const std::vector<Record>& records, EffectSet on, const Figures& base,
-                 std::vector<double> start_Pa, std::vector<Variable> variables)
+                 std::vector<double> start_Pa, std::vector<Variable> variables, bool rising_areas = false)
       : scene_(scene),
         records_(records),
         on_(on),
         base_(base),
         start_Pa_(std::move(start_Pa)),
-        variables_(std::move(variables)) {}
+        variables_(std::move(variables)),
+        rising_areas_(rising_areas && (on >> effects::kIdAreaShape & 1U) != 0) {}
 
   Eigen::Index figures() const { return static_cast<Eigen::Index>(variables_.size()); }
   Eigen::Index size() const { return figures() + static_cast<Eigen::Index>(start_Pa_.size()); }
@@ -87,6 +89,7 @@ class FreeRunSquares {
       const effects::Run base{acting(scene_, record, figures_at(z)), start_at(z, r)};
       sum += score(run_lanes(record, {&base, 1}), record);
     }
+    if (rising_areas_) sum += falling_areas_Pa(figures_at(z)).squaredNorm();
     return sum;
   }
 
@@ -134,11 +137,25 @@ class FreeRunSquares {
       }
       sum.selfadjointView<Eigen::Upper>().rankUpdate(table.transpose());
     }
+    if (rising_areas_) add_falling_areas(base, sum);
     return sum.selfadjointView<Eigen::Upper>();
   }
 
  private:
   Eigen::Index figures_count() const { return figures(); }
+
+  void add_falling_areas(const Figures& base, Gram& sum) const {
+    const Eigen::VectorXd errors = falling_areas_Pa(base);
+    Eigen::MatrixXd table = Eigen::MatrixXd::Zero(errors.size(), size() + 1);
+    table.col(size()) = errors;
+    for (Eigen::Index k = 0; k < figures(); ++k) {
+      const Variable& v = variables_[static_cast<std::size_t>(k)];
+      Figures changed = base;
+      changed[v.figure] += kDifference * v.scale;
+      table.col(k) = (falling_areas_Pa(changed) - errors) / kDifference;
+    }
+    sum.selfadjointView<Eigen::Upper>().rankUpdate(table.transpose());
+  }
 
   Vector bounds(double Variable::*side, double start) const {
     Vector z(size());
@@ -172,6 +189,7 @@ class FreeRunSquares {
   Figures base_;
   std::vector<double> start_Pa_;
   std::vector<Variable> variables_;
+  bool rising_areas_;
 };
 
 /// A measured volume without its noise, which compression would turn into pressure noise row by row: least squares of a
@@ -274,7 +292,7 @@ Fit fit(const Scene& scene, EffectSet on, const Figures& start, const std::vecto
   result.variables = variables_of(scene, on, options.refined);
   Figures base = start;
   for (const Variable& v : result.variables) base[v.figure] = std::clamp(base[v.figure], v.low, v.high);
-  const FreeRunSquares squares(scene, scene.records, on, base, begin, result.variables);
+  const FreeRunSquares squares(scene, scene.records, on, base, begin, result.variables, options.rising_areas);
   identify::BoxProblem<kDynamic> problem;
   problem.squares = [&](const Vector& z) { return squares.squares(z); };
   problem.gram = [&](const Vector& z) { return squares.gram(z); };

@@ -76,6 +76,8 @@ struct FitOptions {
   int most_iterations = 40;
   double tolerance = 1e-5;  ///< share of the sum of squares below which a step is not worth it
   effects::EffectSet refined = 0;
+  bool rising_areas =
+      false;  ///< hold area_shape's areas rising over the whole command range (rising_areas.hpp)
 };
 
 /// From `start`; its start pressures may be empty, and are then taken from the log and refined.

@@ -31,8 +31,9 @@ constexpr int kMostIterations = 100;
 /// While effects are chosen: a share of the squares that no choice hangs on.
 constexpr double kTrialTolerance = 1e-3;
 
-constexpr std::array<std::size_t, 3> kCandidates{effects::kIdAreaShape, effects::kIdFlowFunction,
-                                                 effects::kIdVolumeError};
+constexpr std::array<std::size_t, 5> kCandidates{effects::kIdAreaShape, effects::kIdFlowFunction,
+                                                 effects::kIdVolumeError, effects::kIdSpoolLag,
+                                                 effects::kIdDeadTime};
 
 EffectSet bit(std::size_t effect) {
   return EffectSet{1} << effect;
@@ -131,9 +132,11 @@ class Chooser {
   Trial trial(const Part& part, const std::vector<Figures>& starts) {
     Trial tried;
     for (const Figures& start : starts) {
-      Fit found =
-          fit(scene_, part.on, start, {},
-              {.most_iterations = kMostIterations, .tolerance = kTrialTolerance, .refined = part.refined});
+      Fit found = fit(scene_, part.on, start, {},
+                      {.most_iterations = kMostIterations,
+                       .tolerance = kTrialTolerance,
+                       .refined = part.refined,
+                       .rising_areas = true});
       if (tried.fit.rows == 0 || found.squares < tried.fit.squares) tried.fit = std::move(found);
     }
     tried.heldout_squares = 0.0;
@@ -171,17 +174,40 @@ class Chooser {
     return true;
   }
 
+  /// By one effect; where none is worth it alone beside a valve's figures, by two that are together.
   bool enlarged() {
     Trial most;
-    for (const std::size_t id : kCandidates) {
-      if ((best_.fit.on & bit(id)) != 0) continue;
-      const Part part{best_.fit.on | bit(id), best_.fit.refined};
-      std::vector<Figures> starts{best_.fit.figures};
-      if (id == effects::kIdAreaShape) starts.push_back(nearest_valve(table_, best_.fit.figures, part.on));
-      Trial with = trial(part, starts);
-      if (with.heldout_squares < most.heldout_squares) most = std::move(with);
+    for (const std::size_t id : kCandidates) consider({id, id}, most);
+    if (taken(std::move(most))) return true;
+    if (best_.fit.on != 0) return false;
+    most = {};
+    for (std::size_t i = 0; i < kCandidates.size(); ++i) {
+      for (std::size_t j = i + 1; j < kCandidates.size(); ++j)
+        consider({kCandidates[i], kCandidates[j]}, most);
     }
     return taken(std::move(most));
+  }
+  void consider(const std::array<std::size_t, 2>& ids, Trial& most) {
+    EffectSet added = 0;
+    Figures start = best_.fit.figures;
+    for (const std::size_t id : ids) {
+      if ((best_.fit.on & bit(id)) != 0) return;
+      added |= bit(id);
+      start = begun(start, id);
+    }
+    const Part part{best_.fit.on | added, best_.fit.refined};
+    std::vector<Figures> starts{start};
+    if ((added & bit(effects::kIdAreaShape)) != 0) starts.push_back(nearest_valve(table_, start, part.on));
+    Trial with = trial(part, starts);
+    if (with.heldout_squares < most.heldout_squares) most = std::move(with);
+  }
+
+  /// An effect that vanishes at a bound begins a step off it.
+  static Figures begun(Figures figures, std::size_t id) {
+    const effects::Parameter& first = effects::kCatalogue[id]->parameters.front();
+    double& at = figures[effects::kFirstFigure[id]];
+    if (at == first.least()) at = first.least() + first.typical_change;
+    return figures;
   }
 
   bool refined() {
@@ -217,17 +243,18 @@ class Chooser {
 struct Place {
   std::string name;
   double* value = nullptr;
+  const effects::Parameter* parameter = nullptr;  ///< of an effect
 };
 Place place_of(std::size_t figure, trace::RigDescription& rig) {
   if (figure < effects::kValveFigures) {
-    return {kValveFigures[figure].name, &(rig.valve.*kValveFigures[figure].member)};
+    return {kValveFigures[figure].name, &(rig.valve.*kValveFigures[figure].member), nullptr};
   }
   std::size_t id = 0;
   while (effects::kFirstFigure[id + 1] <= figure) ++id;
   const effects::Effect& effect = *effects::kCatalogue[id];
   const effects::Parameter& parameter = effect.parameters[figure - effects::kFirstFigure[id]];
   return {fmt::format("{}.{}", effect.id, parameter.name),
-          &rig.effects[std::string(effect.id)][std::string(parameter.name)]};
+          &rig.effects[std::string(effect.id)][std::string(parameter.name)], &parameter};
 }
 
 FigureFit::Bound bound_of(const Variable& v, double value) {
@@ -236,15 +263,20 @@ FigureFit::Bound bound_of(const Variable& v, double value) {
   return v.high - value < room ? FigureFit::Bound::high : FigureFit::Bound::none;
 }
 
-/// All effects carried have linear coordinates: a figure is its parameter's value.
 void put_figures(const Fit& fit, double correlated_rows, GreyboxFit& into) {
   const Eigen::VectorXd errors = standard_errors(fit, correlated_rows);
   for (std::size_t i = 0; i < fit.variables.size(); ++i) {
     const Variable& v = fit.variables[i];
-    const double value = fit.figures[v.figure];
+    const double at = fit.figures[v.figure];
     const Place place = place_of(v.figure, into.rig);
+    const double value = place.parameter != nullptr ? place.parameter->value_of(at) : at;
+    const double per_coordinate =
+        place.parameter != nullptr && place.parameter->coordinate == effects::Coordinate::reciprocal
+            ? value * value
+            : 1.0;
     *place.value = value;
-    FigureFit one{place.name, value, v.scale * errors[static_cast<Eigen::Index>(i)], bound_of(v, value)};
+    FigureFit one{place.name, value, per_coordinate * v.scale * errors[static_cast<Eigen::Index>(i)],
+                  bound_of(v, at)};
     if (one.at_bound != FigureFit::Bound::none) one.standard_error = std::numeric_limits<double>::quiet_NaN();
     into.parameters.push_back(std::move(one));
   }
@@ -260,8 +292,9 @@ GreyboxFit fit_greybox(const std::vector<trace::Log>& logs, const trace::RigDesc
 
   Scene scene = scene_of(logs, rig, 1.0);
   std::copy_n(chosen.fit.figures.begin(), effects::kValveFigures, scene.nominal.begin());
-  const Fit last = fit(scene, chosen.fit.on, chosen.fit.figures, chosen.fit.start_Pa,
-                       {.most_iterations = kMostIterations, .refined = chosen.fit.refined});
+  const Fit last =
+      fit(scene, chosen.fit.on, chosen.fit.figures, chosen.fit.start_Pa,
+          {.most_iterations = 3 * kMostIterations, .refined = chosen.fit.refined, .rising_areas = true});
   const std::vector<double> errors = errors_of(scene, last);
 
   GreyboxFit result;
@@ -280,6 +313,12 @@ GreyboxFit fit_greybox(const std::vector<trace::Log>& logs, const trace::RigDesc
   result.converged = last.converged;
   result.stop = last.stop;
   return result;
+}
+
+std::vector<double> free_run_over(const trace::RigDescription& rig, const trace::Log& log) {
+  const Scene scene = scene_of({log}, rig, 1.0);
+  const Record& record = scene.records.front();
+  return run(scene, record, 0, scene.nominal, estimate_start(scene, record, 0, scene.nominal));
 }
 
 trace::ModelFile to_model_file(const GreyboxFit& fit, std::optional<unsigned> chamber) {

@@ -40,10 +40,13 @@ struct GreyboxFit {
   std::string stop;  ///< why it stopped, in one line
 };
 
-/// Fits the valve's figures to all logs together, and of area_shape, flow_function and volume_error those that the held-out rows
-/// demand. What `rig` has as effects stays as configured; its [valve] is one of two starts and need not be near. Throws
+/// Fits the valve's figures to all logs together, and of area_shape, flow_function, volume_error, spool_lag and
+/// dead_time those that the held-out rows demand. What `rig` has as effects stays as configured; its [valve] is one of two starts and need not be near. Throws
 /// CannotIdentify, in one line: no log, logs that differ in rate, too few rows, a constant command or pressure.
 GreyboxFit fit_greybox(const std::vector<trace::Log>& logs, const trace::RigDescription& rig);
+
+/// A free run of a rig that was found over a whole log, from an estimated start [Pa].
+std::vector<double> free_run_over(const trace::RigDescription& rig, const trace::Log& log);
 
 /// The file that the tools write: greybox_of(fit.rig), and the fit in numbers. Throws trace::InputError when a figure is beyond what
 /// a board takes.

@@ -1,0 +1,166 @@
+#include "host-sim/tools/identify_greybox.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "host-sim/identify/chamber/fit_greybox.hpp"
+#include "host-sim/identify/free_run.hpp"
+#include "host-sim/report/page.hpp"
+#include "host-sim/tools/command.hpp"
+#include "host-sim/tools/gap_text.hpp"
+#include "host-sim/tools/model_charts.hpp"
+
+namespace plenum::host::tools {
+namespace {
+
+using identify::chamber::FigureFit;
+using identify::chamber::GreyboxFit;
+using identify::chamber::TriedEffects;
+using trace::NamedLog;
+
+std::string mark_of(const FigureFit& figure) {
+  if (figure.at_bound == FigureFit::Bound::none) return {};
+  return figure.at_bound == FigureFit::Bound::low ? "at its lower bound" : "at its upper bound";
+}
+
+std::string error_of(const FigureFit& figure) {
+  return std::isfinite(figure.standard_error) ? fmt::format("{:.2g}", figure.standard_error) : std::string();
+}
+
+std::string text_of(const TriedEffects& tried) {
+  return tried.effects.empty() ? "none" : listed(tried.effects, "and");
+}
+
+std::string kept_text(const GreyboxFit& fit) {
+  return fit.kept.empty() ? "no effect" : listed(fit.kept, "and");
+}
+
+/// A log against the model's free run over the whole of it.
+struct Prediction {
+  std::vector<double> pressure_Pa;
+  double rms_kPa = 0.0;
+  double held_kPa = 0.0;  ///< of holding the start pressure of 2 s
+};
+Prediction predict(const GreyboxFit& fit, const trace::Log& log) {
+  Prediction made{identify::chamber::free_run_over(fit.rig, log), 0.0,
+                  identify::held_start_rms_kPa(log, kFreeRun_s)};
+  double square = 0.0;
+  for (std::size_t row = 1; row < log.size(); ++row) {
+    const double error_kPa = 1e-3 * (made.pressure_Pa[row] - log.pressure_Pa[row]);
+    square += error_kPa * error_kPa;
+  }
+  made.rms_kPa = std::sqrt(square / static_cast<double>(log.size() - 1));
+  return made;
+}
+
+void print_fit(const Output& output, const GreyboxFit& fit) {
+  for (const FigureFit& figure : fit.parameters) {
+    const std::string error = error_of(figure);
+    output.print("{:<28} {:>12.6g}  {:<12} {}\n", figure.name, figure.value,
+                 error.empty() ? "" : "+- " + error, mark_of(figure));
+  }
+  for (const TriedEffects& tried : fit.tried) {
+    output.print("tried {:<40} held-out rows {:.3f} kPa\n", text_of(tried), tried.heldout_kPa);
+  }
+  output.print("kept: {}\n", kept_text(fit));
+  output.print("RMS next tick {:.3f} kPa, free run over whole logs {:.3f} kPa, noise {:.3f} kPa; {} rows\n",
+               fit.rms_next_tick_kPa, fit.rms_free_run_kPa, fit.noise_kPa, fit.rows);
+  output.print("stopped after {} iterations: {}\n", fit.iterations, fit.stop);
+}
+
+void add_log(report::Section& section, const GreyboxFit& fit, const NamedLog& of) {
+  const Prediction made = predict(fit, of.log);
+  std::vector<double> error_kPa = scaled(made.pressure_Pa, 1e-3);
+  for (std::size_t row = 0; row < error_kPa.size(); ++row) error_kPa[row] -= 1e-3 * of.log.pressure_Pa[row];
+  const report::Curve measured{"measured", of.log.time_s, scaled(of.log.pressure_Pa, 1e-3),
+                               report::Stroke::kSolid, report::Ink::kNeutral};
+  section.row(
+      {report::LineChart{
+           .title = of.name,
+           .caption = fmt::format("RMS error {:.3g} kPa over the whole log; holding the "
+                                  "start pressure of 2 s {:.3g} kPa.",
+                                  made.rms_kPa, made.held_kPa),
+           .y = {"Pressure", "kPa"},
+           .curves = {measured, {"predicted, one free run", of.log.time_s, scaled(made.pressure_Pa, 1e-3)}},
+           .group = of.name},
+       report::LineChart{.title = fmt::format("Error, {}", of.name),
+                         .caption = "Predicted minus measured.",
+                         .y = {"Error", "kPa"},
+                         .curves = {{"predicted - measured", of.log.time_s, error_kPa}},
+                         .group = of.name}});
+}
+
+report::Page page_of(const GreyboxRequest& request, const GreyboxFit& fit) {
+  std::vector<std::string> names;
+  for (const NamedLog& of : request.fitted) names.push_back(of.name);
+  report::Page page(fmt::format("The grey-box model of {}", listed(names, "and")));
+  page.lead(fmt::format("The chamber's physics with {}, fitted in free run.{}", kept_text(fit),
+                        fit.converged ? "" : fmt::format(" It did not converge: {}.", fit.stop)));
+  page.tiles({{"Next tick, RMS", to_three_digits(fit.rms_next_tick_kPa), "kPa", {}, "on the fitted logs"},
+              {"Free run, RMS", to_three_digits(fit.rms_free_run_kPa), "kPa", {}, "over whole logs"},
+              {"Held out, RMS", to_three_digits(fit.rms_heldout_kPa), "kPa", {}, "the last 40 % of each log"},
+              {"Noise", to_three_digits(fit.noise_kPa), "kPa", {}, "white part of the error"},
+              {"Samples", static_cast<double>(fit.rows), "", {}, "rows of the fitted logs"}});
+  if (!request.predicted.empty()) {
+    report::Section& section = page.section("Logs that the fit has not seen");
+    for (const NamedLog& of : request.predicted) add_log(section, fit, of);
+  }
+  report::Section& fitted = page.section("Fitted logs");
+  for (const NamedLog& of : request.fitted) add_log(fitted, fit, of);
+
+  report::Table figures{.caption = "Figures and their standard errors",
+                        .columns = {"Figure", "Value", "Standard error", ""},
+                        .rows = {}};
+  for (const FigureFit& figure : fit.parameters) {
+    figures.rows.push_back({figure.name, fmt::format("{:.6g}", figure.value),
+                            error_of(figure).empty() ? "none" : error_of(figure), mark_of(figure)});
+  }
+  report::Table effects{
+      .caption = "Effects that were tried", .columns = {"With", "Held-out rows, RMS [kPa]"}, .rows = {}};
+  for (const TriedEffects& tried : fit.tried) {
+    effects.rows.push_back({text_of(tried), to_three_digits(tried.heldout_kPa)});
+  }
+  page.section("The model")
+      .table(figures)
+      .table(effects)
+      .note(
+          "An effect is kept when without it the squares of the rows that it was not fitted to are 10 % "
+          "larger. "
+          "Standard errors are for errors as correlated as these are.");
+  return page;
+}
+
+}  // namespace
+
+int identify_greybox(const GreyboxRequest& request, const Output& output) {
+  std::vector<trace::Log> logs;
+  for (const NamedLog& of : request.fitted) logs.push_back(of.log);
+  const GreyboxFit fit = identify::chamber::fit_greybox(logs, request.rig);
+  const trace::ModelFile model = identify::chamber::to_model_file(fit, request.chamber);
+  trace::write_model(request.out, model);
+  print_fit(output, fit);
+
+  Json predicted = Json::array();
+  for (const NamedLog& of : request.predicted) {
+    const Prediction made = predict(fit, of.log);
+    output.print(
+        "predicts {}: RMS {:.3f} kPa in one free run; {:.3f} kPa by holding start pressures of 2 s\n",
+        of.name, made.rms_kPa, made.held_kPa);
+    predicted.push_back({{"file", of.name},
+                         {"rms_free_run_kPa", number(made.rms_kPa)},
+                         {"rms_start_held_2_s_kPa", number(made.held_kPa)}});
+  }
+  output.print("model: {}\n", request.out);
+  if (!request.report.empty()) {
+    page_of(request, fit).write(request.report);
+    output.print("report: {}\n", request.report);
+  }
+  Json result = Json::parse(trace::format_model(model));
+  result["file"] = request.out;
+  result["predicted"] = predicted;
+  output.finish(result);
+  return fit.converged ? kDone : kImpossible;
+}
+
+}  // namespace plenum::host::tools
