@@ -56,11 +56,11 @@ enum class ImageError : std::uint8_t {
   bad_crc,
   not_finite,
   out_of_range,
-  not_admissible,    ///< each value is in range, but together they are refused (see validate())
-  commit_pending,    ///< the slot takes no image until the next tick's edge (see ParameterSlots)
-  no_such_chamber,   ///< the board has no chamber of that number
-  predicts_worse,    ///< than the model in force, over the log that the board has of the chamber
-  wrong_serial,      ///< the image is of another valve or sensor than the settings name
+  not_admissible,   ///< each value is in range, but together they are refused (see validate())
+  commit_pending,   ///< the slot takes no image until the next tick's edge (see ParameterSlots)
+  no_such_chamber,  ///< the board has no chamber of that number
+  predicts_worse,   ///< than the model in force, over the log that the board has of the chamber
+  wrong_serial,     ///< the image is of another valve or sensor than the settings name
   staged_by_another  ///< another master's upload session stands (see UploadSession), or its set is being staged
 };
 
