@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <functional>
 
 #include "host-sim/identify/chamber/fit_greybox.hpp"
 #include "host-sim/identify/free_run.hpp"
@@ -10,6 +11,7 @@
 #include "host-sim/tools/command.hpp"
 #include "host-sim/tools/gap_text.hpp"
 #include "host-sim/tools/model_charts.hpp"
+#include "host-sim/tools/output.hpp"
 
 namespace plenum::host::tools {
 namespace {
@@ -136,7 +138,10 @@ report::Page page_of(const GreyboxRequest& request, const GreyboxFit& fit) {
 int identify_greybox(const GreyboxRequest& request, const Output& output) {
   std::vector<trace::Log> logs;
   for (const NamedLog& of : request.fitted) logs.push_back(of.log);
-  const GreyboxFit fit = identify::chamber::fit_greybox(logs, request.rig);
+  const GreyboxFit fit = [&] {
+    Progress progress("identifying");
+    return identify::chamber::fit_greybox(logs, request.rig, std::ref(progress));
+  }();
   const trace::ModelFile model = identify::chamber::to_model_file(fit, request.chamber);
   trace::write_model(request.out, model);
   print_fit(output, fit);

@@ -27,6 +27,8 @@ constexpr double kFittedShare = 0.6;  // while effects are chosen; then all rows
 constexpr double kWorthKeeping = 0.1;
 constexpr double kNothingLeft = 1.05;  // of the noise
 constexpr std::size_t kFewestTicks = 200;
+constexpr double kShareOfChoice = 0.8;  // of the progress that is told; the rest is the last fit
+constexpr double kUsualTrials = 10.0;
 constexpr int kMostIterations = 100;
 /// While effects are chosen: a share of the squares that no choice hangs on.
 constexpr double kTrialTolerance = 1e-3;
@@ -99,7 +101,8 @@ std::vector<double> errors_of(const Scene& scene, const Fit& fit) {
 
 class Chooser {
  public:
-  explicit Chooser(Scene scene) : scene_(std::move(scene)), table_(area_table(scene_)) {
+  Chooser(Scene scene, const std::function<void(double)>& progress)
+      : scene_(std::move(scene)), table_(area_table(scene_)), progress_(progress) {
     scene_.nominal = better_start();
   }
 
@@ -148,6 +151,8 @@ class Chooser {
       tried.heldout_rows += held.rows;
     }
     note(tried);
+    const auto count = static_cast<double>(tried_.size());
+    if (progress_) progress_(kShareOfChoice * count / (count + kUsualTrials));
     return tried;
   }
 
@@ -235,6 +240,7 @@ class Chooser {
 
   Scene scene_;
   AreaTable table_;
+  const std::function<void(double)>& progress_;
   Trial best_;
   std::vector<TriedEffects> tried_;
 };
@@ -284,9 +290,10 @@ void put_figures(const Fit& fit, double correlated_rows, GreyboxFit& into) {
 
 }  // namespace
 
-GreyboxFit fit_greybox(const std::vector<trace::Log>& logs, const trace::RigDescription& rig) {
+GreyboxFit fit_greybox(const std::vector<trace::Log>& logs, const trace::RigDescription& rig,
+                       const std::function<void(double done)>& progress) {
   require_excitation(logs);
-  Chooser chooser(scene_of(logs, rig, kFittedShare));
+  Chooser chooser(scene_of(logs, rig, kFittedShare), progress);
   chooser.choose();
   const Trial& chosen = chooser.best();
 

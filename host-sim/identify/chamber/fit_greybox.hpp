@@ -1,6 +1,7 @@
 // From logs of a chamber to the board's grey-box model: README.md of this room says how, and what it was measured to do.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -42,8 +43,10 @@ struct GreyboxFit {
 
 /// Fits the valve's figures to all logs together, and of area_shape, flow_function, volume_error, spool_lag and
 /// dead_time those that the held-out rows demand. What `rig` has as effects stays as configured; its [valve] is one of two starts and need not be near. Throws
-/// CannotIdentify, in one line: no log, logs that differ in rate, too few rows, a constant command or pressure.
-GreyboxFit fit_greybox(const std::vector<trace::Log>& logs, const trace::RigDescription& rig);
+/// CannotIdentify, in one line: no log, logs that differ in rate, too few rows, a constant command or pressure. `progress` is told
+/// how far the work is, 0 to 1; how many sets of effects will be tried is not known before, so that it slows down.
+GreyboxFit fit_greybox(const std::vector<trace::Log>& logs, const trace::RigDescription& rig,
+                       const std::function<void(double done)>& progress = {});
 
 /// A free run of a rig that was found over a whole log, from an estimated start [Pa].
 std::vector<double> free_run_over(const trace::RigDescription& rig, const trace::Log& log);

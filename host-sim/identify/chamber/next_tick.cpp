@@ -37,7 +37,7 @@ double next_tick_rms_Pa(const Scene& scene, effects::EffectSet on, const effects
         if (slope < kLeastSlope || pass == 2) break;
         start_Pa = std::max(start_Pa - (known[0] - record.measured_Pa[k]) / slope, kLeast_Pa);
       }
-      const double error = readings[2 * effects::kLanes] - record.measured_Pa[k + 1];
+      const double error = readings[2 * std::size_t{effects::kLanes}] - record.measured_Pa[k + 1];
       squares += error * error;
       rows += 1.0;
     }

@@ -4,6 +4,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <vector>
+
 #include "host-sim/identify/cannot_identify.hpp"
 #include "host-sim/reproduce/actuators/population.hpp"
 
@@ -71,7 +74,11 @@ TEST(FitGreybox, IsTheSameFromAValveWhoseNullGainsAndDeadBandAreFarOff) {
 }
 
 TEST(FitGreybox, OfTheMeasuredValveTakesTheShapeOfItsAreasAndLowersTheHeldOutErrorFourfold) {
-  const GreyboxFit fit = fit_greybox({measured_valve()}, {});
+  std::vector<double> told;
+  const GreyboxFit fit = fit_greybox({measured_valve()}, {}, [&](double done) { told.push_back(done); });
+  EXPECT_EQ(told.size(), fit.tried.size());
+  EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
+  EXPECT_THAT(told, testing::Each(testing::AllOf(testing::Gt(0.0), testing::Lt(1.0))));
   EXPECT_THAT(fit.kept, testing::Contains("area_shape"));
   EXPECT_THAT(fit.tried.front().effects, testing::IsEmpty());
   EXPECT_LT(fit.rms_heldout_kPa, 0.25 * fit.tried.front().heldout_kPa);
