@@ -15,8 +15,8 @@
 // pressure stays within 1 % of span, over the bang-bang time of the true plant in its state at the step plus
 // two ticks. regulate.overshoot_percent: the farthest beyond the target after such a step, of span.
 //
-// With the word `models`: model.regulate_*, the same line with the board's grey-box model beside the one with its 9-parameter
-// model, without the PI.
+// All with the model that the board regulates best with, the grey-box model, and once more with the 9-parameter model
+// (regulate.*_tassa9). With the word `models`: model.regulate_rmse_vs_tassa9, both without the PI.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -27,6 +27,7 @@
 #include <numbers>
 #include <optional>
 #include <stdexcept>
+#include <string>
 #include <string_view>
 #include <thread>
 #include <vector>
@@ -290,7 +291,7 @@ std::array<Series, kChambers> followed(
   return truth_Pa;
 }
 
-void print_row(const char* name, double value, const char* unit, const char* target,
+void print_row(const std::string& name, double value, const char* unit, const char* target,
                const char* peer = nullptr, double peer_value = 0) {
   fmt::print(R"({{"name": "{}", "value": {:.4g}, "unit": "{}", "better": "lower", "target": {})", name, value,
              unit, target);
@@ -417,37 +418,31 @@ double rmse_kPa(const Result& result) {
   return std::sqrt(result.ours_Pa2 / result.chambers) / 1e3;
 }
 
-void compare_models() {
-  const Result nine = measured(Kind::tassa9, false);
-  const Result greybox = measured(Kind::greybox, false);
-  print_row("model.regulate_rmse_vs_tassa9", rmse_kPa(greybox) / rmse_kPa(nine), "1", "0.5",
-            "the 9-parameter model, kPa", rmse_kPa(nine));
-  print_row("model.regulate_settle_vs_time_optimal", greybox.ratio_sum / greybox.steps, "1", "null",
-            "the 9-parameter model", nine.ratio_sum / nine.steps);
-  print_row("model.regulate_settle_vs_time_optimal_worst", greybox.worst_ratio, "1", "null",
-            "the 9-parameter model", nine.worst_ratio);
-  print_row("model.regulate_overshoot_percent", 100.0 * greybox.overshoot_Pa / kSpan_Pa, "% of span", "null",
-            "the 9-parameter model", 100.0 * nine.overshoot_Pa / kSpan_Pa);
+/// `suffix`: of the rows' names.
+void print_rows(const char* suffix, const Result& result) {
+  const auto name = [&](const char* row) { return fmt::format("regulate.{}{}", row, suffix); };
+  const double ours_kPa = rmse_kPa(result);
+  const double pi_kPa = std::sqrt(result.pi_Pa2 / result.chambers) / 1e3;
+  const double pi_blind_kPa = std::sqrt(result.pi_blind_Pa2 / result.chambers) / 1e3;
+  print_row(name("rmse_kPa"), ours_kPa, "kPa", "null");
+  print_row(name("rmse_vs_tuned_pi"), ours_kPa / pi_kPa, "1", "0.25", "PI tuned on each chamber's set, kPa",
+            pi_kPa);
+  print_row(name("rmse_vs_tuned_pi_without_preview"), ours_kPa / pi_blind_kPa, "1", "null",
+            "the same PI without preview, kPa", pi_blind_kPa);
+  print_row(name("settle_vs_time_optimal"), result.ratio_sum / result.steps, "1", "1.2");
+  print_row(name("settle_vs_time_optimal_worst"), result.worst_ratio, "1", "null");
+  print_row(name("overshoot_percent"), 100.0 * result.overshoot_Pa / kSpan_Pa, "% of span", "2");
 }
 
 }  // namespace
 
 int main(int count, char** words) {
   if (count == 2 && std::string_view(words[1]) == "models") {
-    compare_models();
+    const double nine_kPa = rmse_kPa(measured(Kind::tassa9, false));
+    print_row("model.regulate_rmse_vs_tassa9", rmse_kPa(measured(Kind::greybox, false)) / nine_kPa, "1",
+              "0.5", "the 9-parameter model, kPa", nine_kPa);
     return 0;
   }
-  const Result result = measured(Kind::tassa9, true);
-  const double ours_kPa = rmse_kPa(result);
-  const double pi_kPa = std::sqrt(result.pi_Pa2 / result.chambers) / 1e3;
-  const double pi_blind_kPa = std::sqrt(result.pi_blind_Pa2 / result.chambers) / 1e3;
-  print_row("regulate.rmse_kPa", ours_kPa, "kPa", "null");
-  print_row("regulate.rmse_vs_tuned_pi", ours_kPa / pi_kPa, "1", "0.25",
-            "PI tuned on each chamber's set, kPa", pi_kPa);
-  print_row("regulate.rmse_vs_tuned_pi_without_preview", ours_kPa / pi_blind_kPa, "1", "null",
-            "the same PI without preview, kPa", pi_blind_kPa);
-  print_row("regulate.settle_vs_time_optimal", result.ratio_sum / result.steps, "1", "1.2");
-  print_row("regulate.settle_vs_time_optimal_worst", result.worst_ratio, "1", "null");
-  print_row("regulate.overshoot_percent", 100.0 * result.overshoot_Pa / kSpan_Pa, "% of span", "2");
-  return 0;
+  print_rows("", measured(Kind::greybox, true));
+  print_rows("_tassa9", measured(Kind::tassa9, true));
 }
