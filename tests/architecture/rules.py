@@ -200,6 +200,8 @@ ALLOWED_SYMBOLS = re.compile(
     r"|__cxa_pure_virtual|__stack_chk_fail|_GLOBAL_OFFSET_TABLE_"
     # What 32-bit Arm leaves to the compiler's library: float without a floating-point unit, and 64-bit integers.
     r"|__aeabi_(f(add|sub|rsub|mul|div|cmp(eq|lt|le|ge|gt|un)|2(u?iz|u?lz))|(u?i|u?l)2f|u?[il]div(mod)?|l(mul|asr|lsl|lsr|cmp))|__c[lt]zdi2"
+    # A thread's own count of the results that its fixed-point numbers cut off.
+    r"|__tls_get_addr|__aeabi_read_tp"
     r"|__(asan|ubsan|sanitizer)_\w+)$")
 
 WHY_FORBIDDEN = [

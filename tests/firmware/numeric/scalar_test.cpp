@@ -33,7 +33,7 @@ TEST(Decay, DoesNotCancelNearZero) {
 }
 
 TEST(Decay, IsClampedAtTheEndsOfItsRange) {
-  EXPECT_EQ(decay(kDecayHigh), 1.0F);
+  EXPECT_EQ(decay(float{kDecayHigh}), 1.0F);
   EXPECT_EQ(decay(1e30F), 1.0F);
   EXPECT_EQ(decay(std::numeric_limits<float>::infinity()), 1.0F);
   EXPECT_EQ(decay(-1e-3F), 0.0F) << "a negative rate does nothing";
@@ -78,7 +78,7 @@ TEST(Phi, AreTheFunctionsOfAnExponentialStepForEitherSign) {
   }
   EXPECT_EQ(phi_1(0.0F), 1.0F);
   EXPECT_EQ(phi_2(0.0F, 1.0F), 0.5F);
-  EXPECT_EQ(phi_1(-1e30F), phi_1(-kGrowthHigh)) << "a growth is followed so far";
+  EXPECT_EQ(phi_1(-1e30F), phi_1(float{-kGrowthHigh})) << "a growth is followed so far";
 }
 
 TEST(IsFinite, TellsNumbersFromTheRest) {

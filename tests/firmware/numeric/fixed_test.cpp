@@ -1,0 +1,193 @@
+// Q31.32 against integers of 128 bits and the C library in long double: every error that fixed.hpp and fixed_scalar.hpp state.
+#include "firmware/numeric/fixed.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <random>
+
+#include "firmware/numeric/scalar.hpp"
+
+namespace plenum::numeric {
+namespace {
+
+constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max();
+constexpr std::int64_t kLeast = std::numeric_limits<std::int64_t>::min();
+constexpr long double kUlps = 4294967296.0L;  // in 1
+
+/// Of every magnitude alike, and of either sign.
+std::int64_t any_raw(std::mt19937_64& random) {
+  const auto magnitude = static_cast<std::int64_t>(random() >> 1U >> random() % 63);
+  return random() % 2 == 0 ? magnitude : -magnitude;
+}
+
+/// Whether what is done counts a saturation.
+template <class Do>
+bool counts(Do&& what) {
+  const std::uint32_t before = Fixed::saturations();
+  what();
+  return Fixed::saturations() != before;
+}
+
+#ifdef __SIZEOF_INT128__
+__extension__ using Wide = __int128;
+
+std::int64_t cut(Wide x) {
+  return x > kMost ? kMost : x < kLeast ? kLeast : static_cast<std::int64_t>(x);
+}
+
+TEST(Fixed, ProductsAreTheExactOnesRoundedWithWideIntegersAndWithout) {
+  std::mt19937_64 random(1);
+  for (int i = 0; i < 2'000'000; ++i) {
+    const std::int64_t a = any_raw(random), b = any_raw(random);
+    const std::int64_t exact = cut((Wide{a} * b + (Wide{1} << 31)) >> 32);
+    ASSERT_EQ((Fixed::from_raw(a) * Fixed::from_raw(b)).raw(), exact) << a << " * " << b;
+    ASSERT_EQ(Fixed::product_by_parts(Fixed::from_raw(a), Fixed::from_raw(b)).raw(), exact)
+        << a << " * " << b;
+  }
+}
+
+TEST(Fixed, QuotientsAreTheExactOnesRounded) {
+  std::mt19937_64 random(2);
+  for (int i = 0; i < 2'000'000; ++i) {
+    const std::int64_t a = any_raw(random), b = any_raw(random);
+    if (b == 0) continue;
+    const Wide dividend = (a < 0 ? -Wide{a} : Wide{a}) << 32, divisor = b < 0 ? -Wide{b} : Wide{b};
+    const Wide magnitude = (2 * dividend + divisor) / (2 * divisor);
+    ASSERT_EQ((Fixed::from_raw(a) / Fixed::from_raw(b)).raw(),
+              cut((a < 0) != (b < 0) ? -magnitude : magnitude))
+        << a << " / " << b;
+  }
+}
+
+TEST(Fixed, AtTheEndsOfTheRangeNothingGoesRound) {
+  for (const std::int64_t a :
+       {kLeast, kLeast + 1, std::int64_t{-1}, std::int64_t{0}, std::int64_t{1}, kMost}) {
+    for (const std::int64_t b :
+         {kLeast, kLeast + 1, std::int64_t{-1}, std::int64_t{0}, std::int64_t{1}, kMost}) {
+      const Fixed x = Fixed::from_raw(a), y = Fixed::from_raw(b);
+      EXPECT_EQ((x + y).raw(), cut(Wide{a} + b)) << a << " + " << b;
+      EXPECT_EQ((x - y).raw(), cut(Wide{a} - b)) << a << " - " << b;
+      EXPECT_EQ((x * y).raw(), cut((Wide{a} * b + (Wide{1} << 31)) >> 32)) << a << " * " << b;
+      EXPECT_EQ(Fixed::product_by_parts(x, y), x * y) << a << " * " << b;
+      EXPECT_EQ((-x).raw(), cut(-Wide{a})) << a;
+    }
+  }
+}
+#endif
+
+TEST(Fixed, WhatDoesNotFitIsCountedAndWhatFitsIsNot) {
+  volatile std::int64_t most = kMost;  // seen at run time
+  const Fixed largest = Fixed::from_raw(most);
+  EXPECT_TRUE(counts([&] { EXPECT_EQ((largest + Fixed::from_raw(1)).raw(), kMost); }));
+  EXPECT_TRUE(counts([&] { EXPECT_EQ((-largest - Fixed(1)).raw(), kLeast); }));
+  EXPECT_TRUE(counts([&] { EXPECT_EQ((largest * Fixed(-2)).raw(), kLeast); }));
+  EXPECT_TRUE(counts([&] { EXPECT_EQ((largest / Fixed(0.5)).raw(), kMost); }));
+  EXPECT_FALSE(counts([&] { EXPECT_EQ((largest - largest).raw(), 0); }));
+  EXPECT_FALSE(counts([&] { EXPECT_EQ((largest * Fixed(1)).raw(), kMost); }));
+}
+
+TEST(Fixed, NothingIsDividedByNothingAndNoRootIsTakenOfLess) {
+  EXPECT_TRUE(counts([] { EXPECT_EQ((Fixed(3) / Fixed(0)).raw(), kMost); }));
+  EXPECT_TRUE(counts([] { EXPECT_EQ((Fixed(-3) / Fixed(0)).raw(), kLeast); }));
+  EXPECT_TRUE(counts([] { EXPECT_EQ((Fixed(0) / Fixed(0)).raw(), 0); }));
+  EXPECT_TRUE(counts([] { EXPECT_EQ(sqrt(Fixed(-1)).raw(), 0); }));
+  EXPECT_FALSE(counts([] { EXPECT_EQ((Fixed(0) / Fixed(3)).raw(), 0); }));
+  EXPECT_FALSE(counts([] { EXPECT_EQ(sqrt(Fixed(0)).raw(), 0); }));
+}
+
+TEST(Fixed, TakesTheNearestOfEveryFloat) {
+  std::mt19937 random(3);
+  for (int i = 0; i < 2'000'000; ++i) {
+    const float x = std::bit_cast<float>(static_cast<std::uint32_t>(random()));
+    if (!std::isfinite(x)) continue;
+    const double scaled = std::round(std::ldexp(static_cast<double>(x), 32));  // exact: 24 bits
+    const std::int64_t nearest = scaled >= 0x1p63   ? kMost
+                                 : scaled < -0x1p63 ? kLeast
+                                                    : static_cast<std::int64_t>(scaled);
+    ASSERT_EQ(Fixed(x).raw(), nearest) << x;
+    ASSERT_EQ(Fixed(static_cast<double>(x)).raw(), nearest) << x;
+  }
+}
+
+TEST(Fixed, TakesNoNumberForNothingAndTheInfiniteForItsEnds) {
+  EXPECT_TRUE(counts([] { EXPECT_EQ(Fixed(std::numeric_limits<float>::quiet_NaN()).raw(), 0); }));
+  EXPECT_TRUE(counts([] { EXPECT_EQ(Fixed(std::numeric_limits<float>::infinity()).raw(), kMost); }));
+  EXPECT_TRUE(counts([] { EXPECT_EQ(Fixed(-std::numeric_limits<float>::infinity()).raw(), kLeast); }));
+  EXPECT_TRUE(counts([] { EXPECT_EQ(Fixed(std::uint64_t{1} << 40U).raw(), kMost); }));
+  EXPECT_EQ(Fixed(-7).raw(), -(std::int64_t{7} << 32U));
+}
+
+TEST(Fixed, GivesBackTheFloatsThatItHolds) {
+  std::mt19937 random(4);
+  std::uniform_real_distribution<float> voltage(-1000.0F, 1000.0F);
+  for (int i = 0; i < 100'000; ++i) {
+    const float x = std::round(voltage(random) * 0x1p13F) * 0x1p-13F;
+    ASSERT_EQ(static_cast<float>(Fixed(x)), x);
+  }
+  EXPECT_EQ(static_cast<int>(Fixed(-2.75)), -2) << "towards zero";
+  EXPECT_EQ(static_cast<int>(Fixed(2.75)), 2);
+}
+
+TEST(Fixed, RootsAreTheNearest) {
+  std::mt19937_64 random(5);
+  for (int i = 0; i < 2'000'000; ++i) {
+    const std::int64_t raw = std::abs(any_raw(random));
+    const long double exact = std::sqrt(static_cast<long double>(raw) * kUlps);
+    const long double error = std::fabs(static_cast<long double>(sqrt(Fixed::from_raw(raw)).raw()) - exact);
+    ASSERT_LE(error, raw < std::int64_t{1} << 56U ? 0.50001L : 16.0L) << raw;
+  }
+}
+
+TEST(FixedDecay, IsOneMinusExpWithinTwoAndAHalfUnitsFromEndToEnd) {
+  long double worst = 0;
+  std::int64_t worst_raw = 0;
+  for (std::int64_t raw = 1; raw < (std::int64_t{25} << 32U); raw += 53'987) {
+    const long double exact = -std::expm1(-static_cast<long double>(raw) / kUlps) * kUlps;
+    const long double error = std::fabs(static_cast<long double>(decay(Fixed::from_raw(raw)).raw()) - exact);
+    if (error > worst) {
+      worst = error;
+      worst_raw = raw;
+    }
+  }
+  EXPECT_LT(worst, 2.5L) << "ulp, at raw " << worst_raw;
+}
+
+TEST(FixedDecay, IsClampedAtTheEndsOfItsRange) {
+  EXPECT_EQ(decay(Fixed(0)), Fixed(0));
+  EXPECT_EQ(decay(Fixed(-1)), Fixed(0)) << "a negative rate does nothing";
+  EXPECT_EQ(decay(Fixed(kDecayHigh)), Fixed(1));
+  EXPECT_EQ(decay(Fixed::from_raw(kMost)), Fixed(1));
+}
+
+TEST(FixedLog, IsTheLogarithmOfWhateverIsPositive) {
+  for (long double x = 3e-9L; x < 2e9L; x *= 1.000731L) {
+    const Fixed at = Fixed(static_cast<double>(x));
+    const long double exact = std::log(static_cast<long double>(at.raw()) / kUlps);
+    const long double error = std::fabs(static_cast<long double>(log(at).raw()) / kUlps - exact);
+    ASSERT_LE(error, 2e-9L + 3e-10L * std::fabs(exact)) << "x = " << static_cast<double>(x);
+  }
+}
+
+TEST(FixedPhi, AreTheFunctionsOfAnExponentialStepForEitherSign) {
+  for (double x = -4.0; x < 30.0; x += 0.000713) {
+    const Fixed at = Fixed(x);
+    const long double wide = static_cast<long double>(at.raw()) / kUlps;
+    const long double exact = -std::expm1(-wide) / wide;
+    const Fixed first = phi_1(at);
+    ASSERT_NEAR(static_cast<double>(static_cast<long double>(first.raw()) / kUlps / exact), 1.0, 4e-8)
+        << "x = " << x;
+    const long double exact_2 = (1.0L - exact) / wide;
+    if (std::abs(x) < 1e-3) continue;  // where that is no oracle
+    ASSERT_NEAR(static_cast<double>(static_cast<long double>(phi_2(at, first).raw()) / kUlps / exact_2), 1.0,
+                1e-6)
+        << "x = " << x;
+  }
+  EXPECT_EQ(phi_1(Fixed(0)), Fixed(1));
+  EXPECT_EQ(phi_1(Fixed(-100)), phi_1(Fixed(-kGrowthHigh))) << "a growth is followed so far";
+}
+
+}  // namespace
+}  // namespace plenum::numeric
