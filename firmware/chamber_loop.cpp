@@ -7,6 +7,7 @@ namespace {
 
 constexpr float kPa = 1000.0F;  // Pa in a kPa
 constexpr float kMl_per_m3 = 1e6F;
+constexpr numeric::Scalar kHalfTick_s = numeric::Scalar(0.5F * config::kTick_s);
 
 }  // namespace
 
@@ -46,7 +47,7 @@ safety::FaultSet ChamberLoop::measure(const Measured& readings, bool regulation_
                                 .pressure_fresh = readings.pressure.fresh,
                                 .position_V = readings.position.mean_V,
                                 .position_fresh = readings.position.fresh,
-                                .residual_kPa = residual_kPa_,
+                                .residual_kPa = static_cast<float>(residual_kPa_),
                                 .regulation_asked = regulation_asked,
                                 .model_ready = has_model() || !model_needed});
   if (seen.position_usable) {
@@ -74,21 +75,22 @@ safety::FaultSet ChamberLoop::measure(const Measured& readings, bool regulation_
 float ChamberLoop::command(const Order& order, canopen::ChamberImage& image) noexcept {
   if (order.commanded) resting_ = settings_;
   has_commanded_ = true;
-  float command_V = driven_V(order, image);
-  if (!numeric::is_finite(command_V))
-    command_V = safety::resting_command_V(resting_, safety::Drive::safe, false);
-  command_V_ = order.powered ? command_V : settings_.null_V;  // what the valve does, to learn nothing false
+  numeric::Scalar driven = driven_V(order, image);
+  if (!numeric::is_finite(driven)) driven = safety::resting_command_V(resting_, safety::Drive::safe, false);
+  command_V_ = order.powered ? driven : settings_.null_V;  // what the valve does, to learn nothing false
   regulator_.sent(command_V_);
 
-  image.actual_Pa = pressure_kPa_ * kPa;
-  image.volume_m3 = (motion_.volume_mL - motion_.volume_rate_mL_s * config::kTick_s * 0.5F) / kMl_per_m3;
+  const float command_V = static_cast<float>(driven);
+  image.actual_Pa = static_cast<float>(pressure_kPa_) * kPa;
+  image.volume_m3 =
+      static_cast<float>(motion_.volume_mL - motion_.volume_rate_mL_s * kHalfTick_s) / kMl_per_m3;
   image.command_V = command_V;
   image.feedback_V = command_V - image.feedforward_V;
-  image.residual_Pa = residual_kPa_ * kPa;
+  image.residual_Pa = static_cast<float>(residual_kPa_) * kPa;
   return command_V;
 }
 
-float ChamberLoop::driven_V(const Order& order, canopen::ChamberImage& image) noexcept {
+numeric::Scalar ChamberLoop::driven_V(const Order& order, canopen::ChamberImage& image) noexcept {
   const bool excitation = order.mode == canopen::ControlMode::excitation;
   const bool driven = settings_.in_use && pressure_seen_ && !order.must_vent;
   const bool exciting = driven && excitation && order.drive == safety::Drive::active;
@@ -101,8 +103,8 @@ float ChamberLoop::driven_V(const Order& order, canopen::ChamberImage& image) no
 
   if (regulating) return regulated_V(order, image);
   image.feedforward_V = settings_.null_V;
-  image.demand_Pa = pressure_kPa_ * kPa;
-  image.reference_Pa = pressure_kPa_ * kPa;
+  image.demand_Pa = static_cast<float>(pressure_kPa_) * kPa;
+  image.reference_Pa = image.demand_Pa;
   // The guard of the excitation lives on fresh pressures: without one the ports are shut.
   if (exciting) return pressure_fresh_ ? excitation_.step(pressure_kPa_) : settings_.null_V;
   const safety::Drive resting = order.drive == safety::Drive::vent ? order.drive : safety::Drive::safe;
@@ -120,7 +122,7 @@ void ChamberLoop::begin_excitation(const Order& order) noexcept {
                                              settings_));
 }
 
-float ChamberLoop::regulated_V(const Order& order, canopen::ChamberImage& image) noexcept {
+numeric::Scalar ChamberLoop::regulated_V(const Order& order, canopen::ChamberImage& image) noexcept {
   const bool active = order.drive == safety::Drive::active;
   const float setpoint_kPa = (active ? image.setpoint_Pa : image.hold_setpoint_Pa) / kPa;
   const control::ReferenceShaper::Reference& reference =
@@ -128,10 +130,10 @@ float ChamberLoop::regulated_V(const Order& order, canopen::ChamberImage& image)
   const bool open_loop = order.mode == canopen::ControlMode::pressure_open_loop;
   const control::Regulator::Command command = open_loop ? regulator_.feedforward(*model_, reference, motion_)
                                                         : regulator_.regulate(*model_, reference, motion_);
-  image.feedforward_V = command.feedforward_V;
+  image.feedforward_V = static_cast<float>(command.feedforward_V);
   image.demand_Pa =
       numeric::clamp(setpoint_kPa, settings_.pressure_low_kPa, settings_.pressure_high_kPa) * kPa;
-  image.reference_Pa = reference.kPa[0] * kPa;
+  image.reference_Pa = static_cast<float>(reference.kPa[0]) * kPa;
   return command.command_V;
 }
 

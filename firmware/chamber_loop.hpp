@@ -58,9 +58,9 @@ class ChamberLoop {
   float command(const Order& order, canopen::ChamberImage& image) noexcept;
 
  private:
-  float driven_V(const Order& order, canopen::ChamberImage& image) noexcept;
+  numeric::Scalar driven_V(const Order& order, canopen::ChamberImage& image) noexcept;
   void begin_excitation(const Order& order) noexcept;
-  float regulated_V(const Order& order, canopen::ChamberImage& image) noexcept;
+  numeric::Scalar regulated_V(const Order& order, canopen::ChamberImage& image) noexcept;
 
   config::ChamberSettings settings_;
   config::ChamberSettings
@@ -72,15 +72,15 @@ class ChamberLoop {
   control::Excitation excitation_;
   control::AnyModel known_;
   const control::PressureModel* model_ = nullptr;  ///< the one in force
-  float valve_delay_ticks_ = 0.0F;                 ///< the installer's, for a model that states none
+  numeric::Scalar valve_delay_ticks_ = 0;          ///< the installer's, for a model that states none
 
-  float pressure_kPa_ = 0.0F;      ///< last usable measurement
-  control::ChamberMotion motion_;  ///< of the tick at hand
-  float residual_kPa_ = 0.0F;
-  float command_V_ = 0.0F;       ///< held over the tick just past
-  bool has_commanded_ = false;   ///< an output stands, and no setting alone moves it
-  bool pressure_fresh_ = false;  ///< a usable measurement has come this tick
-  bool pressure_seen_ = false;   ///< a usable measurement has come since the start
+  numeric::Scalar pressure_kPa_ = 0;  ///< last usable measurement
+  control::ChamberMotion motion_;     ///< of the tick at hand
+  numeric::Scalar residual_kPa_ = 0;
+  numeric::Scalar command_V_ = 0;  ///< held over the tick just past
+  bool has_commanded_ = false;     ///< an output stands, and no setting alone moves it
+  bool pressure_fresh_ = false;    ///< a usable measurement has come this tick
+  bool pressure_seen_ = false;     ///< a usable measurement has come since the start
   bool volume_seen_ = false;
   bool was_regulating_ = false;
   bool was_exciting_ = false;

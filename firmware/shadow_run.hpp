@@ -47,7 +47,7 @@ class ShadowRun final : public config::ModelTrial {
   static constexpr float kWorse = 1.05F;
 
   /// `valve_delay_ticks`: for a model that states none, as in the regulator. The recorder must outlive the run.
-  ShadowRun(const telemetry::Recorder& recorder, float valve_delay_ticks) noexcept
+  ShadowRun(const telemetry::Recorder& recorder, numeric::Scalar valve_delay_ticks) noexcept
       : recorder_(recorder), delay_ticks_(valve_delay_ticks) {}
 
   bool begin(std::uint8_t chamber) noexcept override;
@@ -73,11 +73,11 @@ class ShadowRun final : public config::ModelTrial {
     control::ValvePath valve;
     control::SentCommands sent;
     control::SensorLag sensor;
-    float sensor_lag_ticks = 0.0F;
-    float pressure_kPa = 0.0F;
+    numeric::Scalar sensor_lag_ticks = 0;
+    numeric::Scalar pressure_kPa = 0;
     float squares = 0.0F;
 
-    void take(const config::ModelParameters& parameters, float delay_ticks) noexcept;
+    void take(const config::ModelParameters& parameters, numeric::Scalar delay_ticks) noexcept;
     /// `command_V` has been sent for long.
     void rest(float command_V) noexcept;
     void send(float command_V) noexcept { sent.push({.model_V = valve.sent(command_V)}); }
@@ -96,7 +96,7 @@ class ShadowRun final : public config::ModelTrial {
   config::TrialResult result() const noexcept;
 
   const telemetry::Recorder& recorder_;
-  float delay_ticks_;
+  numeric::Scalar delay_ticks_;
   std::uint8_t waiting_ = 0;  ///< mask of chambers
   std::size_t chamber_ = kNobody;
   Runner staged_;

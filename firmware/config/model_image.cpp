@@ -1,10 +1,10 @@
 #include "firmware/config/model_image.hpp"
 
+#include <algorithm>
 #include <bit>
 
 #include "firmware/config/crc32.hpp"
 #include "firmware/config/valve_curve.hpp"
-#include "firmware/numeric/scalar.hpp"
 
 namespace plenum::config {
 namespace {
@@ -182,12 +182,13 @@ ImageVerdict validate_tassa9r(const ModelParameters& parameters) noexcept {
 ImageVerdict validate_port(const ValveCurve& port, GreyboxParameter slope) noexcept {
   constexpr int kSteps = 10;
   constexpr float kStep_V = kLeastOpening_V / kSteps;
-  float before_V = 0.0F;
+  numeric::Scalar before_V = 0;
   for (int i = 1; i <= kSteps; ++i) {
     const float opening_V = kStep_V * static_cast<float>(i);
-    const float bent_V = port.bent_V(opening_V);
+    const numeric::Scalar bent_V = port.bent_V(opening_V);
     if (!(bent_V > before_V)) {
-      return {ImageError::not_admissible, slope, port.slope, opening_V - kStep_V, opening_V};
+      return {ImageError::not_admissible, slope, static_cast<float>(port.slope), opening_V - kStep_V,
+              opening_V};
     }
     before_V = bent_V;
   }
@@ -203,8 +204,9 @@ ImageVerdict validate_greybox(const ModelParameters& parameters) noexcept {
   constexpr float kLeastSubsonic = 0.05F;
   const float cracking_low = of[kCriticalRatio] + kLeastSubsonic;
   if (!(of[kCrackingRatio] >= cracking_low)) return blame_low(kCrackingRatio, cracking_low);
-  const ImageVerdict inlet = validate_port(inlet_of(of), kInletSlope);
-  return inlet ? validate_port(exhaust_of(of), kExhaustSlope) : inlet;
+  const std::array<numeric::Scalar, kMaxParameters> computed = scalars(parameters);
+  const ImageVerdict inlet = validate_port(inlet_of(computed), kInletSlope);
+  return inlet ? validate_port(exhaust_of(computed), kExhaustSlope) : inlet;
 }
 
 /// All that a kind of model is to an image.
@@ -229,6 +231,12 @@ const Kind* find_kind(ModelKind kind) noexcept {
 }
 
 }  // namespace
+
+std::array<numeric::Scalar, kMaxParameters> scalars(const ModelParameters& parameters) noexcept {
+  std::array<numeric::Scalar, kMaxParameters> values;
+  std::copy(parameters.value.begin(), parameters.value.end(), values.begin());
+  return values;
+}
 
 std::span<const ParameterSpec> parameter_schema(ModelKind kind) noexcept {
   const Kind* known = find_kind(kind);

@@ -13,6 +13,8 @@
 #include <cstdint>
 #include <span>
 
+#include "firmware/numeric/scalar.hpp"
+
 namespace plenum::config {
 
 enum class ModelKind : std::uint16_t { none = 0, tassa9 = 1, greybox = 2, tassa9r = 3 };
@@ -30,6 +32,9 @@ struct ModelParameters {
   std::uint16_t count = 0;
   std::array<float, kMaxParameters> value{};
 };
+
+/// The values as the core computes with them.
+std::array<numeric::Scalar, kMaxParameters> scalars(const ModelParameters& parameters) noexcept;
 
 /// One parameter of a kind: its name with unit, and its closed range. An open bound of the paper is written
 /// as the nearest value inside it that the model can still compute with.

@@ -1,6 +1,7 @@
 // Room for a model of any kind that an image can hold: one of them at a time.
 #pragma once
 
+#include <array>
 #include <span>
 
 #include "firmware/config/model_image.hpp"
@@ -17,7 +18,8 @@ class AnyModel {
   /// kind none.
   const PressureModel* take_over(const config::ModelParameters& parameters, Scalar command_low_V,
                                  Scalar command_high_V) noexcept {
-    const std::span values(parameters.value);
+    const std::array computed = config::scalars(parameters);
+    const std::span values(computed);
     switch (parameters.kind) {
       case config::ModelKind::none:
         return nullptr;

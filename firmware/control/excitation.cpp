@@ -143,20 +143,20 @@ Excitation::Config restrict_to(const Excitation::Config& asked,
                                const config::ChamberSettings& settings) noexcept {
   Excitation::Config config = asked;
   config.null_V = settings.null_V;
-  config.command_low_V = clamp(asked.command_low_V, settings.command_low_V, settings.command_high_V);
-  config.command_high_V = clamp(asked.command_high_V, settings.command_low_V, settings.command_high_V);
+  const Scalar low_V = settings.command_low_V, high_V = settings.command_high_V;
+  config.command_low_V = clamp(asked.command_low_V, low_V, high_V);
+  config.command_high_V = clamp(asked.command_high_V, low_V, high_V);
   // Comparisons are written so that what is not a number fails them.
   if (!(config.command_low_V < config.null_V && config.null_V < config.command_high_V)) {
-    config.command_low_V = settings.command_low_V;
-    config.command_high_V = settings.command_high_V;
+    config.command_low_V = low_V;
+    config.command_high_V = high_V;
   }
-  config.pressure_low_kPa =
-      clamp(asked.pressure_low_kPa, settings.pressure_low_kPa, settings.pressure_high_kPa);
-  config.pressure_high_kPa =
-      clamp(asked.pressure_high_kPa, settings.pressure_low_kPa, settings.pressure_high_kPa);
+  const Scalar low_kPa = settings.pressure_low_kPa, high_kPa = settings.pressure_high_kPa;
+  config.pressure_low_kPa = clamp(asked.pressure_low_kPa, low_kPa, high_kPa);
+  config.pressure_high_kPa = clamp(asked.pressure_high_kPa, low_kPa, high_kPa);
   if (!(config.pressure_low_kPa < config.pressure_high_kPa)) {
-    config.pressure_low_kPa = settings.pressure_low_kPa;
-    config.pressure_high_kPa = settings.pressure_high_kPa;
+    config.pressure_low_kPa = low_kPa;
+    config.pressure_high_kPa = high_kPa;
   }
   return config;
 }

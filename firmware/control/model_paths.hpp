@@ -27,7 +27,7 @@ inline ModelPaths paths_of(const config::ModelParameters& parameters, Scalar del
   constexpr Scalar kTicks_per_s = Scalar(1) / Scalar(config::kTick_s);
   constexpr Scalar kPi = Scalar(3.14159265358979);
   if (parameters.kind != config::ModelKind::greybox) return {.valve = {.dead_ticks = delay_ticks}};
-  const auto& of = parameters.value;
+  const auto of = config::scalars(parameters);
   const Scalar dead_ticks = of[config::kDeadTime] * kTicks_per_s;
   const Scalar spool_ticks = of[config::kSpoolDamping] * of[config::kSpoolPeriod] / kPi * kTicks_per_s;
   const Scalar lag_ticks = numeric::min(Scalar(0.5) * spool_ticks, kMostLag_ticks);

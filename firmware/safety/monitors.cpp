@@ -1,5 +1,7 @@
 #include "firmware/safety/monitors.hpp"
 
+#include "firmware/numeric/scalar.hpp"
+
 namespace plenum::safety {
 namespace {
 
@@ -12,7 +14,7 @@ struct Signal {
   bool in_range;
 };
 
-Signal judge(Scalar sensor_V, Scalar valid_low_V, Scalar valid_high_V) noexcept {
+Signal judge(float sensor_V, float valid_low_V, float valid_high_V) noexcept {
   return {numeric::is_finite(sensor_V), sensor_V >= valid_low_V && sensor_V <= valid_high_V};
 }
 
@@ -51,7 +53,7 @@ ChamberMonitor::Output ChamberMonitor::step(const config::ChamberSettings& setti
   // a usable pressure says nothing for or against. A reading above the valid range still counts as too much
   // pressure.
   if (in.pressure_fresh && pressure.finite) {
-    const Scalar pressure_kPa = config::pressure_kPa(settings, in.pressure_V);
+    const float pressure_kPa = config::pressure_kPa(settings, in.pressure_V);
     const std::uint16_t count = over_pressure_.step(pressure_kPa > settings.over_pressure_kPa);
     over_pressure_tripped_ = count >= settings.over_pressure_ticks ||
                              (over_pressure_tripped_ && pressure_kPa > settings.pressure_high_kPa);
@@ -69,7 +71,7 @@ FaultSet BoardMonitor::step(const config::BoardSettings& settings, const Input& 
   const bool setpoint_came = in.setpoint_count != setpoint_count_before_;
   setpoint_count_before_ = in.setpoint_count;
   const std::uint16_t silence = setpoint_silence_.step(in.setpoints_needed && !setpoint_came);
-  const bool supply_watched = settings.supply_low_kPa > Scalar(0);
+  const bool supply_watched = settings.supply_low_kPa > 0.0F;
   const bool supply_enough =
       in.supply_fresh && config::supply_kPa(settings, in.supply_V) >= settings.supply_low_kPa;
 

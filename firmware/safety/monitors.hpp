@@ -1,6 +1,8 @@
 // The checks that raise faults: one monitor a chamber, one for the board. They see causes; FaultRegister
 // remembers.
 //
+// They judge what the converters say, which may be no number at all: in float, whatever the core computes in.
+//
 // A limit of n ticks means: the cause is raised in the n-th tick on end. Counters saturate; no check divides,
 // loops or waits.
 #pragma once
@@ -8,12 +10,9 @@
 #include <cstdint>
 
 #include "firmware/config/chamber_settings.hpp"
-#include "firmware/numeric/scalar.hpp"
 #include "firmware/safety/faults.hpp"
 
 namespace plenum::safety {
-
-using numeric::Scalar;
 
 /// Ticks on end for which a condition has held, saturating.
 class TickCount {
@@ -31,11 +30,12 @@ class TickCount {
 class ChamberMonitor {
  public:
   struct Input {
-    Scalar pressure_V = 0;        ///< mean at the pressure sensor's pin over the tick
+    float pressure_V = 0.0F;      ///< mean at the pressure sensor's pin over the tick
     bool pressure_fresh = false;  ///< a sample arrived in the tick
-    Scalar position_V = 0;
+    float position_V = 0.0F;
     bool position_fresh = false;
-    Scalar residual_kPa = 0;  ///< measured minus predicted, as known a tick ago; 0 while nothing is predicted
+    float residual_kPa =
+        0.0F;  ///< measured minus predicted, as known a tick ago; 0 while nothing is predicted
     bool regulation_asked = false;  ///< 6040h asks for HOLD or ACTIVE
     bool model_ready = false;       ///< this chamber has a model, or the control mode needs none
   };
@@ -59,7 +59,7 @@ class BoardMonitor {
     bool emergency_stop = false;  ///< its circuit is open
     bool outputs_ok = true;       ///< every output took the last write
     bool tick_late = false;       ///< this tick began later than its deadline
-    Scalar supply_V = 0;          ///< mean at the supply sensor's pin
+    float supply_V = 0.0F;        ///< mean at the supply sensor's pin
     bool supply_fresh = true;     ///< a sample arrived in the tick; an old one vouches for no supply
     bool bus_off = false;
     bool error_passive = false;
