@@ -7,26 +7,23 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
-#include <vector>
 
 #include "firmware/config/model_image.hpp"
 #include "tests/firmware/control/admissible.hpp"
+#include "tests/firmware/control/model_properties.hpp"
 
 namespace plenum::control {
 namespace {
 
+using testing::motion_of;
 using testing::random_chamber;
 using testing::RandomChamber;
 
-ChamberMotion motion_of(const RandomChamber& chamber) {
-  return {.volume_mL = chamber.volume_mL, .volume_rate_mL_s = chamber.volume_rate_mL_s};
-}
-
-Tassa9 model_of(const RandomChamber& chamber, float low_V = 0.0F, float high_V = 10.0F) {
+constexpr auto model_of = [](const RandomChamber& chamber, float low_V = 0.0F, float high_V = 10.0F) {
   Tassa9 model;
   model.configure(chamber.parameters, low_V, high_V);
   return model;
-}
+};
 
 TEST(RandomChambers, AreAdmissible) {
   std::mt19937 random(7);
@@ -83,129 +80,24 @@ TEST(Tassa9, TwoHalfStepsAreOneStep) {
 }
 
 TEST(Tassa9, DerivativesAreTheLimitsOfDifferences) {
-  std::mt19937 random(3);
-  std::uniform_real_distribution<double> command(0.5, 9.5);
-  int checked = 0;
-  for (int i = 0; i < 5'000; ++i) {
-    const RandomChamber chamber = random_chamber(random);
-    const double u = command(random);
-    const auto end = [&](const RandomChamber& at, double u_at) {
-      const auto [s, r] = testing::reference(at, u_at);
-      return s + (static_cast<double>(at.pressure_kPa) - s) * std::exp(-r * 0.01);
-    };
-    const double r = testing::reference(chamber, u).rate_per_s;
-    if (r < 0.01 || r * 0.01 > 20.0) continue;  // outside, the exponent is limited
-    ++checked;
-    const auto difference = [&](float RandomChamber::*member, float step) {
-      RandomChamber above = chamber;
-      RandomChamber below = chamber;
-      above.*member += step;
-      below.*member -= step;
-      return (end(above, u) - end(below, u)) /
-             (static_cast<double>(above.*member) - static_cast<double>(below.*member));
-    };
-    const Gradient got =
-        model_of(chamber).derivatives(chamber.pressure_kPa, static_cast<float>(u), motion_of(chamber));
-    const double u_float = static_cast<double>(static_cast<float>(u));
-    const double by_u = (end(chamber, u_float + 1e-5) - end(chamber, u_float - 1e-5)) / 2e-5;
-    const auto near = [&](double want, float have, double floor, const char* name) {
-      EXPECT_NEAR(static_cast<double>(have), want, 2e-3 * std::fabs(want) + floor)
-          << name << ", set " << i << " u " << u << " rh " << r * 0.01;
-    };
-    near(difference(&RandomChamber::pressure_kPa, 1.0F), got.by_pressure, 1e-5, "by pressure");
-    near(by_u, got.by_command_kPa_V, 1e-2, "by command");
-    near(difference(&RandomChamber::volume_mL, 0.05F), got.by_volume_kPa_mL, 1e-4, "by volume");
-    near(difference(&RandomChamber::volume_rate_mL_s, 0.2F), got.by_volume_rate_kPa_s_mL, 1e-5,
-         "by volume rate");
-  }
-  EXPECT_GT(checked, 3'000);
+  testing::expect_limits_of_differences(
+      model_of,
+      [](const RandomChamber& chamber, double command_V) {
+        const auto [s, r] = testing::reference(chamber, command_V);
+        return s + (static_cast<double>(chamber.pressure_kPa) - s) * std::exp(-r * 0.01);
+      },
+      [](const RandomChamber& chamber, double command_V) {
+        const double r = testing::reference(chamber, command_V).rate_per_s;
+        return r >= 0.01 && r * 0.01 <= 20.0;  // outside, the exponent is limited
+      });
 }
 
-struct Scan {
-  std::vector<float> command_V;
-  std::vector<float> end_kPa;
-};
-
-Scan scan(const Tassa9& model, const RandomChamber& chamber, float low_V, float high_V, int points) {
-  Scan result;
-  for (int i = 0; i <= points; ++i) {
-    const float u = low_V + (high_V - low_V) * static_cast<float>(i) / static_cast<float>(points);
-    result.command_V.push_back(u);
-    result.end_kPa.push_back(model.step(chamber.pressure_kPa, u, motion_of(chamber), 1.0F).end_kPa);
-  }
-  return result;
-}
-
-// Several thousand random chambers, several targets each: just beside the present pressure, anywhere, and
-// beyond reach.
 TEST(Tassa9Inverse, ComesAsCloseAsTheBestOfADenseScanForEveryAdmissibleSet) {
-  std::mt19937 random(4);
-  std::uniform_real_distribution<float> unit(0.0F, 1.0F);
-  int compared = 0;
-  int several_branches = 0;
-  for (int i = 0; i < 10'000; ++i) {
-    const RandomChamber chamber = random_chamber(random);
-    const float low_V = i % 2 == 0 ? 0.0F : 3.0F;
-    const float high_V = i % 2 == 0 ? 10.0F : 7.0F;
-    const Tassa9 model = model_of(chamber, low_V, high_V);
-    const Scan all = scan(model, chamber, low_V, high_V, 2'000);
-    const float span_kPa = chamber.parameters[10] - chamber.parameters[11];
-    for (const float reach : {0.002F, 0.03F, 0.3F, 1.5F}) {
-      const float target = chamber.pressure_kPa + reach * span_kPa * (2.0F * unit(random) - 1.0F);
-      const float near_V = low_V + (high_V - low_V) * unit(random);
-      const Inverse got = model.inverse(chamber.pressure_kPa, target, motion_of(chamber), near_V);
-      ASSERT_GE(got.command_V, low_V);
-      ASSERT_LE(got.command_V, high_V);
-      const float reached = model.step(chamber.pressure_kPa, got.command_V, motion_of(chamber), 1.0F).end_kPa;
-      ASSERT_NEAR(got.reached_kPa, reached, 1e-3F + 1e-5F * std::abs(reached)) << "set " << i;
-
-      float best = 1e30F;
-      int crossings = 0;
-      for (std::size_t k = 0; k < all.end_kPa.size(); ++k) {
-        best = std::min(best, std::abs(all.end_kPa[k] - target));
-        if (k > 0 && (all.end_kPa[k] > target) != (all.end_kPa[k - 1] > target)) {
-          ++crossings;
-          best = 0;
-        }
-      }
-      several_branches += crossings > 1;
-      ++compared;
-      // 0.01 % of span: the resolution of a 14 bit sensor. Of a target out of reach 1 % of span: the limit of
-      // the range is preferred to a command that is closer by less.
-      const float margin = best > 0 ? 1e-2F * span_kPa : 0.0F;
-      ASSERT_LE(std::abs(reached - target), 1.01F * best + margin + 1e-4F * span_kPa)
-          << "set " << i << ", reach " << reach << ", target " << target << " kPa, p " << chamber.pressure_kPa
-          << " kPa, command " << got.command_V << " V, crossings " << crossings;
-    }
-  }
-  EXPECT_EQ(compared, 40'000);
-  EXPECT_GT(several_branches, 100) << "the population must hold the case that the search exists for";
+  testing::expect_as_close_as_a_dense_scan(model_of, 10'000, 100);
 }
 
 TEST(Tassa9Inverse, TakesTheBranchOnWhichPressureRisesWithTheCommand) {
-  std::mt19937 random(5);
-  std::uniform_real_distribution<float> unit(0.0F, 1.0F);
-  int checked = 0;
-  for (int i = 0; i < 6'000; ++i) {
-    const RandomChamber chamber = random_chamber(random);
-    const Tassa9 model = model_of(chamber);
-    const Scan all = scan(model, chamber, 0.0F, 10.0F, 1'000);
-    // A target strictly between two values of the scan that pressure crosses upwards and downwards elsewhere.
-    const float target = chamber.pressure_kPa + 40.0F * (2.0F * unit(random) - 1.0F);
-    int up = 0;
-    int down = 0;
-    for (std::size_t k = 1; k < all.end_kPa.size(); ++k) {
-      up += all.end_kPa[k - 1] < target && all.end_kPa[k] >= target;
-      down += all.end_kPa[k - 1] > target && all.end_kPa[k] <= target;
-    }
-    if (up == 0 || down == 0) continue;
-    ++checked;
-    const Inverse got = model.inverse(chamber.pressure_kPa, target, motion_of(chamber), 10.0F * unit(random));
-    const float slope =
-        model.derivatives(chamber.pressure_kPa, got.command_V, motion_of(chamber)).by_command_kPa_V;
-    EXPECT_GT(slope, -0.5F) << "set " << i << ": " << slope << " kPa/V at " << got.command_V << " V";
-  }
-  EXPECT_GT(checked, 30);
+  testing::expect_the_rising_branch(model_of);
 }
 
 TEST(Tassa9Inverse, OpensFullyWhereTheFormulaPutsAnOpenExhaustAbovePressure) {
@@ -225,14 +117,7 @@ TEST(Tassa9Inverse, SaysWhenTheTargetIsOutOfReach) {
   Tassa9 model;
   const std::array<float, 12> typical = {5, 1, 2, 0, 0, 0.01F, 50, 0, 0.02F, 0.1F, 620, 101.3F};
   model.configure(typical, 3.0F, 7.0F);
-  const ChamberMotion still{.volume_mL = 100, .volume_rate_mL_s = 0};
-  const Inverse up = model.inverse(200, 5000, still, 5);
-  EXPECT_TRUE(up.saturated);
-  EXPECT_EQ(up.command_V, 7.0F);
-  const Inverse down = model.inverse(400, -5000, still, 5);
-  EXPECT_TRUE(down.saturated);
-  EXPECT_EQ(down.command_V, 3.0F);
-  EXPECT_FALSE(model.inverse(300, 302, still, 5).saturated);
+  testing::expect_limits_out_of_reach(model);
 }
 
 }  // namespace
