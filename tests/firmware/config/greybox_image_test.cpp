@@ -1,25 +1,16 @@
 // What the board takes of a grey-box model, and what it refuses by name.
 #include <gtest/gtest.h>
 
-#include <array>
-#include <cmath>
-
-#include <string>
 #include <string_view>
 
 #include "firmware/config/greybox_parameters.hpp"
 #include "firmware/config/model_image.hpp"
+#include "tests/firmware/config/edited_model.hpp"
 
 namespace plenum::config {
 namespace {
 
-std::size_t place_of(std::string_view name) {
-  const auto schema = parameter_schema(ModelKind::greybox);
-  for (std::size_t i = 0; i < schema.size(); ++i)
-    if (schema[i].name == name) return i;
-  ADD_FAILURE() << "no parameter " << name;
-  return 0;
-}
+using testing::place_of;
 
 /// A thin plate of a valve of 60 mL/s a volt.
 ModelParameters thin_plate() {
@@ -32,19 +23,11 @@ ModelParameters thin_plate() {
 }
 
 ImageVerdict with(std::string_view name, float value) {
-  ModelParameters model = thin_plate();
-  model.value[place_of(name)] = value;
-  return validate(model);
+  return testing::verdict_with(thin_plate(), name, value);
 }
 
 TEST(GreyboxImage, ComesBackAsItWasEncoded) {
-  std::array<std::uint8_t, kMaxImageBytes> bytes{};
-  const std::size_t size = encode(thin_plate(), bytes);
-  ASSERT_EQ(size, 28U + 4U * 27U + 4U);
-  ModelParameters read;
-  ASSERT_TRUE(decode(std::span(bytes).first(size), read));
-  EXPECT_EQ(read.kind, ModelKind::greybox);
-  EXPECT_EQ(read.value, thin_plate().value);
+  testing::expect_comes_back(thin_plate());
 }
 
 TEST(GreyboxImage, AKindBeyondTheKnownOnesIsRefused) {
@@ -54,39 +37,29 @@ TEST(GreyboxImage, AKindBeyondTheKnownOnesIsRefused) {
 }
 
 TEST(GreyboxImage, EveryParameterIsHeldToItsRange) {
-  for (const ParameterSpec& spec : parameter_schema(ModelKind::greybox)) {
-    for (const float beyond : {std::nextafter(spec.low, -1e9F), std::nextafter(spec.high, 1e9F)}) {
-      const ImageVerdict verdict = with(spec.name, beyond);
-      EXPECT_EQ(verdict.error, ImageError::out_of_range) << spec.name;
-      EXPECT_EQ(verdict.parameter, place_of(spec.name));
-      EXPECT_EQ(verdict.value, beyond);
-    }
-  }
+  testing::expect_held_to_ranges(thin_plate());
 }
 
 TEST(GreyboxImage, TheSupplyIsAboveTheAmbient) {
-  const ImageVerdict verdict = with("supply_kPa", 101.3F);
-  EXPECT_EQ(verdict.error, ImageError::not_admissible);
-  EXPECT_EQ(verdict.parameter, place_of("supply_kPa"));
-  EXPECT_EQ(verdict.low, 101.3F);
+  testing::expect_supply_above_ambient(thin_plate());
 }
 
 TEST(GreyboxImage, BetweenChokedAndShutThereIsRoomForTheFlowToFall) {
   ModelParameters model = thin_plate();
-  model.value[place_of("critical_ratio")] = 0.8F;
-  model.value[place_of("cracking_ratio")] = 0.85F;
+  model.value[place_of(model.kind, "critical_ratio")] = 0.8F;
+  model.value[place_of(model.kind, "cracking_ratio")] = 0.85F;
   EXPECT_TRUE(validate(model));
-  model.value[place_of("critical_ratio")] = 0.81F - 0.01F + 1e-6F;
+  model.value[place_of(model.kind, "critical_ratio")] = 0.81F - 0.01F + 1e-6F;
   EXPECT_FALSE(validate(model)) << "out of its range";
-  model.value[place_of("critical_ratio")] = 0.8F;
-  model.value[place_of("cracking_ratio")] = 0.8499F;
+  model.value[place_of(model.kind, "critical_ratio")] = 0.8F;
+  model.value[place_of(model.kind, "cracking_ratio")] = 0.8499F;
   EXPECT_FALSE(validate(model));
 }
 
 TEST(GreyboxImage, APortThatShutsAgainOnItsWayIsRefusedWithWhere) {
   const ImageVerdict verdict = with("exhaust_slope", -2.0F);
   EXPECT_EQ(verdict.error, ImageError::not_admissible);
-  EXPECT_EQ(verdict.parameter, place_of("exhaust_slope"));
+  EXPECT_EQ(verdict.parameter, place_of(ModelKind::greybox, "exhaust_slope"));
   EXPECT_EQ(verdict.value, -2.0F);
   // d/do [o - 2 o^2/(o + 2)] = 0 at (o + 2)^2 = 2 o^2 + 8 o, o = 2 sqrt(2) - 2 = 0.828 V
   EXPECT_NEAR(verdict.low, 0.8F, 1e-5F);
