@@ -11,7 +11,13 @@ namespace {
 
 constexpr std::uint32_t kMagic = 0x314D4C50U;  // "PLM1"
 constexpr std::size_t kHeaderBytes = 28;
+constexpr std::size_t kCountAt = 10;
 constexpr std::size_t kCrcBytes = 4;
+
+constexpr std::size_t size_of(std::size_t count) noexcept {
+  return kHeaderBytes + 4 * count + kCrcBytes;
+}
+static_assert(size_of(kMaxParameters) == kMaxImageBytes);
 
 enum Tassa9 : std::uint8_t { c1, c2, c3, c4, c5, c6, c7, c8, c9, c_gamma, supply, ambient, kTassa9Count };
 
@@ -312,7 +318,7 @@ ImageVerdict validate(const ModelParameters& parameters) noexcept {
 std::size_t encode(const ModelParameters& parameters, std::span<std::uint8_t> bytes) noexcept {
   const std::span<const ParameterSpec> schema = parameter_schema(parameters.kind);
   if (schema.empty() || parameters.count != schema.size()) return 0;
-  const std::size_t size = kHeaderBytes + 4 * schema.size() + kCrcBytes;
+  const std::size_t size = size_of(schema.size());
   if (bytes.size() < size) return 0;
 
   Writer out(bytes);
@@ -329,10 +335,15 @@ std::size_t encode(const ModelParameters& parameters, std::span<std::uint8_t> by
   return size;
 }
 
+std::span<const std::uint8_t> first_image(std::span<const std::uint8_t> bytes) noexcept {
+  if (bytes.size() < size_of(0)) return {};
+  const std::size_t count = Reader(bytes.subspan(kCountAt)).u16();
+  if (count > kMaxParameters || size_of(count) > bytes.size()) return {};
+  return bytes.first(size_of(count));
+}
+
 ImageVerdict decode(std::span<const std::uint8_t> bytes, ModelParameters& parameters) noexcept {
-  if (bytes.size() < kHeaderBytes + kCrcBytes) {
-    return refuse_number(ImageError::too_short, bytes.size(), kHeaderBytes + kCrcBytes);
-  }
+  if (bytes.size() < size_of(0)) return refuse_number(ImageError::too_short, bytes.size(), size_of(0));
   Reader in(bytes);
   if (in.u32() != kMagic) return refuse(ImageError::bad_magic);
 
@@ -344,7 +355,7 @@ ImageVerdict decode(std::span<const std::uint8_t> bytes, ModelParameters& parame
   if (schema.empty()) return refuse(ImageError::unknown_kind);
   if (hash != schema_hash(read.kind)) return refuse(ImageError::schema_mismatch);
   if (read.count != schema.size()) return refuse_number(ImageError::wrong_count, read.count, schema.size());
-  const std::size_t size = kHeaderBytes + 4 * schema.size() + kCrcBytes;
+  const std::size_t size = size_of(schema.size());
   if (bytes.size() != size) return refuse_number(ImageError::wrong_size, bytes.size(), size);
   if (Reader(bytes.last(kCrcBytes)).u32() != crc32(bytes.first(size - kCrcBytes))) {
     return refuse(ImageError::bad_crc);

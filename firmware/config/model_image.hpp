@@ -124,6 +124,10 @@ ImageVerdict validate(const ModelParameters& parameters) noexcept;
 /// the kind's. Values are not judged: that is the reader's part.
 std::size_t encode(const ModelParameters& parameters, std::span<std::uint8_t> bytes) noexcept;
 
+/// The image that `bytes` begin with, by the length that its parameter count asks for; empty when they hold no whole image.
+/// What is in it is not judged.
+std::span<const std::uint8_t> first_image(std::span<const std::uint8_t> bytes) noexcept;
+
 /// Reads and validates an image; `parameters` is written only when the verdict is good. Errors are looked for
 /// in the order of ImageError; size errors answer with the size found in `value` and the size expected in
 /// `low` and `high`.

@@ -13,13 +13,7 @@ constexpr std::size_t kImagesBegin = 1;
 
 /// Empty when the bytes from `at` on hold no whole image.
 std::span<const std::uint8_t> ModelSet::image_at(std::size_t at) const noexcept {
-  constexpr std::size_t kCountAt = 10, kBesideParameters = kMaxImageBytes - 4 * kMaxParameters;
-  const std::span<const std::uint8_t> rest = std::span(bytes_).subspan(at, size_ - at);
-  if (rest.size() < kBesideParameters) return {};
-  const std::size_t count = std::size_t{rest[kCountAt]} | std::size_t{rest[kCountAt + 1]} << 8;
-  const std::size_t length = kBesideParameters + 4 * count;
-  return count > kMaxParameters || length > rest.size() ? std::span<const std::uint8_t>{}
-                                                        : rest.first(length);
+  return first_image(std::span(bytes_).subspan(at, size_ - at));
 }
 
 bool ModelSet::take(std::span<const std::uint8_t> bytes) noexcept {

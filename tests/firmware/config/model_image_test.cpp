@@ -109,6 +109,19 @@ TEST(ModelImage, WithAWrongCrcIsNamedAsSuch) {
   EXPECT_EQ(verdict_on(image).error, ImageError::bad_crc);
 }
 
+TEST(ModelImage, TheFirstOfManyBytesIsAsLongAsItsCountSays) {
+  const std::vector<std::uint8_t> image = image_of(tassa9_sample());
+  std::vector<std::uint8_t> bytes = image;
+  bytes.insert(bytes.end(), image.begin(), image.end());
+  EXPECT_EQ(first_image(bytes).data(), bytes.data());
+  EXPECT_EQ(first_image(bytes).size(), image.size());
+  for (std::size_t size = 0; size < image.size(); ++size)
+    EXPECT_TRUE(first_image(std::span(bytes).first(size)).empty()) << size << " bytes";
+  std::vector<std::uint8_t> many(28 + 4 * 33 + 4);
+  many[kCountAt] = 33;
+  EXPECT_TRUE(first_image(many).empty()) << "more parameters than an image can have";
+}
+
 TEST(ModelImage, RefusedLeavesTheReadersParametersAlone) {
   ModelParameters kept = tassa9_sample();
   ModelParameters bad = tassa9_sample();
