@@ -139,15 +139,14 @@ void Greybox::configure(std::span<const Scalar, kParameters> parameters, Scalar 
     }
   }
   std::sort(corner_kPa_.begin(), corner_kPa_.end());
-  for (std::size_t i = 0; i < kCorners; ++i) {
-    side_[i].at_corner = {flow.flow(supply_kPa_, corner_kPa_[i]), flow.flow(corner_kPa_[i], ambient_kPa_)};
-  }
   const Scalar leak_mL_s_kPa = Scalar(0.5) * parameters[kChamberLeak] / ambient_kPa_;
   for (std::size_t i = 0; i < kCorners; ++i) {
-    const Scalar sum_kPa = corner_kPa_[i] + ambient_kPa_;
-    side_[i].leak_mL_kPa_s = leak_mL_s_kPa * sum_kPa * (corner_kPa_[i] - ambient_kPa_);
-    const Scalar next_kPa = i + 1 < kCorners ? corner_kPa_[i + 1] : corner_kPa_[i];
-    side_[i].leak_slope_mL_s = leak_mL_s_kPa * (corner_kPa_[i] + next_kPa);
+    const Scalar here_kPa = corner_kPa_[i];
+    const Scalar next_kPa = corner_kPa_[std::min(i + 1, kCorners - 1)];
+    Side& side = side_[i];
+    side.at_corner = {flow.flow(supply_kPa_, here_kPa), flow.flow(here_kPa, ambient_kPa_)};
+    side.leak_mL_kPa_s = leak_mL_s_kPa * (here_kPa + ambient_kPa_) * (here_kPa - ambient_kPa_);
+    side.leak_slope_mL_s = leak_mL_s_kPa * (here_kPa + next_kPa);
   }
   // beyond the last corner the chamber's own pressure chokes both flows
   side_.back().slope = {-flow.discharge(Scalar(0)), flow.discharge(Scalar(0))};
