@@ -1,5 +1,6 @@
-// What the 9-parameter model and its repaired form know of a command alone: the steady state of a volume at rest, and the
-// opening of the valve, in closed form and tabulated over the command range.
+// What the 9-parameter model and its repaired form have in common: of a command alone the steady state of a volume at rest
+// and the opening of the valve, in closed form and tabulated over the command range; of a volume the factor that both
+// divide by.
 //
 //   u^ = u - c1                                                                   (10a)
 //   s0 = c_b + c_s g(c2 u^ + c3 u^ u^ u^),   g(x) = x/sqrt(x^2 + 1)                (8), (10b), (10c)
@@ -20,6 +21,17 @@
 namespace plenum::control {
 
 using numeric::Scalar;
+
+/// 1 + c6 v of (10e) and (R1). The sensor's volume may be off by its noise near an empty chamber: the factor stays positive.
+struct VolumeFactor {
+  Scalar value;
+  bool is_free;  ///< it changes with the volume
+};
+inline VolumeFactor volume_factor(Scalar c6_per_mL, Scalar volume_mL) noexcept {
+  constexpr Scalar kSmallest = Scalar(1e-3);
+  const Scalar value = Scalar(1) + c6_per_mL * volume_mL;
+  return {.value = numeric::max(value, kSmallest), .is_free = value > kSmallest};
+}
 
 class CommandCurve {
  public:

@@ -6,13 +6,7 @@
 namespace plenum::control {
 namespace {
 
-using numeric::max;
-
 constexpr Scalar kTick_s = Scalar(config::kTick_s);
-
-/// The sensor's volume may be off by its noise near an empty chamber; the denominator of (10e) stays
-/// positive.
-constexpr Scalar kSmallestVolumeFactor = Scalar(1e-3);
 
 }  // namespace
 
@@ -34,7 +28,7 @@ void Tassa9::configure(std::span<const Scalar, kParameters> parameters, Scalar c
 }
 
 Tassa9::Tick Tassa9::tick(Scalar pressure_kPa, const ChamberMotion& motion) const noexcept {
-  const Scalar per_volume = kTick_s / max(Scalar(1) + c6_ * motion.volume_mL, kSmallestVolumeFactor);
+  const Scalar per_volume = kTick_s / volume_factor(c6_, motion.volume_mL).value;
   return {.pressure_kPa = pressure_kPa,
           .steady_shift_kPa = c4_ * motion.volume_rate_mL_s,
           .rate_gain = c7_ * per_volume,
@@ -71,10 +65,9 @@ Gradient Tassa9::derivatives(Scalar pressure_kPa, Scalar command_V,
   const Scalar done = numeric::decay(rh);
   const Scalar by_rh = now.by_rate_kPa(of.at, done);
 
-  const Scalar volume_factor = Scalar(1) + c6_ * motion.volume_mL;
-  const bool volume_free = volume_factor > kSmallestVolumeFactor;
-  const Scalar rh_by_volume = volume_free ? -rh * c6_ / volume_factor : Scalar(0);
-  const Scalar per_volume = kTick_s / max(volume_factor, kSmallestVolumeFactor);
+  const VolumeFactor factor = volume_factor(c6_, motion.volume_mL);
+  const Scalar rh_by_volume = factor.is_free ? -rh * c6_ / factor.value : Scalar(0);
+  const Scalar per_volume = kTick_s / factor.value;
   return {.by_pressure = Scalar(1) - done,
           .by_command_kPa_V = now.slope_kPa_V(of, done),
           .by_volume_kPa_mL = by_rh * rh_by_volume,

@@ -7,12 +7,8 @@ namespace plenum::control {
 namespace {
 
 using numeric::clamp;
-using numeric::max;
 
 constexpr Scalar kTick_s = Scalar(config::kTick_s);
-
-/// The sensor's volume may be off by its noise near an empty chamber; the denominator of (R1) stays positive.
-constexpr Scalar kSmallestVolumeFactor = Scalar(1e-3);
 
 /// What is beyond these is no pressure, volume or speed of a chamber; within them nothing overflows.
 constexpr Scalar kMostPressure_kPa = Scalar(1e5);
@@ -37,13 +33,12 @@ void Tassa9r::configure(std::span<const Scalar, kParameters> parameters, Scalar 
                    command_low_V, command_high_V);
 }
 
-/// 1 + c6 v
-Scalar Tassa9r::volume_factor(Scalar volume_mL) const noexcept {
-  return Scalar(1) + c6_ * clamp(volume_mL, -kMostVolume_mL, kMostVolume_mL);
+VolumeFactor Tassa9r::factor_of(Scalar volume_mL) const noexcept {
+  return volume_factor(c6_, clamp(volume_mL, -kMostVolume_mL, kMostVolume_mL));
 }
 
 Tassa9r::Tick Tassa9r::tick(Scalar pressure_kPa, const ChamberMotion& motion) const noexcept {
-  const Scalar per_volume = kTick_s / max(volume_factor(motion.volume_mL), kSmallestVolumeFactor);
+  const Scalar per_volume = kTick_s / factor_of(motion.volume_mL).value;
   const Scalar speed_mL_s = clamp(motion.volume_rate_mL_s, -kMostSpeed_mL_s, kMostSpeed_mL_s);
   return {.pressure_kPa = clamp(pressure_kPa, Scalar(0), kMostPressure_kPa),
           .gain_per_V = c7_ * per_volume,
@@ -88,10 +83,9 @@ Gradient Tassa9r::derivatives(Scalar pressure_kPa, Scalar command_V,
   const Scalar phi_1 = numeric::phi_1(x);
   const Scalar left = Scalar(1) - x * phi_1;  // e^-x
 
-  const Scalar factor = volume_factor(motion.volume_mL);
-  const bool volume_free = factor > kSmallestVolumeFactor;
-  const Scalar logarithm_by_volume = volume_free ? -c6_ / factor : Scalar(0);
-  const Scalar moved_by_rate = c5_ * kTick_s / max(factor, kSmallestVolumeFactor);
+  const VolumeFactor factor = factor_of(motion.volume_mL);
+  const Scalar logarithm_by_volume = factor.is_free ? -c6_ / factor.value : Scalar(0);
+  const Scalar moved_by_rate = c5_ * kTick_s / factor.value;
   const Scalar by_moved_kPa = now.by_x_kPa(of.at, phi_1) - now.pressure_kPa * phi_1;
   return {.by_pressure = left,
           .by_command_kPa_V = now.slope_kPa_V(of, phi_1),

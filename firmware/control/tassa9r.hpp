@@ -75,7 +75,7 @@ class Tassa9r final : public PressureModel {
     Scalar by_x_kPa(CommandCurve::Point at, Scalar phi_1) const noexcept;
     Scalar slope_kPa_V(const CommandCurve::Tangent& of, Scalar phi_1) const noexcept;
   };
-  Scalar volume_factor(Scalar volume_mL) const noexcept;
+  VolumeFactor factor_of(Scalar volume_mL) const noexcept;
   Tick tick(Scalar pressure_kPa, const ChamberMotion& motion) const noexcept;
   Scalar within_range(Scalar command_V) const noexcept;
 
