@@ -104,6 +104,13 @@ Scalar opening_V(const config::ValveCurve& port, Scalar x) noexcept {
   return (x * port.transition_mL_s + port.leak_mL_s) / port.gain_mL_s_V;
 }
 
+/// std::sort would call itself: a stack of a depth that the values decide.
+template <std::size_t count>
+void sort(std::array<Scalar, count>& values) noexcept {
+  std::make_heap(values.begin(), values.end());
+  std::sort_heap(values.begin(), values.end());
+}
+
 /// Index of the last of sorted values that is not above `value`; 0 when all are.
 template <std::size_t count>
 std::size_t last_not_above(const std::array<Scalar, count>& sorted, Scalar value) noexcept {
@@ -138,7 +145,7 @@ void Greybox::configure(std::span<const Scalar, kParameters> parameters, Scalar 
       corner_kPa_[corner++] = fixed_kPa / flow.ratio(end);
     }
   }
-  std::sort(corner_kPa_.begin(), corner_kPa_.end());
+  sort(corner_kPa_);
   const Scalar leak_mL_s_kPa = Scalar(0.5) * parameters[kChamberLeak] / ambient_kPa_;
   for (std::size_t i = 0; i < kCorners; ++i) {
     const Scalar here_kPa = corner_kPa_[i];
@@ -167,7 +174,7 @@ void Greybox::configure(std::span<const Scalar, kParameters> parameters, Scalar 
   node_V_[filled++] = command_low_V;
   node_V_[filled++] = command_high_V;
   for (Scalar& node : node_V_) node = clamp(node, command_low_V, command_high_V);
-  std::sort(node_V_.begin(), node_V_.end());
+  sort(node_V_);
   for (std::size_t i = 0; i < kNodes; ++i) {
     node_[i] = {inlet.conductance_mL_s(node_V_[i] - parameters[kOpenAbove]),
                 exhaust.conductance_mL_s(parameters[kExhaustBelow] - node_V_[i])};
