@@ -13,6 +13,7 @@
 #include "firmware/control/greybox.hpp"
 #include "firmware/control/sensor_lag.hpp"
 #include "tests/firmware/board/bench.hpp"
+#include "tests/firmware/scalars.hpp"
 
 namespace plenum {
 namespace {
@@ -212,15 +213,16 @@ TEST(ShadowRun, CountsInTheDeadTimeAndTheSensorsLagThatAModelStates) {
   control::Greybox chamber;
   config::ModelParameters parameters;
   ASSERT_TRUE(config::decode(greybox_image(0.0F, 0.0F), parameters));
-  chamber.configure(std::span<const float>(parameters.value).first<control::Greybox::kParameters>(), 0.0F,
-                    10.0F);
+  chamber.configure(
+      std::span<const numeric::Scalar>(config::scalars(parameters)).first<control::Greybox::kParameters>(),
+      0.0F, 10.0F);
   const control::ChamberMotion motion{.volume_mL = 150.0F, .volume_rate_mL_s = 0.0F};
   const auto rms_kPa = [&](float dead_time_s, float sensor_lag_s) {
     Rig rig(kValve);
     control::SensorLag sensor;
     sensor.configure(5.0F, 1.0F);
     sensor.reset(300.0F);
-    float pressure_kPa = 300.0F, shown_kPa = 300.0F;
+    numeric::Scalar pressure_kPa = 300.0F, shown_kPa = 300.0F;
     std::array<float, kLogTicks + 3> command_V{};
     command_V.fill(5.0F);
     for (std::size_t k = 0; k < kLogTicks; ++k) {

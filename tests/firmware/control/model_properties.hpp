@@ -14,6 +14,7 @@
 
 #include "firmware/control/pressure_model.hpp"
 #include "tests/firmware/control/admissible.hpp"
+#include "tests/firmware/scalars.hpp"
 
 namespace plenum::control::testing {
 
@@ -28,7 +29,8 @@ struct Scan {
   Scan(const PressureModel& model, const RandomChamber& chamber, float low_V, float high_V, int points) {
     for (int i = 0; i <= points; ++i) {
       const float u = low_V + (high_V - low_V) * static_cast<float>(i) / static_cast<float>(points);
-      end_kPa.push_back(model.step(chamber.pressure_kPa, u, motion_of(chamber), 1.0F).end_kPa);
+      const Prediction ended = model.step(chamber.pressure_kPa, u, motion_of(chamber), 1.0F);
+      end_kPa.push_back(static_cast<float>(ended.end_kPa));
     }
   }
 
@@ -67,9 +69,8 @@ void expect_limits_of_differences(const ModelOf& model_of, const End& end_kPa, c
              (static_cast<double>(above.*member) - static_cast<double>(below.*member));
     };
     const Gradient got = model_of(chamber).derivatives(chamber.pressure_kPa, u, motion_of(chamber));
-    const auto near = [&](double want, float have, double floor, const char* name) {
-      EXPECT_NEAR(static_cast<double>(have), want, 2e-3 * std::fabs(want) + floor)
-          << name << ", set " << i << " u " << u;
+    const auto near = [&](double want, Scalar have, double floor, const char* name) {
+      EXPECT_NEAR(real(have), want, 2e-3 * std::fabs(want) + floor) << name << ", set " << i << " u " << u;
     };
     const double by_u = (end_kPa(chamber, u_V + 1e-5) - end_kPa(chamber, u_V - 1e-5)) / 2e-5;
     near(difference(&RandomChamber::pressure_kPa, 1.0F), got.by_pressure, 1e-5, "by pressure");
@@ -101,8 +102,9 @@ void expect_as_close_as_a_dense_scan(const ModelOf& model_of, int sets, int seve
       const Inverse got = model.inverse(chamber.pressure_kPa, target, motion_of(chamber), near_V);
       ASSERT_GE(got.command_V, low_V);
       ASSERT_LE(got.command_V, high_V);
-      const float reached = model.step(chamber.pressure_kPa, got.command_V, motion_of(chamber), 1.0F).end_kPa;
-      ASSERT_NEAR(got.reached_kPa, reached, 1e-3F + 1e-5F * std::abs(reached)) << "set " << i;
+      const auto reached = static_cast<float>(
+          model.step(chamber.pressure_kPa, got.command_V, motion_of(chamber), 1.0F).end_kPa);
+      ASSERT_NEAR(real(got.reached_kPa), reached, 1e-3F + 1e-5F * std::abs(reached)) << "set " << i;
       const int crossings = all.crossings(target, true) + all.crossings(target, false);
       several_branches += crossings > 1;
       const float best = crossings > 0 ? 0.0F : all.nearest_miss_kPa(target);
@@ -131,7 +133,7 @@ void expect_the_rising_branch(const ModelOf& model_of) {
     if (all.crossings(target, true) == 0 || all.crossings(target, false) == 0) continue;
     ++checked;
     const Inverse got = model.inverse(chamber.pressure_kPa, target, motion_of(chamber), 10.0F * unit(random));
-    const float slope =
+    const Scalar slope =
         model.derivatives(chamber.pressure_kPa, got.command_V, motion_of(chamber)).by_command_kPa_V;
     EXPECT_GT(slope, -0.5F) << "set " << i << ": " << slope << " kPa/V at " << got.command_V << " V";
   }

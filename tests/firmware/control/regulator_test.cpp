@@ -14,6 +14,7 @@
 
 #include "firmware/control/tassa9.hpp"
 #include "tests/firmware/control/admissible.hpp"
+#include "tests/firmware/scalars.hpp"
 
 namespace plenum::control {
 namespace {
@@ -85,7 +86,7 @@ struct Loop {
   ChamberMotion motion{.volume_mL = 150, .volume_rate_mL_s = 0};
 
   explicit Loop(const Regulator::Config& config = prompt_valve()) {
-    model.configure(kParameters, 3, 7);
+    model.configure(scalars(kParameters), 3, 7);
     regulator.configure(config);
     regulator.reset(300, 5);
   }
@@ -292,9 +293,9 @@ TEST(Regulator, AVolumeSensorThatJumpsAboutNeverTakesItsStateOutOfTheNumbers) {
       loop.regulator.observe(loop.model, 300, motion());
       ReferenceShaper::Reference wanted;
       wanted.kPa.fill(300);
-      const float command_V = loop.regulator.regulate(loop.model, wanted, motion()).command_V;
+      const Scalar command_V = loop.regulator.regulate(loop.model, wanted, motion()).command_V;
       loop.regulator.sent(command_V);
-      ASSERT_TRUE(std::isfinite(loop.regulator.pressure_kPa()) && std::isfinite(command_V))
+      ASSERT_TRUE(numeric::is_finite(loop.regulator.pressure_kPa()) && numeric::is_finite(command_V))
           << loop.regulator.pressure_kPa() << " kPa, " << command_V << " V, trial " << trial << ", tick "
           << t;
     }

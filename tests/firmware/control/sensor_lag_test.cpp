@@ -6,6 +6,8 @@
 #include <cmath>
 #include <random>
 
+#include "tests/firmware/scalars.hpp"
+
 namespace plenum::control {
 namespace {
 
@@ -65,15 +67,15 @@ double rms_with(double scale) {
   SensorLag truth, sensor;
   truth.configure(kTau, static_cast<float>(kModel_kPa));
   sensor.configure(kTau, static_cast<float>(kModel_kPa));
-  float pressure = 300, estimate = 300;
+  Scalar pressure = 300, estimate = 300;
   truth.reset(300);
   sensor.reset(300);
   double square = 0;
   constexpr int kTicks = 20'000;
   for (int k = 0; k < kTicks; ++k) {
-    const float next = pressure + static_cast<float>(move(random));
-    const float mean = 0.5F * (pressure + next);
-    const float reading =
+    const Scalar next = pressure + static_cast<float>(move(random));
+    const Scalar mean = 0.5F * (pressure + next);
+    const Scalar reading =
         truth.pass(pressure, {.end_kPa = next, .mean_kPa = mean}) + static_cast<float>(noise(random));
     pressure = next;
     estimate += static_cast<float>(scale) *

@@ -11,6 +11,7 @@
 #include "firmware/config/model_image.hpp"
 #include "tests/firmware/control/admissible.hpp"
 #include "tests/firmware/control/model_properties.hpp"
+#include "tests/firmware/scalars.hpp"
 
 namespace plenum::control {
 namespace {
@@ -21,7 +22,7 @@ using testing::RandomChamber;
 
 constexpr auto model_of = [](const RandomChamber& chamber, float low_V = 0.0F, float high_V = 10.0F) {
   Tassa9 model;
-  model.configure(chamber.parameters, low_V, high_V);
+  model.configure(scalars(chamber.parameters), low_V, high_V);
   return model;
 };
 
@@ -55,10 +56,8 @@ TEST(Tassa9, StepIsTheExactSolutionOfThePaper) {
     const Prediction got = model_of(chamber).step(chamber.pressure_kPa, u, motion_of(chamber), ticks);
     // Single precision: the sigmoid's argument keeps about 6e-7 of its value; s and p are of order 1000 kPa.
     const double tolerance = 2e-6 * (std::fabs(s) + std::fabs(p)) + 1e-3;
-    ASSERT_NEAR(static_cast<double>(got.end_kPa), end, tolerance)
-        << "set " << i << " u " << u << " rh " << rh;
-    ASSERT_NEAR(static_cast<double>(got.mean_kPa), mean, tolerance)
-        << "set " << i << " u " << u << " rh " << rh;
+    ASSERT_NEAR(real(got.end_kPa), end, tolerance) << "set " << i << " u " << u << " rh " << rh;
+    ASSERT_NEAR(real(got.mean_kPa), mean, tolerance) << "set " << i << " u " << u << " rh " << rh;
   }
 }
 
@@ -73,9 +72,10 @@ TEST(Tassa9, TwoHalfStepsAreOneStep) {
     const Prediction whole = model.step(chamber.pressure_kPa, u, motion_of(chamber), 1.0F);
     const Prediction first = model.step(chamber.pressure_kPa, u, motion_of(chamber), 0.5F);
     const Prediction second = model.step(first.end_kPa, u, motion_of(chamber), 0.5F);
-    const float tolerance = 1e-5F * (std::abs(whole.end_kPa) + static_cast<float>(std::fabs(s))) + 1e-3F;
-    ASSERT_NEAR(second.end_kPa, whole.end_kPa, tolerance) << "set " << i;
-    ASSERT_NEAR(0.5F * (first.mean_kPa + second.mean_kPa), whole.mean_kPa, tolerance) << "set " << i;
+    const double tolerance = 1e-5 * (std::fabs(real(whole.end_kPa)) + std::fabs(s)) + 1e-3;
+    ASSERT_NEAR(real(second.end_kPa), real(whole.end_kPa), tolerance) << "set " << i;
+    ASSERT_NEAR(real(0.5F * (first.mean_kPa + second.mean_kPa)), real(whole.mean_kPa), tolerance)
+        << "set " << i;
   }
 }
 
@@ -106,7 +106,7 @@ TEST(Tassa9Inverse, OpensFullyWhereTheFormulaPutsAnOpenExhaustAbovePressure) {
   const std::array<float, 12> shrinking = {5,  0.5F, 1.5F,  -0.4F, 0.002F, 0.004F,
                                            80, 0.1F, 0.02F, 1.5F,  700,    101.3F};
   Tassa9 model;
-  model.configure(shrinking, 3.0F, 7.0F);
+  model.configure(scalars(shrinking), 3.0F, 7.0F);
   const ChamberMotion motion{.volume_mL = 500, .volume_rate_mL_s = -200};
   const Inverse got = model.inverse(176, 150, motion, 4.8F);
   EXPECT_EQ(got.command_V, 3.0F);
@@ -116,7 +116,7 @@ TEST(Tassa9Inverse, OpensFullyWhereTheFormulaPutsAnOpenExhaustAbovePressure) {
 TEST(Tassa9Inverse, SaysWhenTheTargetIsOutOfReach) {
   Tassa9 model;
   const std::array<float, 12> typical = {5, 1, 2, 0, 0, 0.01F, 50, 0, 0.02F, 0.1F, 620, 101.3F};
-  model.configure(typical, 3.0F, 7.0F);
+  model.configure(scalars(typical), 3.0F, 7.0F);
   testing::expect_limits_out_of_reach(model);
 }
 

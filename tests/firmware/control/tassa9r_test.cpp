@@ -14,6 +14,7 @@
 #include "firmware/control/tassa9.hpp"
 #include "tests/firmware/control/admissible.hpp"
 #include "tests/firmware/control/model_properties.hpp"
+#include "tests/firmware/scalars.hpp"
 
 namespace plenum::control {
 namespace {
@@ -35,7 +36,7 @@ std::array<float, Tassa9r::kParameters> without_c4(const RandomChamber& chamber)
 
 constexpr auto model_of = [](const RandomChamber& chamber, float low_V = 0.0F, float high_V = 10.0F) {
   Tassa9r model;
-  model.configure(without_c4(chamber), low_V, high_V);
+  model.configure(scalars(without_c4(chamber)), low_V, high_V);
   return model;
 };
 
@@ -112,8 +113,8 @@ TEST(Tassa9r, FollowsItsEquationOverATickWhateverTheSignOfItsRate) {
     growing += of.exponent_per_s() < 0.0;
     const Prediction got = model_of(chamber).step(chamber.pressure_kPa, u, motion_of(chamber), ticks);
     const double tolerance = 4e-6 * (p + of.steady_kPa + std::abs(exact.end_kPa)) + 1e-3;
-    ASSERT_NEAR(static_cast<double>(got.end_kPa), exact.end_kPa, tolerance) << "set " << i << " u " << u;
-    ASSERT_NEAR(static_cast<double>(got.mean_kPa), exact.mean_kPa, tolerance) << "set " << i << " u " << u;
+    ASSERT_NEAR(real(got.end_kPa), exact.end_kPa, tolerance) << "set " << i << " u " << u;
+    ASSERT_NEAR(real(got.mean_kPa), exact.mean_kPa, tolerance) << "set " << i << " u " << u;
   }
   EXPECT_GT(growing, 40) << "the population must hold chambers that shrink faster than they let out";
 }
@@ -125,13 +126,13 @@ TEST(Tassa9r, IsThePublishedFormWhileTheVolumeRests) {
     RandomChamber chamber = random_chamber(random);
     chamber.volume_rate_mL_s = 0.0F;
     Tassa9 published;
-    published.configure(chamber.parameters, 0.0F, 10.0F);
+    published.configure(scalars(chamber.parameters), 0.0F, 10.0F);
     const float u = command(random);
     const Prediction want = published.step(chamber.pressure_kPa, u, motion_of(chamber), 1.0F);
     const Prediction got = model_of(chamber).step(chamber.pressure_kPa, u, motion_of(chamber), 1.0F);
     const float tolerance = 4e-6F * chamber.parameters[10];
-    ASSERT_NEAR(got.end_kPa, want.end_kPa, tolerance) << "set " << i;
-    ASSERT_NEAR(got.mean_kPa, want.mean_kPa, tolerance) << "set " << i;
+    ASSERT_NEAR(real(got.end_kPa), real(want.end_kPa), tolerance) << "set " << i;
+    ASSERT_NEAR(real(got.mean_kPa), real(want.mean_kPa), tolerance) << "set " << i;
   }
 }
 
@@ -140,10 +141,10 @@ TEST(Tassa9r, CompressesASealedChamberAlongTheIsotherm) {
   const std::array<float, Tassa9r::kParameters> sealed = {5, 1,     2,    1000, 1000, 1e-6F,
                                                           0, 1e-5F, 0.1F, 700,  100};
   Tassa9r model;
-  model.configure(sealed, 0.0F, 10.0F);
+  model.configure(scalars(sealed), 0.0F, 10.0F);
   const Prediction got = model.step(300.0F, 5.0F, {.volume_mL = 100.0F, .volume_rate_mL_s = -1000.0F}, 1.0F);
-  EXPECT_NEAR(got.end_kPa, 300.0 * std::exp(0.1), 0.005);
-  EXPECT_NEAR(got.mean_kPa, 300.0 * std::expm1(0.1) / 0.1, 0.005);
+  EXPECT_NEAR(real(got.end_kPa), 300.0 * std::exp(0.1), 0.005);
+  EXPECT_NEAR(real(got.mean_kPa), 300.0 * std::expm1(0.1) / 0.1, 0.005);
 }
 
 TEST(Tassa9r, TwoPartsOfATickAreTheTick) {
@@ -156,9 +157,11 @@ TEST(Tassa9r, TwoPartsOfATickAreTheTick) {
     const Prediction whole = model.step(chamber.pressure_kPa, u, motion_of(chamber), 1.0F);
     const Prediction begun = model.step(chamber.pressure_kPa, u, motion_of(chamber), first);
     const Prediction ended = model.step(begun.end_kPa, u, motion_of(chamber), 1.0F - first);
-    const float tolerance = 1e-5F * (std::abs(whole.end_kPa) + chamber.parameters[10]);
-    ASSERT_NEAR(ended.end_kPa, whole.end_kPa, tolerance) << "set " << i;
-    ASSERT_NEAR(first * begun.mean_kPa + (1.0F - first) * ended.mean_kPa, whole.mean_kPa, tolerance)
+    const double tolerance =
+        1e-5 * (std::fabs(real(whole.end_kPa)) + static_cast<double>(chamber.parameters[10]));
+    ASSERT_NEAR(real(ended.end_kPa), real(whole.end_kPa), tolerance) << "set " << i;
+    ASSERT_NEAR(real(first * begun.mean_kPa + (1.0F - first) * ended.mean_kPa), real(whole.mean_kPa),
+                tolerance)
         << "set " << i;
   }
 }
@@ -183,7 +186,7 @@ TEST(Tassa9rInverse, SaysWhenTheTargetIsOutOfReach) {
   Tassa9r model;
   const std::array<float, Tassa9r::kParameters> typical = {5, 1,     2,    0.01F, 0.01F, 50,
                                                            0, 0.02F, 0.1F, 620,   101.3F};
-  model.configure(typical, 3.0F, 7.0F);
+  model.configure(scalars(typical), 3.0F, 7.0F);
   testing::expect_limits_out_of_reach(model);
 }
 
@@ -202,10 +205,10 @@ TEST(Tassa9r, AnswersEveryFiniteInputWithNumbers) {
             const Prediction step = model.step(p, u, motion, 1.0F);
             const Gradient by = model.derivatives(p, u, motion);
             const Inverse back = model.inverse(p, 300.0F, motion, u);
-            for (const float value :
+            for (const Scalar value :
                  {step.end_kPa, step.mean_kPa, by.by_pressure, by.by_command_kPa_V, by.by_volume_kPa_mL,
                   by.by_volume_rate_kPa_s_mL, back.command_V, back.reached_kPa}) {
-              ASSERT_TRUE(std::isfinite(value))
+              ASSERT_TRUE(numeric::is_finite(value))
                   << "set " << i << " p " << p << " u " << u << " v " << v << " " << s;
             }
           }

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <random>
 
+#include "tests/firmware/scalars.hpp"
+
 namespace plenum::control {
 namespace {
 
@@ -33,7 +35,7 @@ TEST(ValvePath, ALagGoesItsShareOfTheWayInATick) {
   double left = 1;
   for (int i = 0; i < 8; ++i) {
     left *= std::exp(-0.5);
-    EXPECT_NEAR(path.sent(6), 6 - left, 2e-6) << "V after tick " << i + 1;
+    EXPECT_NEAR(real(path.sent(6)), 6 - left, 2e-6) << "V after tick " << i + 1;
   }
 }
 
@@ -46,16 +48,16 @@ TEST(ValvePath, ALagIsLateByTheAreaThatItLosesWithinTheTick) {
     for (int i = 0; i < kSteps; ++i)
       missing += (1.0 - command * (1.0 - std::exp(-(i + 0.5) / kSteps / lag))) / kSteps;
     const ValvePath path = path_of({.dead_ticks = 2, .lag_ticks = static_cast<float>(lag)});
-    EXPECT_NEAR(path.delay_ticks(), 2 + missing, 1e-5) << "ticks, lag " << lag;
+    EXPECT_NEAR(real(path.delay_ticks()), 2 + missing, 1e-5) << "ticks, lag " << lag;
   }
 }
 
 TEST(ValvePath, PlayHoldsTheSpoolUntilTheCommandHasCrossedItsWidth) {
   ValvePath path = path_of({.play_V = 0.4F});
-  EXPECT_FLOAT_EQ(path.sent(5.1F), 5.0F);
-  EXPECT_FLOAT_EQ(path.sent(5.5F), 5.3F);
-  EXPECT_FLOAT_EQ(path.sent(5.2F), 5.3F) << "within the play";
-  EXPECT_FLOAT_EQ(path.sent(4.9F), 5.1F);
+  EXPECT_FLOAT_EQ(static_cast<float>(path.sent(5.1F)), 5.0F);
+  EXPECT_FLOAT_EQ(static_cast<float>(path.sent(5.5F)), 5.3F);
+  EXPECT_FLOAT_EQ(static_cast<float>(path.sent(5.2F)), 5.3F) << "within the play";
+  EXPECT_FLOAT_EQ(static_cast<float>(path.sent(4.9F)), 5.1F);
 }
 
 TEST(ValvePath, TheCommandForAPlacePutsTheSpoolThere) {
@@ -65,7 +67,7 @@ TEST(ValvePath, TheCommandForAPlacePutsTheSpoolThere) {
     ValvePath path = path_of({.dead_ticks = 3, .lag_ticks = 4 * unit(random), .play_V = 1.5F * unit(random)});
     for (int i = 0; i < 20; ++i) {
       const float wanted = place(random);
-      ASSERT_NEAR(path.sent(path.command_for(wanted)), wanted, 2e-5F) << "trial " << trial;
+      ASSERT_NEAR(real(path.sent(path.command_for(wanted))), wanted, 2e-5F) << "trial " << trial;
     }
   }
 }
@@ -73,7 +75,7 @@ TEST(ValvePath, TheCommandForAPlacePutsTheSpoolThere) {
 TEST(ValvePath, ASpoolThatStaysAsksForNoOtherCommand) {
   ValvePath path = path_of({.play_V = 0.4F});
   path.sent(6);
-  const float place = path.sent(5.9F);
+  const Scalar place = path.sent(5.9F);
   EXPECT_EQ(path.command_for(place), 5.9F);
 }
 
