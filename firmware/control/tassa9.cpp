@@ -28,11 +28,11 @@ void Tassa9::configure(std::span<const Scalar, kParameters> parameters, Scalar c
 }
 
 Tassa9::Tick Tassa9::tick(Scalar pressure_kPa, const ChamberMotion& motion) const noexcept {
-  const Scalar per_volume = kTick_s / volume_factor(c6_, motion.volume_mL).value;
+  const TickPerVolume per_volume(kTick_s, volume_factor(c6_, motion.volume_mL).value);
   return {.pressure_kPa = pressure_kPa,
           .steady_shift_kPa = c4_ * motion.volume_rate_mL_s,
-          .rate_gain = c7_ * per_volume,
-          .rate_shift = c5_ * motion.volume_rate_mL_s * per_volume};
+          .rate_gain = per_volume.of(c7_),
+          .rate_shift = per_volume.of(c5_ * motion.volume_rate_mL_s)};
 }
 
 /// d rise / d(rh) = (s - p) e^-rh; where the exponent is limited, rh has no part in it.
@@ -67,11 +67,10 @@ Gradient Tassa9::derivatives(Scalar pressure_kPa, Scalar command_V,
 
   const VolumeFactor factor = volume_factor(c6_, motion.volume_mL);
   const Scalar rh_by_volume = factor.is_free ? -rh * c6_ / factor.value : Scalar(0);
-  const Scalar per_volume = kTick_s / factor.value;
   return {.by_pressure = Scalar(1) - done,
           .by_command_kPa_V = now.slope_kPa_V(of, done),
           .by_volume_kPa_mL = by_rh * rh_by_volume,
-          .by_volume_rate_kPa_s_mL = c4_ * done + by_rh * c5_ * per_volume};
+          .by_volume_rate_kPa_s_mL = c4_ * done + TickPerVolume(kTick_s, factor.value).of(by_rh * c5_)};
 }
 
 Inverse Tassa9::inverse(Scalar pressure_kPa, Scalar target_kPa, const ChamberMotion& motion,

@@ -38,11 +38,11 @@ VolumeFactor Tassa9r::factor_of(Scalar volume_mL) const noexcept {
 }
 
 Tassa9r::Tick Tassa9r::tick(Scalar pressure_kPa, const ChamberMotion& motion) const noexcept {
-  const Scalar per_volume = kTick_s / factor_of(motion.volume_mL).value;
+  const TickPerVolume per_volume(kTick_s, factor_of(motion.volume_mL).value);
   const Scalar speed_mL_s = clamp(motion.volume_rate_mL_s, -kMostSpeed_mL_s, kMostSpeed_mL_s);
   return {.pressure_kPa = clamp(pressure_kPa, Scalar(0), kMostPressure_kPa),
-          .gain_per_V = c7_ * per_volume,
-          .moved = c5_ * speed_mL_s * per_volume};
+          .gain_per_V = per_volume.of(c7_),
+          .moved = per_volume.of(c5_ * speed_mL_s)};
 }
 
 Scalar Tassa9r::within_range(Scalar command_V) const noexcept {

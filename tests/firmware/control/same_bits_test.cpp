@@ -83,7 +83,7 @@ TEST(SameBits, OfTheNineParameterModelOnEveryArchitecture) {
     model.configure(scalars(parameters), 0.0F, 10.0F);
     crc = crc_of(model, random, crc);
   }
-  EXPECT_EQ(crc, of_scalar(0x1E68D02EU, 0x79FC6B03U)) << std::hex << "found " << crc;
+  EXPECT_EQ(crc, of_scalar(0x1E68D02EU, 0x1DF781F1U)) << std::hex << "found " << crc;
 }
 
 TEST(SameBits, OfTheRepairedFormOnEveryArchitecture) {
@@ -97,7 +97,7 @@ TEST(SameBits, OfTheRepairedFormOnEveryArchitecture) {
     model.configure(scalars(without_c4), 0.0F, 10.0F);
     crc = crc_of(model, random, crc);
   }
-  EXPECT_EQ(crc, of_scalar(0x56DE1682U, 0xEB79BAE2U)) << std::hex << "found " << crc;
+  EXPECT_EQ(crc, of_scalar(0x56DE1682U, 0xF57EA2D1U)) << std::hex << "found " << crc;
 }
 
 TEST(SameBits, OfTheGreyBoxModelOnEveryArchitecture) {

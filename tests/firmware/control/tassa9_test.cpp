@@ -79,6 +79,41 @@ TEST(Tassa9, TwoHalfStepsAreOneStep) {
   }
 }
 
+TEST(Tassa9, ComesToRestBetweenItsTwoPressuresHoweverSteepItsCurve) {
+  // (c2 + c3 x^2) x is half a million at 8 V from the null
+  for (const float c1_V : {2.0F, 8.0F}) {
+    const std::array<float, 12> steep = {c1_V, 100, 1000, 0, 0, 0.01F, 1e4F, 0, 0.02F, 0.1F, 700, 100};
+    Tassa9 model;
+    model.configure(scalars(steep), 0.0F, 10.0F);
+    const ChamberMotion still{.volume_mL = 100, .volume_rate_mL_s = 0};
+    for (const float away_V : {-2.0F, -1.0F, -0.3F, 0.3F, 1.0F, 2.0F, c1_V < 5 ? 8.0F : -8.0F}) {
+      const double rest_kPa = away_V < 0 ? 100.0 : 700.0;
+      EXPECT_NEAR(real(model.step(300, c1_V + away_V, still, 1).end_kPa), rest_kPa, 0.1) << away_V << " V";
+    }
+    const Inverse back = model.inverse(300, 350, still, 5);
+    EXPECT_NEAR(real(back.command_V), static_cast<double>(c1_V), 0.02);
+    EXPECT_NEAR(real(model.step(300, back.command_V, still, 1).end_kPa), 350.0, 0.01);
+  }
+}
+
+TEST(Tassa9, AVolumeSlowsItDownAsASmallerRateDoes) {
+  constexpr float kFactor = 1'000'001;  // 1 + c6 v
+  const std::array<float, 12> of_volume = {5, 1, 2, 0, 0.5F, 1000, 1e6F, 0.1F, 0.02F, 0.1F, 620, 100};
+  std::array<float, 12> of_rate = of_volume;
+  of_rate[4] /= kFactor;
+  of_rate[5] = 0;
+  of_rate[6] /= kFactor;
+  Tassa9 model, same;
+  model.configure(scalars(of_volume), 0.0F, 10.0F);
+  same.configure(scalars(of_rate), 0.0F, 10.0F);
+  const ChamberMotion motion{.volume_mL = 1000, .volume_rate_mL_s = 1e5F};
+  for (const float command_V : {0.0F, 3.0F, 4.9F, 5.1F, 7.0F, 10.0F}) {
+    EXPECT_NEAR(real(model.step(300, command_V, motion, 1).end_kPa),
+                real(same.step(300, command_V, motion, 1).end_kPa), 2e-3)
+        << command_V << " V";
+  }
+}
+
 TEST(Tassa9, DerivativesAreTheLimitsOfDifferences) {
   testing::expect_limits_of_differences(
       model_of,
