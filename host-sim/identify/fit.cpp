@@ -286,9 +286,9 @@ void report(const Coordinates& coordinates, Error error, const BoxSolution<kFree
     const double near = 1e-6 * (high[i] - low[i]);
     parameter.held = held[static_cast<std::size_t>(i)];
     if (parameter.held) continue;
-    if (solution.z[i] <= low[i] + std::min(near, 1e-6)) parameter.at_bound = ParameterFit::Bound::low;
-    if (solution.z[i] >= high[i] - std::min(near, 1e-6)) parameter.at_bound = ParameterFit::Bound::high;
-    if (parameter.at_bound == ParameterFit::Bound::none) free.push_back(i);
+    if (solution.z[i] <= low[i] + std::min(near, 1e-6)) parameter.at_bound = Bound::low;
+    if (solution.z[i] >= high[i] - std::min(near, 1e-6)) parameter.at_bound = Bound::high;
+    if (parameter.at_bound == Bound::none) free.push_back(i);
   }
 
   const Gram by_z = coordinates.gram_by_z(error, solution.z);
@@ -411,7 +411,6 @@ Tassa9 start_within_bounds(const std::array<double, kFree>& unit, const std::vec
 }
 
 trace::ModelFile to_model_file(const Tassa9Fit& fit, std::optional<unsigned> chamber) {
-  using Json = nlohmann::ordered_json;
   trace::ModelFile file;
   file.kind = kind_of(fit.model.form);
   file.chamber = chamber;
@@ -428,12 +427,7 @@ trace::ModelFile to_model_file(const Tassa9Fit& fit, std::optional<unsigned> cha
   for (std::size_t i = 0; i < kFree; ++i) {
     if (!has_parameter(fit.model.form, i)) continue;
     const ParameterFit& parameter = fit.parameters[i];
-    Json entry;
-    entry["standard_error"] =
-        std::isfinite(parameter.standard_error) ? Json(parameter.standard_error) : Json(nullptr);
-    entry["at_bound"] = parameter.at_bound == ParameterFit::Bound::none  ? Json(nullptr)
-                        : parameter.at_bound == ParameterFit::Bound::low ? Json("low")
-                                                                         : Json("high");
+    nlohmann::ordered_json entry = to_json(parameter);
     entry["held"] = parameter.held;
     entry["identifiable"] = parameter.identifiable;
     file.fit["parameters"][trace::kTassa9Names[i]] = entry;

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "host-sim/identify/estimate.hpp"
 #include "host-sim/identify/tassa9.hpp"
 #include "host-sim/trace/log.hpp"
 #include "host-sim/trace/model_json.hpp"
@@ -48,10 +49,7 @@ struct FitOptions {
 ///     sqrt(U^2 + c_gamma^2) - c_gamma + c8 U.
 /// c6 = 1000/V is a rate inverse to the volume but for 0.1 % of the mean: no log can tell it from the limit.
 /// Above c7/(1 + c6 V) = 200 1/(V s) a tick of 10 ms no longer shows the rate.
-struct ParameterFit {
-  double value = 0.0;
-  double standard_error = 0.0;  ///< NaN when at a bound or held
-  enum class Bound { none, low, high } at_bound = Bound::none;
+struct ParameterFit : Estimate {
   bool held =
       false;  ///< not fitted but 0: c4, c5 where the volume does not move, c6 where it is one; c4 of the
               ///< repaired form

@@ -21,11 +21,6 @@ using identify::chamber::GreyboxFit;
 using identify::chamber::TriedEffects;
 using trace::NamedLog;
 
-std::string mark_of(const FigureFit& figure) {
-  if (figure.at_bound == FigureFit::Bound::none) return {};
-  return figure.at_bound == FigureFit::Bound::low ? "at its lower bound" : "at its upper bound";
-}
-
 std::string error_of(const FigureFit& figure) {
   return std::isfinite(figure.standard_error) ? fmt::format("{:.2g}", figure.standard_error) : std::string();
 }
@@ -60,7 +55,7 @@ void print_fit(const Output& output, const GreyboxFit& fit) {
   for (const FigureFit& figure : fit.parameters) {
     const std::string error = error_of(figure);
     output.print("{:<28} {:>12.6g}  {:<12} {}\n", figure.name, figure.value,
-                 error.empty() ? "" : "+- " + error, mark_of(figure));
+                 error.empty() ? "" : "+- " + error, bound_in_words(figure.at_bound));
   }
   for (const TriedEffects& tried : fit.tried) {
     output.print("tried {:<40} held-out rows {:.3f} kPa\n", text_of(tried), tried.heldout_kPa);
@@ -116,7 +111,8 @@ report::Page page_of(const GreyboxRequest& request, const GreyboxFit& fit) {
                         .rows = {}};
   for (const FigureFit& figure : fit.parameters) {
     figures.rows.push_back({figure.name, fmt::format("{:.6g}", figure.value),
-                            error_of(figure).empty() ? "none" : error_of(figure), mark_of(figure)});
+                            error_of(figure).empty() ? "none" : error_of(figure),
+                            bound_in_words(figure.at_bound)});
   }
   report::Table effects{
       .caption = "Effects that were tried", .columns = {"With", "Held-out rows, RMS [kPa]"}, .rows = {}};

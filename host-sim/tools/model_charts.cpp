@@ -13,6 +13,7 @@
 namespace plenum::host::tools {
 namespace {
 
+using identify::Bound;
 using identify::ParameterFit;
 using report::Curve;
 using report::Ink;
@@ -112,17 +113,16 @@ XyChart rate_chart(const std::vector<ModelCurve>& models, CommandRange range, st
 
 std::string parameter_cell(const ParameterFit& of) {
   if (std::isfinite(of.standard_error)) return fmt::format("{:.3g} ± {:.1g}", of.value, of.standard_error);
-  const char* mark = of.held                                    ? " (held)"
-                     : of.at_bound == ParameterFit::Bound::low  ? " ↓"
-                     : of.at_bound == ParameterFit::Bound::high ? " ↑"
-                                                                : "";
+  const char* mark = of.held                      ? " (held)"
+                     : of.at_bound == Bound::low  ? " ↓"
+                     : of.at_bound == Bound::high ? " ↑"
+                                                  : "";
   return fmt::format("{:.3g}{}", of.value, mark);
 }
 
 const char* mark_of(const ParameterFit& of) {
   if (of.held) return "held";
-  if (of.at_bound == ParameterFit::Bound::low) return "at its lower bound";
-  if (of.at_bound == ParameterFit::Bound::high) return "at its upper bound";
+  if (of.at_bound != Bound::none) return bound_in_words(of.at_bound);
   return of.identifiable ? "" : "poorly known";
 }
 

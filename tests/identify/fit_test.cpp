@@ -122,7 +122,7 @@ TEST(Fit, ARateInverseToVolumePutsC6AtItsBoundAndSaysSo) {
   recording.c[4] = 1.4e4;
   recording.c[6] = 9.0 * 1.2e6;
   const Tassa9Fit got = fit(recording);
-  EXPECT_EQ(got.parameters[5].at_bound, ParameterFit::Bound::high);
+  EXPECT_EQ(got.parameters[5].at_bound, Bound::high);
   EXPECT_FALSE(got.parameters[5].identifiable);
   EXPECT_TRUE(std::isnan(got.parameters[5].standard_error));
   EXPECT_NEAR(got.model.c[5], 1000.0 / 120.0, 1.0) << "[1/mL]";

@@ -263,12 +263,6 @@ Place place_of(std::size_t figure, trace::RigDescription& rig) {
           &rig.effects[std::string(effect.id)][std::string(parameter.name)], &parameter};
 }
 
-FigureFit::Bound bound_of(const Variable& v, double value) {
-  const double room = 1e-6 * (v.high - v.low);
-  if (value - v.low < room) return FigureFit::Bound::low;
-  return v.high - value < room ? FigureFit::Bound::high : FigureFit::Bound::none;
-}
-
 void put_figures(const Fit& fit, double correlated_rows, GreyboxFit& into) {
   const Eigen::VectorXd errors = standard_errors(fit, correlated_rows);
   for (std::size_t i = 0; i < fit.variables.size(); ++i) {
@@ -281,9 +275,10 @@ void put_figures(const Fit& fit, double correlated_rows, GreyboxFit& into) {
             ? value * value
             : 1.0;
     *place.value = value;
-    FigureFit one{place.name, value, per_coordinate * v.scale * errors[static_cast<Eigen::Index>(i)],
-                  bound_of(v, at)};
-    if (one.at_bound != FigureFit::Bound::none) one.standard_error = std::numeric_limits<double>::quiet_NaN();
+    FigureFit one{
+        {value, per_coordinate * v.scale * errors[static_cast<Eigen::Index>(i)], bound_of(at, v.low, v.high)},
+        place.name};
+    if (one.at_bound != Bound::none) one.standard_error = std::numeric_limits<double>::quiet_NaN();
     into.parameters.push_back(std::move(one));
   }
 }
@@ -329,7 +324,6 @@ std::vector<double> free_run_over(const trace::RigDescription& rig, const trace:
 }
 
 trace::ModelFile to_model_file(const GreyboxFit& fit, std::optional<unsigned> chamber) {
-  using Json = nlohmann::ordered_json;
   trace::ModelFile file = greybox_of(fit.rig, chamber).file;
   file.fit["rms_one_step_kPa"] = fit.rms_next_tick_kPa;
   file.fit["rms_free_run_kPa"] = fit.rms_free_run_kPa;
@@ -344,14 +338,9 @@ trace::ModelFile to_model_file(const GreyboxFit& fit, std::optional<unsigned> ch
     file.fit["tried"].push_back({{"effects", one.effects}, {"rms_heldout_kPa", one.heldout_kPa}});
   }
   for (const FigureFit& figure : fit.parameters) {
-    Json entry;
+    nlohmann::ordered_json& entry = file.fit["parameters"][figure.name];
     entry["value"] = figure.value;
-    entry["standard_error"] =
-        std::isfinite(figure.standard_error) ? Json(figure.standard_error) : Json(nullptr);
-    entry["at_bound"] = figure.at_bound == FigureFit::Bound::none  ? Json(nullptr)
-                        : figure.at_bound == FigureFit::Bound::low ? Json("low")
-                                                                   : Json("high");
-    file.fit["parameters"][figure.name] = entry;
+    entry.update(to_json(figure));
   }
   return file;
 }

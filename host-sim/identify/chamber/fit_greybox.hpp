@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "host-sim/identify/estimate.hpp"
 #include "host-sim/trace/log.hpp"
 #include "host-sim/trace/model_json.hpp"
 #include "host-sim/trace/rig_toml.hpp"
@@ -13,11 +14,8 @@
 namespace plenum::host::identify::chamber {
 
 /// A figure of the valve, or of an effect ("area_shape.inlet_slope"), in the unit of its name.
-struct FigureFit {
+struct FigureFit : Estimate {  ///< its standard error is for errors as correlated as those of the fit
   std::string name;
-  double value = 0.0;
-  double standard_error = 0.0;  ///< for errors as correlated as those of the fit; NaN at a bound
-  enum class Bound { none, low, high } at_bound = Bound::none;
 };
 
 /// A set of effects that was tried: what it errs by on the held-out rows, in free run.

@@ -11,7 +11,6 @@
 namespace plenum::host::identify::orifice {
 namespace {
 
-constexpr double kAtBound = 1e-6;        // of the range between the bounds
 constexpr double kUndetermined = 1e-13;  // of the greatest eigenvalue
 
 Eigen::MatrixXd jacobian_at(const BoundedSquares& problem, const double* variables) {
@@ -32,13 +31,6 @@ Eigen::MatrixXd jacobian_at(const BoundedSquares& problem, const double* variabl
     jacobian.col(i) = (above - below) / (2.0 * problem.step[n]);
   }
   return jacobian;
-}
-
-Bound bound_of(double value, double low, double high) {
-  if (low == high) return Bound::kNone;
-  const double margin = kAtBound * (high - low);
-  if (value - low < margin) return Bound::kLow;
-  return high - value < margin ? Bound::kHigh : Bound::kNone;
 }
 
 Eigen::VectorXd standard_errors(const Eigen::MatrixXd& jacobian, const std::vector<Eigen::Index>& free,
@@ -107,7 +99,7 @@ SquaresMinimum minimise(const BoundedSquares& problem, std::vector<double> start
   minimum.standard_errors.assign(count, 0.0);
   for (std::size_t i = 0; i < count; ++i) {
     minimum.at_bound.push_back(bound_of(minimum.variables[i], problem.low[i], problem.high[i]));
-    if (minimum.at_bound[i] != Bound::kNone)
+    if (minimum.at_bound[i] != Bound::none)
       minimum.standard_errors[i] = std::numeric_limits<double>::quiet_NaN();
     else if (problem.low[i] != problem.high[i])
       free.push_back(static_cast<Eigen::Index>(i));

@@ -14,9 +14,9 @@
 #include <string>
 #include <vector>
 
-namespace plenum::host::identify::orifice {
+#include "host-sim/identify/estimate.hpp"
 
-enum class Bound { kNone, kLow, kHigh };
+namespace plenum::host::identify::orifice {
 
 struct BoundedSquares {
   int rows = 0;                                                     ///< errors
@@ -28,7 +28,7 @@ struct BoundedSquares {
 
 struct SquaresMinimum {
   std::vector<double> variables;
-  std::vector<Bound> at_bound;          ///< kNone for held variables
+  std::vector<Bound> at_bound;          ///< none for held variables
   std::vector<double> standard_errors;  ///< 0 where held, NaN at a bound, infinite where undetermined
   double squares = 0.0;
   int iterations = 0;

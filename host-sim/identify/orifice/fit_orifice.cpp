@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "host-sim/identify/orifice/bounded_squares.hpp"
 #include "host-sim/identify/orifice/filter.hpp"
 #include "host-sim/identify/orifice/vessel_run.hpp"
 #include "host-sim/plant/refuse.hpp"
@@ -205,11 +206,11 @@ OrificeParameter parameter(const SquaresMinimum& minimum, Variable which, bool h
   p.held = held;
   p.at_bound = minimum.at_bound[which];
   p.standard_error = held ? std::numeric_limits<double>::quiet_NaN() : minimum.standard_errors[which];
-  p.identified = !held && p.at_bound == Bound::kNone && p.standard_error < kKnownTo * scale;
+  p.identified = !held && p.at_bound == Bound::none && p.standard_error < kKnownTo * scale;
   if (held)
     p.why_not = "held";
-  else if (p.at_bound != Bound::kNone)
-    p.why_not = p.at_bound == Bound::kLow ? "at its lower bound" : "at its upper bound";
+  else if (p.at_bound != Bound::none)
+    p.why_not = bound_in_words(p.at_bound);
   else if (!p.identified)
     p.why_not = "the record's pressure ratios do not fix it";
   return p;

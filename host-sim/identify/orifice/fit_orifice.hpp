@@ -18,7 +18,7 @@
 #include <string>
 
 #include "host-sim/identify/cannot_identify.hpp"
-#include "host-sim/identify/orifice/bounded_squares.hpp"
+#include "host-sim/identify/estimate.hpp"
 #include "host-sim/identify/orifice/vessel.hpp"
 #include "host-sim/plant/orifice.hpp"
 
@@ -38,13 +38,10 @@ struct OrificeFitOptions {
   double most_area_m2 = 1e-2;              ///< A lies in 0 .. this, where the volume is known
 };
 
-struct OrificeParameter {
-  double value = 0.0;
-  /// NaN where held or at a bound, infinite where the record does not see the parameter. The far pressure
-  /// counts as exact and the errors as white: true of the pressure fit where the model holds, an order of
-  /// magnitude of the rate fit, whose filter ties neighbours together.
-  double standard_error = 0.0;
-  Bound at_bound = Bound::kNone;
+/// The standard error is infinite where the record does not see the parameter. The far pressure counts as exact and the errors
+/// as white: true of the pressure fit where the model holds, an order of magnitude of the rate fit, whose filter ties
+/// neighbours together.
+struct OrificeParameter : Estimate {
   bool held = false;
   /// Free, not at a bound, and its standard error below a quarter: of itself (k, A, beta), of the most that b
   /// may be (b), of 1 - b (a).

@@ -129,7 +129,7 @@ TEST(FitOrifice, SaysWhichParameterIsAtABoundOrHeld) {
   const OrificeFit fit = fit_orifice(record, vessel(Flow::kCharge), {.cracking_ratio = 0.74});
   EXPECT_TRUE(fit.cracking_ratio.held);
   EXPECT_EQ(fit.cracking_ratio.value, 0.74);
-  EXPECT_EQ(fit.critical_ratio.at_bound, Bound::kLow);
+  EXPECT_EQ(fit.critical_ratio.at_bound, Bound::low);
   EXPECT_FALSE(fit.critical_ratio.identified);
   EXPECT_EQ(fit.critical_ratio.why_not, "at its lower bound");
   EXPECT_TRUE(std::isnan(fit.critical_ratio.standard_error));
@@ -138,7 +138,7 @@ TEST(FitOrifice, SaysWhichParameterIsAtABoundOrHeld) {
 TEST(FitOrifice, StopsAtNoBoundThatTheOrificeAsksToPassAndSaysSo) {
   const plant::EllipsePort porous{0.2, 0.0, 1.0, 2.5};
   const VesselRecord record = record_of(porous, Flow::kDischarge, 800, 0.05, 60.0);
-  EXPECT_EQ(fit_orifice(record, {.flow_exponent = 1.0}).subsonic_index.at_bound, Bound::kHigh);
+  EXPECT_EQ(fit_orifice(record, {.flow_exponent = 1.0}).subsonic_index.at_bound, Bound::high);
   const OrificeFit wide = fit_orifice(record, {.flow_exponent = 1.0}, {.most_subsonic_index = 10.0});
   EXPECT_NEAR(wide.subsonic_index.value, 2.5, 0.05);
 }

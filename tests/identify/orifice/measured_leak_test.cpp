@@ -61,10 +61,10 @@ TEST(MeasuredLeak, WholeCurvesAreFollowedWithinOneAndAHalfPercentOfTheirSpan) {
 TEST(MeasuredLeak, PorousWallAsksForASubsonicIndexBeyondThePapersBound) {
   for (const char* name : {"Ultimaker_015", "Ultimaker_020"}) {
     const VesselRecord record = leak(name);
-    EXPECT_EQ(fit_orifice(record, kUnknownVolume).subsonic_index.at_bound, Bound::kHigh) << name;
+    EXPECT_EQ(fit_orifice(record, kUnknownVolume).subsonic_index.at_bound, Bound::high) << name;
     const OrificeFit wide = fit_orifice(record, kUnknownVolume, {.most_subsonic_index = 10.0});
     EXPECT_GT(wide.subsonic_index.value, 2.0) << name;
-    EXPECT_EQ(wide.critical_ratio.at_bound, Bound::kLow) << name;
+    EXPECT_EQ(wide.critical_ratio.at_bound, Bound::low) << name;
   }
 }
 
