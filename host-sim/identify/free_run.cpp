@@ -86,21 +86,22 @@ double held_start_rms_kPa(const trace::Log& log, double every_s) {
   return std::sqrt(square / static_cast<double>(log.size() - 1));
 }
 
-Drift drift(const trace::Log& log, const Tassa9& model, std::size_t starts, double horizon_s) {
-  const Ticks ticks = lay_out({log});
-  const std::size_t horizon = rows_of(horizon_s, ticks.period_s);
-  if (starts < 2 || ticks.size() < horizon + starts) {
+Drift drift(const Ticks& ticks, double span_kPa, const Predictor& predict, const DriftRuns& runs) {
+  const std::size_t horizon = rows_of(runs.horizon_s, ticks.period_s);
+  const std::size_t to_row = std::min(runs.to_row, ticks.size());
+  const std::size_t rows = to_row > runs.from_row ? to_row - runs.from_row : 0;
+  if (runs.starts < 2 || rows < horizon + runs.starts) {
     throw CannotIdentify(
-        fmt::format("drift of {} starts over {} s: {} rows, expected at least 2 starts and {} rows", starts,
-                    horizon_s, ticks.size(), horizon + starts));
+        fmt::format("drift of {} starts over {} s: {} rows, expected at least 2 starts and {} rows",
+                    runs.starts, runs.horizon_s, rows, horizon + runs.starts));
   }
-  const double to_percent = 100.0 / (model.supply_kPa - model.ambient_kPa);
-  const auto n = static_cast<double>(starts);
+  const double to_percent = 100.0 / span_kPa;
+  const auto n = static_cast<double>(runs.starts);
   std::vector<double> sum(horizon, 0.0);
   std::vector<double> square(horizon, 0.0);
-  for (std::size_t i = 0; i < starts; ++i) {
-    const std::size_t start = i * (ticks.size() - 1 - horizon) / (starts - 1);
-    const std::vector<double> predicted = predict_free_run_kPa(model, ticks, start, horizon);
+  for (std::size_t i = 0; i < runs.starts; ++i) {
+    const std::size_t start = runs.from_row + i * (rows - 1 - horizon) / (runs.starts - 1);
+    const std::vector<double> predicted = predict(start, horizon);
     for (std::size_t k = 0; k < horizon; ++k) {
       const double error = to_percent * (predicted[k] - ticks.pressure_kPa[start + 1 + k]);
       sum[k] += error;
@@ -116,6 +117,15 @@ Drift drift(const trace::Log& log, const Tassa9& model, std::size_t starts, doub
   }
   drift.worst_std_percent = *std::max_element(drift.std_percent.begin(), drift.std_percent.end());
   return drift;
+}
+
+Drift drift(const trace::Log& log, const Tassa9& model, std::size_t starts, double horizon_s) {
+  const Ticks ticks = lay_out({log});
+  return drift(ticks, model.supply_kPa - model.ambient_kPa,
+               [&](std::size_t start_row, std::size_t rows) {
+                 return predict_free_run_kPa(model, ticks, start_row, rows);
+               },
+               {.starts = starts, .horizon_s = horizon_s});
 }
 
 }  // namespace plenum::host::identify

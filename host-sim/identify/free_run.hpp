@@ -9,6 +9,8 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
+#include <limits>
 #include <vector>
 
 #include "host-sim/identify/tassa9.hpp"
@@ -51,8 +53,22 @@ struct Drift {
   double worst_std_percent = 0.0;    ///< largest of std_percent
 };
 
-/// `starts` runs of `horizon_s`, their starts spread evenly from the first row to the last from which a
-/// horizon fits. Throws CannotIdentify when the log is shorter than the horizon or starts < 2.
+/// Which free runs a drift is of: their starts are spread evenly over the rows from `from_row` to the last from which a horizon
+/// fits before `to_row`.
+struct DriftRuns {
+  std::size_t from_row = 0;
+  std::size_t to_row = std::numeric_limits<std::size_t>::max();  ///< beyond the log: its end
+  std::size_t starts = 48;
+  double horizon_s = 2.0;
+};
+
+/// What a model reads of one log in the rows start_row + 1 .. start_row + rows [kPa].
+using Predictor = std::function<std::vector<double>(std::size_t start_row, std::size_t rows)>;
+
+/// Of any model, over one log. Throws CannotIdentify when the rows are fewer than horizon and starts, or starts < 2.
+Drift drift(const Ticks& ticks, double span_kPa, const Predictor& predict, const DriftRuns& runs);
+
+/// Of a nine-parameter model over a whole log, likewise.
 Drift drift(const trace::Log& log, const Tassa9& model, std::size_t starts = 48, double horizon_s = 2.0);
 
 }  // namespace plenum::host::identify

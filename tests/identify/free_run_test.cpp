@@ -60,12 +60,8 @@ TEST(FreeRun, RefusesToPredictBeyondTheLog) {
   EXPECT_THROW(predict_free_run(Tassa9{}, log, 0, log.size()), CannotIdentify);
 }
 
-TEST(Drift, MatchesAHandComputation) {
-  // A model of rate 0 predicts the start pressure for ever; the log is p = k^2 kPa.
-  Tassa9 model;
-  model.c[6] = 0.0;
-  model.supply_kPa = 600.0;
-  model.ambient_kPa = 100.0;
+/// p = k^2 kPa
+trace::Log of_squares() {
   trace::Log log;
   log.pressure_average_s = 0.0;
   for (int k = 0; k < 11; ++k) {
@@ -74,10 +70,19 @@ TEST(Drift, MatchesAHandComputation) {
     log.pressure_Pa.push_back(1e3 * k * k);
     log.volume_m3.push_back(1e-4);
   }
+  return log;
+}
+
+TEST(Drift, MatchesAHandComputation) {
+  // A model of rate 0 predicts the start pressure for ever.
+  Tassa9 model;
+  model.c[6] = 0.0;
+  model.supply_kPa = 600.0;
+  model.ambient_kPa = 100.0;
   // Horizon of 2 ticks, starts at rows 0, 4 and 8. Errors start^2 - (start + j)^2: after one tick -1, -9,
   // -17; after two -4, -20, -36. Means -9 and -20; deviations 8 and 16 kPa; of a span of 500 kPa that is 1.6
   // % and 3.2 %.
-  const Drift got = drift(log, model, 3, 0.02);
+  const Drift got = drift(of_squares(), model, 3, 0.02);
   ASSERT_EQ(got.std_percent.size(), 2U);
   EXPECT_NEAR(got.std_percent[0], 1.6, 1e-12);
   EXPECT_NEAR(got.std_percent[1], 3.2, 1e-12);
@@ -85,6 +90,22 @@ TEST(Drift, MatchesAHandComputation) {
   EXPECT_NEAR(got.mean_percent[1], -4.0, 1e-12);
   EXPECT_NEAR(got.worst_std_percent, 3.2, 1e-12);
   EXPECT_NEAR(got.time_s[1], 0.02, 1e-15);
+}
+
+TEST(Drift, OfPartOfALogStartsAndEndsWithinIt) {
+  const Ticks ticks = lay_out({of_squares()});
+  const auto held = [&](std::size_t start_row, std::size_t rows) {
+    return std::vector<double>(rows, ticks.pressure_kPa[start_row]);
+  };
+  // Starts at rows 4 and 8 - 2 = 6: errors after one tick -9 and -13, after two -20 and -28 kPa.
+  const Drift got = drift(ticks, 500.0, held, {.from_row = 4, .to_row = 9, .starts = 2, .horizon_s = 0.02});
+  ASSERT_EQ(got.mean_percent.size(), 2U);
+  EXPECT_NEAR(got.mean_percent[0], -2.2, 1e-12);
+  EXPECT_NEAR(got.mean_percent[1], -4.8, 1e-12);
+  EXPECT_NEAR(got.std_percent[0], 0.2 * std::sqrt(8.0), 1e-12);
+  EXPECT_NEAR(got.worst_std_percent, 0.2 * std::sqrt(32.0), 1e-12);
+  EXPECT_THROW(drift(ticks, 500.0, held, {.from_row = 8, .to_row = 4, .starts = 2, .horizon_s = 0.02}),
+               CannotIdentify);
 }
 
 TEST(Drift, RefusesALogThatIsTooShort) {

@@ -5,7 +5,6 @@
 
 #include "host-sim/plant/gas.hpp"
 #include "host-sim/reproduce/actuators/by_differences.hpp"
-#include "host-sim/reproduce/samples.hpp"
 
 namespace plenum::host::reproduce::actuators {
 namespace {
@@ -73,33 +72,23 @@ PhysicalModel fit_next_pressure(const trace::Log& log, const PhysicalModel& star
 identify::Drift drift(const trace::Log& log, const PhysicalModel& model, std::size_t starts,
                       double horizon_s) {
   const identify::Ticks ticks = identify::lay_out({log});
-  const auto horizon = static_cast<std::size_t>(std::lround(horizon_s / ticks.period_s));
-  const double to_percent = 100.0 / (model.at_rest.supply_kPa - model.at_rest.ambient_kPa);
-  std::vector<std::vector<double>> errors(horizon);
-  for (std::size_t i = 0; i < starts; ++i) {
-    const std::size_t start = i * (ticks.size() - 1 - horizon) / (starts - 1);
-    double p_kPa = ticks.pressure_kPa[start];
-    if (start > 0) {
-      p_kPa = identify::end_from_mean(at(model, ticks, start - 1), p_kPa, ticks.period_s, ticks.average_s);
+  const auto predict = [&](std::size_t start_row, std::size_t rows) {
+    double p_kPa = ticks.pressure_kPa[start_row];
+    if (start_row > 0) {
+      p_kPa =
+          identify::end_from_mean(at(model, ticks, start_row - 1), p_kPa, ticks.period_s, ticks.average_s);
     }
-    for (std::size_t k = 0; k < horizon; ++k) {
+    std::vector<double> predicted_kPa;
+    for (std::size_t row = start_row; row < start_row + rows; ++row) {
       const identify::Step next =
-          identify::step(at(model, ticks, start + k), p_kPa, ticks.period_s, ticks.average_s);
-      errors[k].push_back(to_percent * (next.mean_kPa - ticks.pressure_kPa[start + k + 1]));
+          identify::step(at(model, ticks, row), p_kPa, ticks.period_s, ticks.average_s);
+      predicted_kPa.push_back(next.mean_kPa);
       p_kPa = next.end_kPa;
     }
-  }
-  identify::Drift drift;
-  for (std::size_t k = 0; k < horizon; ++k) {
-    const double centre = mean(errors[k]);
-    double square = 0.0;
-    for (const double error : errors[k]) square += (error - centre) * (error - centre);
-    drift.time_s.push_back(static_cast<double>(k + 1) * ticks.period_s);
-    drift.mean_percent.push_back(centre);
-    drift.std_percent.push_back(std::sqrt(square / static_cast<double>(starts - 1)));
-  }
-  drift.worst_std_percent = largest(drift.std_percent);
-  return drift;
+    return predicted_kPa;
+  };
+  return identify::drift(ticks, model.at_rest.supply_kPa - model.at_rest.ambient_kPa, predict,
+                         {.starts = starts, .horizon_s = horizon_s});
 }
 
 }  // namespace plenum::host::reproduce::actuators
