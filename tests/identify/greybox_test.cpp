@@ -5,17 +5,17 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <random>
 
-#include "firmware/control/greybox.hpp"
+#include "firmware/control/any_model.hpp"
 #include "firmware/control/model_paths.hpp"
 #include "firmware/control/sensor_lag.hpp"
 #include "firmware/control/sent_commands.hpp"
 #include "host-sim/effects/free_run.hpp"
 #include "host-sim/identify/chamber/fit.hpp"
 #include "host-sim/trace/input_error.hpp"
+#include "tests/identify/board_parameters.hpp"
 
 namespace plenum::host::identify {
 namespace {
@@ -62,14 +62,11 @@ double worst_drift_percent(const trace::RigDescription& rig, const trace::RigDes
   const Drive drive = violent();
   const std::vector<double> truth_Pa = of_the_rig(rig, drive);
   const GreyboxModel made = greybox_of(known);
-  std::array<float, plenum::control::Greybox::kParameters> parameters{};
-  for (std::size_t i = 0; i < parameters.size(); ++i)
-    parameters[i] = static_cast<float>(made.file.parameters[i]);
-  plenum::control::Greybox model;
-  model.configure(parameters, 0.0F, 10.0F);
-  plenum::config::ModelParameters image{.kind = plenum::config::ModelKind::greybox};
-  std::copy(parameters.begin(), parameters.end(), image.value.begin());
-  const plenum::control::ModelPaths paths = plenum::control::paths_of(image, 0.0F);
+  const plenum::config::ModelParameters parameters =
+      host::testing::board_parameters(made.file.kind, made.file.parameters);
+  plenum::control::AnyModel room;
+  const plenum::control::PressureModel& model = *room.take_over(parameters, 0.0F, 10.0F);
+  const plenum::control::ModelPaths paths = plenum::control::paths_of(parameters, 0.0F);
   plenum::control::ValvePath valve;
   plenum::control::SentCommands sent;
   plenum::control::SensorLag sensor;
@@ -111,7 +108,7 @@ TEST(GreyboxOfARig, FollowsTheRigsEffectsThatDoNotChangeInTime) {
   rig.effects["volume_error"] = {{"offset_mL", 15.0}};
   rig.effects["chamber_leak"] = {{"conductance_g_s_MPa", 0.3}};
   EXPECT_LT(worst_drift_percent(rig), 0.3);
-  EXPECT_THAT(greybox_of(rig).left_out, testing::IsEmpty());
+  EXPECT_THAT(greybox_of(rig).left_out, ::testing::IsEmpty());
 }
 
 TEST(GreyboxOfARig, FollowsItsValveAndItsSensor) {
@@ -120,21 +117,21 @@ TEST(GreyboxOfARig, FollowsItsValveAndItsSensor) {
   rig.effects["valve_hysteresis"] = {{"width_V", 0.2}};
   rig.effects["sensor_lag"] = {{"time_constant_s", 0.03}};
   EXPECT_LT(worst_drift_percent(rig), 0.3);
-  EXPECT_THAT(greybox_of(rig).left_out, testing::IsEmpty());
+  EXPECT_THAT(greybox_of(rig).left_out, ::testing::IsEmpty());
 }
 
 TEST(GreyboxOfARig, ComesNearASpoolByItsLagAndItsDelay) {
   trace::RigDescription rig;
   rig.effects["spool_lag"] = {{"natural_frequency_Hz", 12.0}, {"damping", 0.8}};
   EXPECT_LT(worst_drift_percent(rig, rig), 0.25 * worst_drift_percent(rig, {}));
-  EXPECT_THAT(greybox_of(rig).left_out, testing::IsEmpty());
+  EXPECT_THAT(greybox_of(rig).left_out, ::testing::IsEmpty());
 }
 
 TEST(GreyboxOfARig, NamesTheEffectsThatItDoesNotCarry) {
   trace::RigDescription rig;
   rig.effects["supply_droop"] = {{"resistance_kPa_s_per_g", 20.0}};
   rig.effects["volume_error"] = {{"offset_mL", 15.0}};
-  EXPECT_THAT(greybox_of(rig).left_out, testing::ElementsAre("supply_droop"));
+  EXPECT_THAT(greybox_of(rig).left_out, ::testing::ElementsAre("supply_droop"));
   rig.effects["black_magic"] = {};
   EXPECT_THROW(greybox_of(rig), trace::InputError);
 }
