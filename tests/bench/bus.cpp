@@ -16,6 +16,7 @@
 #include "host-sim/ports/can_frame_bits.hpp"
 #include "host-sim/rig/standard_rigs.hpp"
 #include "host-sim/tools/rig_link.hpp"
+#include "tests/bench/row.hpp"
 
 namespace {
 
@@ -162,12 +163,6 @@ std::size_t setpoint_to_command_ticks() {
   return worst;
 }
 
-void row(const char* name, double value, const char* unit, const char* better, const char* target) {
-  std::printf(R"({"name": "bus.%s", "value": %.4g, "unit": "%s", "better": "%s", "target": %s})"
-              "\n",
-              name, value, unit, better, target);
-}
-
 }  // namespace
 
 int main() {
@@ -187,9 +182,10 @@ int main() {
       stderr,
       "the wire's own limit: %u boards (%u chambers); %u boards carried, %.0f of 10000 bits a cycle\n", limit,
       kChambers * limit, boards, most.bits_a_cycle);
-  row("chambers_at_1mbit_100hz", kChambers * boards, "chambers", "higher", "80");
-  row("wire_limit_chambers", kChambers * limit, "chambers", "higher", "null");
-  row("load_of_80_chambers_percent", 100.0 * ten.bits_a_cycle / kCycleBits, "%", "lower", "null");
-  row("worst_latency_of_80_chambers_us", ten.worst_latency_us, "us", "lower", "null");
-  row("setpoint_to_command_ticks", static_cast<double>(setpoint_to_command_ticks()), "ticks", "lower", "1");
+  plenum::bench::print({"bus.chambers_at_1mbit_100hz", 1.0 * kChambers * boards, "chambers", "higher", 80.0});
+  plenum::bench::print({"bus.wire_limit_chambers", 1.0 * kChambers * limit, "chambers", "higher"});
+  plenum::bench::print({"bus.load_of_80_chambers_percent", 100.0 * ten.bits_a_cycle / kCycleBits, "%"});
+  plenum::bench::print({"bus.worst_latency_of_80_chambers_us", ten.worst_latency_us, "us"});
+  const auto ticks = static_cast<double>(setpoint_to_command_ticks());
+  plenum::bench::print({"bus.setpoint_to_command_ticks", ticks, "ticks", "lower", 1.0});
 }

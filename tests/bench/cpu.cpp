@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "board/plenumd.hpp"
+#include "tests/bench/row.hpp"
 #include "tests/firmware/board/bench.hpp"
 
 namespace {
@@ -203,10 +204,7 @@ int run() {
              times_ns.size(), static_cast<double>(world.frames) / static_cast<double>(kTicks),
              1e-3 * static_cast<double>(times_ns[times_ns.size() / 2]), 1e-3 * static_cast<double>(p999_ns),
              1e-3 * static_cast<double>(times_ns.back()));
-  fmt::print(
-      R"({{"name": "board.cpu_percent_of_tick", "value": {:.3f}, "unit": "%", "better": "lower", "target": {}}})"
-      "\n",
-      percent(p999_ns), kTarget_percent);
+  bench::print({"board.cpu_percent_of_tick", percent(p999_ns), "%", "lower", kTarget_percent});
   return 0;
 }
 

@@ -18,11 +18,13 @@
 #include <cstdio>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "host-sim/plant/chamber.hpp"
 #include "host-sim/plant/random.hpp"
+#include "tests/bench/row.hpp"
 #include "tests/plant/cvode/cvode_chamber.hpp"
 
 namespace {
@@ -169,12 +171,9 @@ double ratio_on(double mean_m3) {
   return cvode.seconds / plant.seconds;
 }
 
-void row(const char* suffix, double ratio, const char* target) {
-  std::printf(
-      R"({"name": "plant.speed_vs_cvode%s", "value": %.4g, "unit": "x", "better": "higher", "target": %s, )"
-      R"("peer": "SUNDIALS CVODE 6.4", "peer_value": 1})"
-      "\n",
-      suffix, ratio, target);
+void print_ratio(const std::string& suffix, double ratio, std::optional<double> target = {}) {
+  plenum::bench::print(
+      {"plant.speed_vs_cvode" + suffix, ratio, "x", "higher", target, "SUNDIALS CVODE 6.4", 1.0});
 }
 
 }  // namespace
@@ -184,7 +183,7 @@ int main() {
   const double middle = ratio_on(100e-6);
   const double large = ratio_on(300e-6);
   if (!std::isfinite(small + middle + large)) return 1;
-  row("", middle, "10");
-  row("_40mL", small, "null");
-  row("_300mL", large, "null");
+  print_ratio("", middle, 10.0);
+  print_ratio("_40mL", small);
+  print_ratio("_300mL", large);
 }

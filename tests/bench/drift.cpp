@@ -13,15 +13,17 @@
 // usage: plenum_drift_bench [FILE]    FILE: one line a chamber, for looking into the worst
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cstdio>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "host-sim/identify/fit.hpp"
 #include "host-sim/identify/free_run.hpp"
+#include "host-sim/identify/in_parallel.hpp"
 #include "host-sim/reproduce/actuators/population.hpp"
+#include "tests/bench/row.hpp"
 
 namespace {
 
@@ -52,17 +54,13 @@ ChamberDrift drift_of(unsigned seed, Motion motion) {
   return {worst(one_step.model), worst(free_run.model)};
 }
 
-void row(const std::string& name, double value, const char* target) {
-  std::printf(R"({"name": "drift.%s", "value": %.4g, "unit": "%% of span", "better": "lower", "target": %s})"
-              "\n",
-              name.c_str(), value, target);
-}
-
-void rows(const std::string& prefix, std::vector<double> drifts, bool targets) {
-  std::sort(drifts.begin(), drifts.end());
-  const std::size_t rank = (95 * drifts.size() + 99) / 100;  // ceil(0.95 n)
-  row(prefix + "p95_percent_span", drifts[rank - 1], targets ? "4" : "null");
-  row(prefix + "max_percent_span", drifts.back(), targets ? "10" : "null");
+void print_rows(const std::string& prefix, const std::vector<double>& drifts,
+                std::optional<double> p95_target = {}, std::optional<double> max_target = {}) {
+  using plenum::bench::p95;
+  plenum::bench::print(
+      {"drift." + prefix + "p95_percent_span", p95(drifts), "% of span", "lower", p95_target});
+  const double max = *std::max_element(drifts.begin(), drifts.end());
+  plenum::bench::print({"drift." + prefix + "max_percent_span", max, "% of span", "lower", max_target});
 }
 
 }  // namespace
@@ -70,20 +68,12 @@ void rows(const std::string& prefix, std::vector<double> drifts, bool targets) {
 int main(int count, char** words) {
   std::array<std::vector<ChamberDrift>, 2> drifts{std::vector<ChamberDrift>(kChambers),
                                                   std::vector<ChamberDrift>(kChambers)};
-  std::atomic<std::size_t> next{0};
-  {
-    std::vector<std::jthread> threads;
-    for (unsigned t = 0; t < std::max(1U, std::thread::hardware_concurrency()); ++t) {
-      threads.emplace_back([&] {
-        for (std::size_t i = next++; i < 2 * kChambers; i = next++) {
-          const bool moves = i < kChambers;
-          const std::size_t chamber = i % kChambers;
-          drifts[moves ? 1 : 0][chamber] =
-              drift_of(kFirstSeed + static_cast<unsigned>(chamber), moves ? Motion::moderate : Motion::rest);
-        }
-      });
-    }
-  }
+  identify::in_parallel(2 * kChambers, std::thread::hardware_concurrency(), [&](std::size_t i) {
+    const bool moves = i < kChambers;
+    const std::size_t chamber = i % kChambers;
+    drifts[moves ? 1 : 0][chamber] =
+        drift_of(kFirstSeed + static_cast<unsigned>(chamber), moves ? Motion::moderate : Motion::rest);
+  });
   if (count > 1) {
     if (std::FILE* const file = std::fopen(words[1], "w")) {
       for (std::size_t i = 0; i < kChambers; ++i) {
@@ -99,8 +89,8 @@ int main(int count, char** words) {
     for (const ChamberDrift& drift : drifts[moves ? 1 : 0]) values.push_back(drift.*which);
     return values;
   };
-  rows("", of(true, &ChamberDrift::free_run_percent), true);
-  rows("one_step_fit_", of(true, &ChamberDrift::one_step_percent), false);
-  rows("fixed_volume_", of(false, &ChamberDrift::free_run_percent), false);
-  rows("fixed_volume_one_step_fit_", of(false, &ChamberDrift::one_step_percent), false);
+  print_rows("", of(true, &ChamberDrift::free_run_percent), 4.0, 10.0);
+  print_rows("one_step_fit_", of(true, &ChamberDrift::one_step_percent));
+  print_rows("fixed_volume_", of(false, &ChamberDrift::free_run_percent));
+  print_rows("fixed_volume_one_step_fit_", of(false, &ChamberDrift::one_step_percent));
 }

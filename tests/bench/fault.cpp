@@ -30,6 +30,7 @@
 #include "host-sim/client/model_bytes.hpp"
 #include "host-sim/rig/standard_rigs.hpp"
 #include "host-sim/tools/rig_link.hpp"
+#include "tests/bench/row.hpp"
 #include "tests/firmware/board/bench.hpp"
 
 namespace {
@@ -228,12 +229,6 @@ struct Worst {
   void take(double ms) { value_ms = std::max(value_ms, ms); }
 };
 
-void print_row(const char* name, double value_ms, const std::string& target) {
-  fmt::print(R"({{"name": "{}", "value": {:.2f}, "unit": "ms", "better": "lower", "target": {}}})"
-             "\n",
-             name, value_ms, target);
-}
-
 int run() {
   Worst response;
   Worst whole;
@@ -250,8 +245,8 @@ int run() {
   }
   take(plenum::safety::spec(Fault::pressure_not_finite).name, not_finite_to_safe_ms(kPressure), 0.0);
   take(plenum::safety::spec(Fault::position_not_finite).name, not_finite_to_safe_ms(kPosition), 0.0);
-  print_row("board.fault_to_safe_ms", response.value_ms, fmt::format("{}", kTarget_ms));
-  print_row("board.fault_to_safe_with_detection_ms", whole.value_ms, "null");
+  plenum::bench::print({"board.fault_to_safe_ms", response.value_ms, "ms", "lower", kTarget_ms});
+  plenum::bench::print({"board.fault_to_safe_with_detection_ms", whole.value_ms, "ms"});
   return 0;
 }
 

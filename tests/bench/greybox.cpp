@@ -28,6 +28,7 @@
 #include "host-sim/plant/relief_valve/two_stage_run.hpp"
 #include "host-sim/plant/relief_valve/two_stage_static.hpp"
 #include "host-sim/reproduce/relief_valve/recorded.hpp"
+#include "tests/bench/row.hpp"
 
 namespace {
 
@@ -197,13 +198,6 @@ double coarsest(const TwoStagePhysics& physics, const TwoStageState& start, cons
   throw std::runtime_error("greybox: no tolerance of the ladder is accurate enough");
 }
 
-void row(const char* name, double value, const char* target, const char* peer, double peer_us) {
-  std::printf(R"({"name": "%s", "value": %.4g, "unit": "x", "better": "higher", "target": %s, )"
-              R"("peer": "%s", "peer_value": %.4g})"
-              "\n",
-              name, value, target, peer, peer_us);
-}
-
 }  // namespace
 
 int main() {
@@ -241,9 +235,15 @@ int main() {
                  change.from_m3_s / kLitrePerMinute_m3_s, change.to_m3_s / kLitrePerMinute_m3_s, 1e6 * c,
                  tolerance, counted.effort().steps, 1e6 * g, steps.ramp, steps.rest);
   }
-  row("greybox.speed_vs_classical", classical_s / grey_s, "500",
-      "classical model by RODAS at its coarsest, us for the seven changes", 1e6 * classical_s);
-  row("greybox.speed_vs_classical_fixed_step", fixed_s / grey_fixed_s, "null",
-      "classical model by Runge-Kutta in steps of 1e-6 s, us for the seven changes", 1e6 * fixed_s);
+  plenum::bench::print({"greybox.speed_vs_classical", classical_s / grey_s, "x", "higher", 500.0,
+                        "classical model by RODAS at its coarsest, us for the seven changes",
+                        1e6 * classical_s});
+  plenum::bench::print({"greybox.speed_vs_classical_fixed_step",
+                        fixed_s / grey_fixed_s,
+                        "x",
+                        "higher",
+                        {},
+                        "classical model by Runge-Kutta in steps of 1e-6 s, us for the seven changes",
+                        1e6 * fixed_s});
   return 0;
 }

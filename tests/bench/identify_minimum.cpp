@@ -4,19 +4,18 @@
 // the least that any start reached on that chamber. Once as the tools fit (exploring), once with the solver
 // left to the start it is given.
 #include <array>
-#include <atomic>
 #include <chrono>
 #include <cstdio>
-#include <functional>
 #include <limits>
 #include <random>
-#include <string>
 #include <thread>
 #include <vector>
 
 #include "host-sim/identify/cannot_identify.hpp"
 #include "host-sim/identify/fit.hpp"
+#include "host-sim/identify/in_parallel.hpp"
 #include "host-sim/reproduce/actuators/population.hpp"
+#include "tests/bench/row.hpp"
 
 namespace {
 
@@ -29,22 +28,7 @@ constexpr std::size_t kStarts = 100;
 constexpr std::size_t kMoving = 8;
 constexpr std::size_t kAtRest = 4;
 constexpr std::size_t kFleet = 76;
-
-void on_all_cores(std::size_t jobs, const std::function<void(std::size_t)>& job) {
-  std::atomic<std::size_t> next{0};
-  std::vector<std::jthread> threads;
-  for (unsigned t = 0; t < std::max(1U, std::thread::hardware_concurrency()); ++t) {
-    threads.emplace_back([&] {
-      for (std::size_t i = next++; i < jobs; i = next++) job(i);
-    });
-  }
-}
-
-void row(const std::string& name, double value, const char* unit, const char* better, const char* target) {
-  std::printf(R"({"name": "%s", "value": %.6g, "unit": "%s", "better": "%s", "target": %s})"
-              "\n",
-              name.c_str(), value, unit, better, target);
-}
+const unsigned kThreads = std::thread::hardware_concurrency();
 
 struct Outcome {
   std::size_t same[2] = {0, 0};  ///< left to the start, exploring
@@ -89,24 +73,26 @@ Outcome starts_on(unsigned seed, bool moves) {
 
 int main() {
   std::vector<Outcome> outcomes(kMoving + kAtRest);
-  on_all_cores(outcomes.size(),
-               [&](std::size_t i) { outcomes[i] = starts_on(static_cast<unsigned>(i + 1), i < kMoving); });
+  identify::in_parallel(outcomes.size(), kThreads, [&](std::size_t i) {
+    outcomes[i] = starts_on(static_cast<unsigned>(i + 1), i < kMoving);
+  });
   double exploring = 0.0, alone_moving = 0.0, alone_at_rest = 0.0;
   for (std::size_t i = 0; i < outcomes.size(); ++i) {
     exploring += static_cast<double>(outcomes[i].same[1]) / static_cast<double>(outcomes.size());
     (i < kMoving ? alone_moving : alone_at_rest) +=
         static_cast<double>(outcomes[i].same[0]) / static_cast<double>(i < kMoving ? kMoving : kAtRest);
   }
-  row("identify.same_minimum_percent", exploring, "%", "higher", "99");
-  row("identify.same_minimum_percent_unaided_at_rest", alone_at_rest, "%", "higher", "99");
-  row("identify.same_minimum_percent_unaided_moving", alone_moving, "%", "higher", "99");
+  plenum::bench::print({"identify.same_minimum_percent", exploring, "%", "higher", 99.0});
+  plenum::bench::print({"identify.same_minimum_percent_unaided_at_rest", alone_at_rest, "%", "higher", 99.0});
+  plenum::bench::print({"identify.same_minimum_percent_unaided_moving", alone_moving, "%", "higher", 99.0});
 
   std::vector<trace::Log> fleet(kFleet);
-  on_all_cores(kFleet, [&](std::size_t i) {
+  identify::in_parallel(kFleet, kThreads, [&](std::size_t i) {
     fleet[i] = record_chamber(static_cast<unsigned>(1000 + i), Motion::moderate);
   });
   const auto begin = std::chrono::steady_clock::now();
-  on_all_cores(kFleet, [&](std::size_t i) { identify::fit_tassa9({fleet[i]}, population_rig()); });
-  row("identify.fleet_s", std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(),
-      "s", "lower", "null");
+  identify::in_parallel(kFleet, kThreads,
+                        [&](std::size_t i) { identify::fit_tassa9({fleet[i]}, population_rig()); });
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+  plenum::bench::print({"identify.fleet_s", took.count(), "s"});
 }

@@ -11,84 +11,52 @@
 //
 // usage: plenum_model_bench [FILE]    FILE: one line a chamber, for looking into the worst
 #include <algorithm>
-#include <array>
-#include <atomic>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
+#include <optional>
 #include <random>
 #include <string>
 #include <thread>
 #include <vector>
 
-#include "firmware/control/greybox.hpp"
+#include "firmware/control/any_model.hpp"
 #include "host-sim/identify/chamber/fit_greybox.hpp"
+#include "host-sim/identify/free_run.hpp"
 #include "host-sim/identify/in_parallel.hpp"
 #include "host-sim/identify/ticks.hpp"
 #include "host-sim/reproduce/actuators/population.hpp"
+#include "tests/bench/row.hpp"
+#include "tests/identify/board_parameters.hpp"
 
 namespace {
 
 using namespace plenum::host;
 using plenum::control::ChamberMotion;
-using plenum::control::Greybox;
 using plenum::control::Prediction;
 using reproduce::actuators::Motion;
 
 constexpr std::size_t kMpyeChambers = 6;
-constexpr std::size_t kStarts = 48;
-constexpr std::size_t kHorizon = 200;
 constexpr std::size_t kFittedRows = 10000;
 constexpr std::size_t kUnseenRows = 4000;
 
-Greybox board_model(const trace::ModelFile& file) {
-  std::array<plenum::control::Scalar, Greybox::kParameters> parameters{};
-  for (std::size_t i = 0; i < parameters.size(); ++i) {
-    parameters[i] = plenum::control::Scalar(static_cast<float>(file.parameters[i]));
-  }
-  Greybox model;
-  model.configure(parameters, 0.0F, 10.0F);
-  return model;
-}
-
-class Predictor {
+/// The board's model in free run over one log.
+class BoardRun {
  public:
-  Predictor(const Greybox& model, const trace::Log& log) : model_(model), ticks_(identify::lay_out({log})) {}
+  BoardRun(const plenum::control::PressureModel& model, const identify::Ticks& ticks)
+      : model_(model), ticks_(ticks) {}
 
-  /// Readings of the rows start + 1 .. start + kHorizon [kPa].
-  std::vector<double> run(std::size_t start) const {
+  /// An identify::Predictor.
+  std::vector<double> operator()(std::size_t start, std::size_t rows) const {
     float pressure_kPa = static_cast<float>(ticks_.pressure_kPa[start]);
     if (start > 0) pressure_kPa = through_tick_before(start);
-    std::vector<double> readings;
-    for (std::size_t row = start; row < start + kHorizon; ++row) {
+    std::vector<double> readings_kPa;
+    for (std::size_t row = start; row < start + rows; ++row) {
       const Prediction next = tick(row, pressure_kPa);
-      readings.push_back(static_cast<double>(next.mean_kPa));
+      readings_kPa.push_back(static_cast<double>(next.mean_kPa));
       pressure_kPa = next.end_kPa;
     }
-    return readings;
-  }
-
-  /// Of starts spread evenly over the rows `from` to `to` - 1.
-  double drift_percent(const trace::RigDescription& rig, std::size_t from, std::size_t to) const {
-    const double to_percent = 1e5 / (rig.supply.pressure_Pa - rig.ambient.pressure_Pa);
-    std::vector<double> sum(kHorizon, 0.0);
-    std::vector<double> square(kHorizon, 0.0);
-    for (std::size_t i = 0; i < kStarts; ++i) {
-      const std::size_t start = from + i * (to - from - 1 - kHorizon) / (kStarts - 1);
-      const std::vector<double> predicted = run(start);
-      for (std::size_t k = 0; k < kHorizon; ++k) {
-        const double error = to_percent * (predicted[k] - ticks_.pressure_kPa[start + 1 + k]);
-        sum[k] += error;
-        square[k] += error * error;
-      }
-    }
-    double worst = 0.0;
-    constexpr auto n = static_cast<double>(kStarts);
-    for (std::size_t k = 0; k < kHorizon; ++k) {
-      const double mean = sum[k] / n;
-      worst = std::max(worst, std::sqrt(std::max(0.0, square[k] - n * mean * mean) / (n - 1.0)));
-    }
-    return worst;
+    return readings_kPa;
   }
 
  private:
@@ -111,8 +79,8 @@ class Predictor {
     return tick(row - 1, 0.5F * (low_kPa + high_kPa)).end_kPa;
   }
 
-  const Greybox& model_;
-  identify::Ticks ticks_;
+  const plenum::control::PressureModel& model_;
+  const identify::Ticks& ticks_;
 };
 
 /// Channel A for odd seeds, B for even ones.
@@ -147,25 +115,23 @@ struct ChamberDrift {
 
 ChamberDrift drift_of(const trace::Log& log, const trace::RigDescription& rig) {
   const auto fit = identify::chamber::fit_greybox({first_rows(log, kFittedRows)}, rig);
-  const Greybox model = board_model(identify::chamber::to_model_file(fit, {}));
-  const Predictor predictor(model, log);
-  ChamberDrift drift{predictor.drift_percent(rig, 0, kFittedRows),
-                     predictor.drift_percent(rig, kFittedRows, log.size()),
-                     {}};
+  const trace::ModelFile file = identify::chamber::to_model_file(fit, {});
+  const identify::Ticks ticks = identify::lay_out({log});
+  plenum::control::AnyModel room;
+  const BoardRun run(*room.take_over(testing::board_parameters(file.kind, file.parameters), 0.0F, 10.0F),
+                     ticks);
+  const auto percent = [&](std::size_t from_row, std::size_t to_row) {
+    const double span_kPa = 1e-3 * (rig.supply.pressure_Pa - rig.ambient.pressure_Pa);
+    return identify::drift(ticks, span_kPa, run, {.from_row = from_row, .to_row = to_row}).worst_std_percent;
+  };
+  ChamberDrift drift{percent(0, kFittedRows), percent(kFittedRows, log.size()), {}};
   for (const std::string& id : fit.kept) drift.effects += " " + id;
   return drift;
 }
 
-double p95(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[(95 * values.size() + 99) / 100 - 1];  // nearest rank
-}
-
-void row(const char* name, double value, const char* target) {
-  std::printf(R"({"name": "model.greybox_drift_%s_percent_span", "value": %.4g, "unit": "%% of span", )"
-              R"("better": "lower", "target": %s})"
-              "\n",
-              name, value, target);
+void print_drift(const std::string& name, double value, std::optional<double> target = {}) {
+  plenum::bench::print(
+      {"model.greybox_drift_" + name + "_percent_span", value, "% of span", "lower", target});
 }
 
 std::vector<double> all(const std::vector<ChamberDrift>& drifts, double ChamberDrift::*which) {
@@ -204,9 +170,10 @@ int main(int count, char** words) {
     }
   }
   const std::vector<double> drifts = all(violent, &ChamberDrift::fitted_percent);
-  row("p95", p95(drifts), "0.5");
-  row("max", *std::max_element(drifts.begin(), drifts.end()), "1.0");
-  row("unseen_p95", p95(all(violent, &ChamberDrift::unseen_percent)), "null");
-  row("mpye_p95", p95(all(mpye, &ChamberDrift::fitted_percent)), "1.5");
-  row("mpye_unseen_p95", p95(all(mpye, &ChamberDrift::unseen_percent)), "null");
+  using plenum::bench::p95;
+  print_drift("p95", p95(drifts), 0.5);
+  print_drift("max", *std::max_element(drifts.begin(), drifts.end()), 1.0);
+  print_drift("unseen_p95", p95(all(violent, &ChamberDrift::unseen_percent)));
+  print_drift("mpye_p95", p95(all(mpye, &ChamberDrift::fitted_percent)), 1.5);
+  print_drift("mpye_unseen_p95", p95(all(mpye, &ChamberDrift::unseen_percent)));
 }

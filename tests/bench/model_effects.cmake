@@ -1,3 +1,3 @@
 add_executable(plenum_model_effects_bench ${CMAKE_CURRENT_LIST_DIR}/model_effects.cpp)
-target_link_libraries(plenum_model_effects_bench PRIVATE plenum_rig plenum_client plenum_identify plenum_warnings fmt::fmt)
+target_link_libraries(plenum_model_effects_bench PRIVATE plenum_rig plenum_client plenum_identify plenum_warnings)
 plenum_bench(NAME model.effect COMMAND plenum_model_effects_bench)

@@ -25,6 +25,7 @@
 #include "host-sim/identify/greybox.hpp"
 #include "host-sim/rig/standard_rigs.hpp"
 #include "host-sim/tools/rig_link.hpp"
+#include "tests/bench/row.hpp"
 
 namespace {
 
@@ -139,16 +140,10 @@ int main() {
     ratios.push_back(with_kPa / without_kPa);
     fmt::print(stderr, "{}: {:.2f} kPa RMS without, {:.2f} with, {:.2f} of it\n", trial.effect, without_kPa,
                with_kPa, ratios.back());
-    fmt::print(
-        R"({{"name": "model.effect_rmse_shrink.{}", "value": {:.3g}, "unit": "x", "better": "lower", "target": null}})"
-        "\n",
-        trial.effect, ratios.back());
+    plenum::bench::print({fmt::format("model.effect_rmse_shrink.{}", trial.effect), ratios.back(), "x"});
   }
   std::sort(ratios.begin(), ratios.end());
   const std::size_t half = ratios.size() / 2;
   const double median = ratios.size() % 2 != 0 ? ratios[half] : 0.5 * (ratios[half - 1] + ratios[half]);
-  fmt::print(
-      R"({{"name": "model.effect_rmse_shrink_median", "value": {:.3g}, "unit": "x", "better": "lower", "target": 0.5}})"
-      "\n",
-      median);
+  plenum::bench::print({"model.effect_rmse_shrink_median", median, "x", "lower", 0.5});
 }

@@ -22,6 +22,7 @@
 #include "host-sim/identify/free_run.hpp"
 #include "host-sim/identify/in_parallel.hpp"
 #include "host-sim/reproduce/actuators/population.hpp"
+#include "tests/bench/row.hpp"
 
 namespace {
 
@@ -47,16 +48,10 @@ Drifts drifts_of(unsigned seed) {
   return drifts;
 }
 
-void row(const std::string& name, double value, const char* unit, const char* target) {
-  std::printf(R"({"name": "model.%s", "value": %.4g, "unit": "%s", "better": "lower", "target": %s})"
-              "\n",
-              name.c_str(), value, unit, target);
-}
-
-void bytes_rows(const std::string& kind, plenum::config::ModelKind as, std::size_t of_model) {
-  row(kind + "_parameter_bytes", static_cast<double>(4 * plenum::config::parameter_schema(as).size()),
-      "bytes", "null");
-  row(kind + "_ram_bytes", static_cast<double>(of_model), "bytes", "null");
+void print_bytes(const std::string& kind, plenum::config::ModelKind as, std::size_t of_model) {
+  const std::size_t parameters = 4 * plenum::config::parameter_schema(as).size();
+  plenum::bench::print({"model." + kind + "_parameter_bytes", static_cast<double>(parameters), "bytes"});
+  plenum::bench::print({"model." + kind + "_ram_bytes", static_cast<double>(of_model), "bytes"});
 }
 
 }  // namespace
@@ -76,13 +71,13 @@ int main(int count, char** words) {
     const std::string kind(identify::kind_of(kForms[i]));
     std::vector<double> values;
     for (const Drifts& of : drifts) values.push_back(of[i]);
-    std::sort(values.begin(), values.end());
-    p95[i] = values[(95 * values.size() + 99) / 100 - 1];
-    row(kind + "_drift_p95_percent_span", p95[i], "% of span", "null");
-    row(kind + "_drift_max_percent_span", values.back(), "% of span", "null");
+    p95[i] = plenum::bench::p95(values);
+    const double max = *std::max_element(values.begin(), values.end());
+    plenum::bench::print({"model." + kind + "_drift_p95_percent_span", p95[i], "% of span"});
+    plenum::bench::print({"model." + kind + "_drift_max_percent_span", max, "% of span"});
   }
-  row("tassa9r_drift_vs_tassa9", p95[1] / p95[0], "x", "0.6");
-  bytes_rows("tassa9", plenum::config::ModelKind::tassa9, sizeof(plenum::control::Tassa9));
-  bytes_rows("tassa9r", plenum::config::ModelKind::tassa9r, sizeof(plenum::control::Tassa9r));
-  bytes_rows("greybox", plenum::config::ModelKind::greybox, sizeof(plenum::control::Greybox));
+  plenum::bench::print({"model.tassa9r_drift_vs_tassa9", p95[1] / p95[0], "x", "lower", 0.6});
+  print_bytes("tassa9", plenum::config::ModelKind::tassa9, sizeof(plenum::control::Tassa9));
+  print_bytes("tassa9r", plenum::config::ModelKind::tassa9r, sizeof(plenum::control::Tassa9r));
+  print_bytes("greybox", plenum::config::ModelKind::greybox, sizeof(plenum::control::Greybox));
 }

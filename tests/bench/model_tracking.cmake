@@ -1,4 +1,4 @@
 add_executable(plenum_model_tracking_bench ${CMAKE_CURRENT_LIST_DIR}/model_tracking.cpp)
-target_link_libraries(plenum_model_tracking_bench PRIVATE plenum_firmware plenum_identify_chamber plenum_identify plenum_plant
+target_link_libraries(plenum_model_tracking_bench PRIVATE plenum_firmware plenum_client plenum_identify_chamber plenum_identify plenum_plant
   plenum_warnings Threads::Threads)
 plenum_bench(NAME model.tracking_rmse COMMAND plenum_model_tracking_bench)

@@ -9,9 +9,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <vector>
 
@@ -22,6 +22,8 @@
 #include "host-sim/identify/fit.hpp"
 #include "host-sim/identify/in_parallel.hpp"
 #include "host-sim/reproduce/actuators/population.hpp"
+#include "tests/bench/row.hpp"
+#include "tests/identify/board_parameters.hpp"
 
 namespace {
 
@@ -34,29 +36,22 @@ constexpr int kTicks = 2000;
 constexpr int kSettled = 200;
 constexpr int kRecovery = 10;
 constexpr double kTick_s = 0.01;
-constexpr std::array<config::ModelKind, 3> kKinds = {config::ModelKind::tassa9, config::ModelKind::tassa9r,
-                                                     config::ModelKind::greybox};
-constexpr std::array<const char*, 3> kNames = {"tassa9", "tassa9r", "greybox"};
+constexpr std::array<const char*, 3> kKinds = {"tassa9", "tassa9r", "greybox"};
 
 double reference_kPa(double t_s) {
   const double turn = 2.0 * std::numbers::pi * t_s;
   return 350.0 + 60.0 * std::sin(0.5 * turn) + 15.0 * std::sin(1.3 * turn);
 }
 
-config::ModelParameters fitted(config::ModelKind kind, const trace::Log& log,
+config::ModelParameters fitted(std::string_view kind, const trace::Log& log,
                                const trace::RigDescription& rig) {
-  std::vector<double> values;
-  if (kind == config::ModelKind::greybox) {
-    values = identify::chamber::to_model_file(identify::chamber::fit_greybox({log}, rig), {}).parameters;
-  } else {
-    identify::FitOptions options;
-    options.form = kind == config::ModelKind::tassa9r ? identify::Form::repaired : identify::Form::published;
-    values = identify::fit_tassa9({log}, rig, options).model.image();
+  if (kind == "greybox") {
+    const auto fit = identify::chamber::fit_greybox({log}, rig);
+    return testing::board_parameters(kind, identify::chamber::to_model_file(fit, {}).parameters);
   }
-  config::ModelParameters model;
-  model.kind = kind;
-  for (const double value : values) model.value[model.count++] = static_cast<float>(value);
-  return model;
+  identify::FitOptions options;
+  options.form = kind == "tassa9r" ? identify::Form::repaired : identify::Form::published;
+  return testing::board_parameters(kind, identify::fit_tassa9({log}, rig, options).model.image());
 }
 
 double tracking_rmse_kPa(const config::ModelParameters& parameters, unsigned seed) {
@@ -119,9 +114,6 @@ int main() {
     auto& values = rmse_kPa[kind];
     std::sort(values.begin(), values.end());
     const double median = 0.5 * (values[kChambers / 2 - 1] + values[kChambers / 2]);
-    std::printf(R"({"name": "model.tracking_rmse_%s_kPa", "value": %.4g, "unit": "kPa", "better": "lower", )"
-                R"("target": null})"
-                "\n",
-                kNames[kind], median);
+    plenum::bench::print({fmt::format("model.tracking_rmse_{}_kPa", kKinds[kind]), median, "kPa"});
   }
 }

@@ -36,10 +36,12 @@
 #include "host-sim/client/model_bytes.hpp"
 #include "host-sim/client/session.hpp"
 #include "host-sim/identify/chamber/fit_greybox.hpp"
+#include "host-sim/identify/in_parallel.hpp"
 #include "host-sim/identify/profile.hpp"
 #include "host-sim/plant/reach.hpp"
 #include "host-sim/rig/standard_rigs.hpp"
 #include "host-sim/tools/rig_link.hpp"
+#include "tests/bench/row.hpp"
 
 namespace {
 
@@ -104,13 +106,9 @@ client::ModelUpload identified(const std::vector<client::CapturedRow>& rows, uns
 
 void identify_and_upload(client::Session& session, const std::vector<client::CapturedRow>& rows, Kind kind) {
   std::vector<client::ModelUpload> uploads(kChambers);
-  std::vector<std::thread> threads;
-  for (unsigned half = 0; half < 2; ++half) {
-    threads.emplace_back([&, half] {
-      for (unsigned c = half; c < kChambers; c += 2) uploads[c] = identified(rows, c, kind);
-    });
-  }
-  for (std::thread& thread : threads) thread.join();
+  identify::in_parallel(kChambers, std::thread::hardware_concurrency(), [&](std::size_t c) {
+    uploads[c] = identified(rows, static_cast<unsigned>(c), kind);
+  });
   for (const client::ModelUpload& upload : uploads) {
     try {
       session.upload_model(upload.chamber, upload.image);
@@ -291,14 +289,6 @@ std::array<Series, kChambers> followed(
   return truth_Pa;
 }
 
-void print_row(const std::string& name, double value, const char* unit, const char* target,
-               const char* peer = nullptr, double peer_value = 0) {
-  fmt::print(R"({{"name": "{}", "value": {:.4g}, "unit": "{}", "better": "lower", "target": {})", name, value,
-             unit, target);
-  if (peer != nullptr) fmt::print(R"(, "peer": "{}", "peer_value": {:.4g})", peer, peer_value);
-  fmt::print("}}\n");
-}
-
 /// Sums over rigs.
 struct Result {
   double ours_Pa2 = 0;  ///< mean squares, one term a chamber
@@ -343,20 +333,16 @@ void measure(std::uint64_t seed, Kind kind_of_model, bool beside_pi, Result& res
 
   std::array<double, kChambers> pi_square{};
   std::array<double, kChambers> pi_blind_square{};
-  std::vector<std::thread> threads;
-  for (unsigned half = 0; half < 2; ++half) {
-    if (!beside_pi) break;
-    threads.emplace_back([&, half] {
-      for (unsigned c = half; c < kChambers; c += 2) {
-        pi_blind_square[c] = tuned_pi_mean_square(start[c], reference_of[c], c, 0);
-        pi_square[c] = pi_blind_square[c];
-        for (const std::size_t ahead : {1UL, 2UL}) {
-          pi_square[c] = std::min(pi_square[c], tuned_pi_mean_square(start[c], reference_of[c], c, ahead));
-        }
+  if (beside_pi) {
+    identify::in_parallel(kChambers, std::thread::hardware_concurrency(), [&](std::size_t i) {
+      const auto c = static_cast<unsigned>(i);
+      pi_blind_square[c] = tuned_pi_mean_square(start[c], reference_of[c], c, 0);
+      pi_square[c] = pi_blind_square[c];
+      for (const std::size_t ahead : {1UL, 2UL}) {
+        pi_square[c] = std::min(pi_square[c], tuned_pi_mean_square(start[c], reference_of[c], c, ahead));
       }
     });
   }
-  for (std::thread& thread : threads) thread.join();
   for (unsigned c = 0; c < kChambers; ++c) {
     fmt::print(stderr, "chamber {}: RMSE {:.2f} kPa", c + 1, std::sqrt(square[c]) / 1e3);
     if (beside_pi) {
@@ -424,14 +410,20 @@ void print_rows(const char* suffix, const Result& result) {
   const double ours_kPa = rmse_kPa(result);
   const double pi_kPa = std::sqrt(result.pi_Pa2 / result.chambers) / 1e3;
   const double pi_blind_kPa = std::sqrt(result.pi_blind_Pa2 / result.chambers) / 1e3;
-  print_row(name("rmse_kPa"), ours_kPa, "kPa", "null");
-  print_row(name("rmse_vs_tuned_pi"), ours_kPa / pi_kPa, "1", "0.25", "PI tuned on each chamber's set, kPa",
-            pi_kPa);
-  print_row(name("rmse_vs_tuned_pi_without_preview"), ours_kPa / pi_blind_kPa, "1", "null",
-            "the same PI without preview, kPa", pi_blind_kPa);
-  print_row(name("settle_vs_time_optimal"), result.ratio_sum / result.steps, "1", "1.2");
-  print_row(name("settle_vs_time_optimal_worst"), result.worst_ratio, "1", "null");
-  print_row(name("overshoot_percent"), 100.0 * result.overshoot_Pa / kSpan_Pa, "% of span", "2");
+  plenum::bench::print({name("rmse_kPa"), ours_kPa, "kPa"});
+  plenum::bench::print({name("rmse_vs_tuned_pi"), ours_kPa / pi_kPa, "1", "lower", 0.25,
+                        "PI tuned on each chamber's set, kPa", pi_kPa});
+  plenum::bench::print({name("rmse_vs_tuned_pi_without_preview"),
+                        ours_kPa / pi_blind_kPa,
+                        "1",
+                        "lower",
+                        {},
+                        "the same PI without preview, kPa",
+                        pi_blind_kPa});
+  plenum::bench::print({name("settle_vs_time_optimal"), result.ratio_sum / result.steps, "1", "lower", 1.2});
+  plenum::bench::print({name("settle_vs_time_optimal_worst"), result.worst_ratio, "1"});
+  plenum::bench::print(
+      {name("overshoot_percent"), 100.0 * result.overshoot_Pa / kSpan_Pa, "% of span", "lower", 2.0});
 }
 
 }  // namespace
@@ -439,8 +431,9 @@ void print_rows(const char* suffix, const Result& result) {
 int main(int count, char** words) {
   if (count == 2 && std::string_view(words[1]) == "models") {
     const double nine_kPa = rmse_kPa(measured(Kind::tassa9, false));
-    print_row("model.regulate_rmse_vs_tassa9", rmse_kPa(measured(Kind::greybox, false)) / nine_kPa, "1",
-              "0.5", "the 9-parameter model, kPa", nine_kPa);
+    const double greybox_kPa = rmse_kPa(measured(Kind::greybox, false));
+    plenum::bench::print({"model.regulate_rmse_vs_tassa9", greybox_kPa / nine_kPa, "1", "lower", 0.5,
+                          "the 9-parameter model, kPa", nine_kPa});
     return 0;
   }
   print_rows("", measured(Kind::greybox, true));

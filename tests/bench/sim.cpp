@@ -6,7 +6,6 @@
 // waits, and what else the machine does is not counted. The quickest of kRuns such runs.
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <ctime>
 #include <numbers>
 #include <vector>
@@ -17,6 +16,7 @@
 #include "host-sim/identify/fit.hpp"
 #include "host-sim/rig/standard_rigs.hpp"
 #include "host-sim/tools/rig_link.hpp"
+#include "tests/bench/row.hpp"
 
 namespace {
 
@@ -106,18 +106,12 @@ double realtime_factor(const rig::RigConfig& config, const trace::RigDescription
   return best;
 }
 
-void row(const char* name, double value, const char* target) {
-  std::printf(R"({"name": "sim.%s", "value": %.4g, "unit": "x", "better": "higher", "target": %s})"
-              "\n",
-              name, value, target);
-}
-
 }  // namespace
 
 int main() {
-  row("realtime_factor_8_chambers",
-      realtime_factor(rig::mpye_rig({}), description_of(rig::MpyeRig{}.supply_Pa, 100e3)), "500");
+  const double mpye = realtime_factor(rig::mpye_rig({}), description_of(rig::MpyeRig{}.supply_Pa, 100e3));
+  plenum::bench::print({"sim.realtime_factor_8_chambers", mpye, "x", "higher", 500.0});
   const trace::RigDescription thin_plate;
-  row("realtime_factor_8_chambers_thin_plate",
-      realtime_factor(rig::thin_plate_rig(thin_plate, {}), thin_plate), "null");
+  plenum::bench::print({"sim.realtime_factor_8_chambers_thin_plate",
+                        realtime_factor(rig::thin_plate_rig(thin_plate, {}), thin_plate), "x", "higher"});
 }

@@ -6,6 +6,7 @@
 // is how they are uploaded. Only the bytes of the images count. The long value is the board's data sheet, read in blocks of
 // 127 segments.
 #include <cstdio>
+#include <optional>
 #include <vector>
 
 #include "firmware/config/greybox_parameters.hpp"
@@ -14,6 +15,7 @@
 #include "host-sim/ports/can_frame_bits.hpp"
 #include "host-sim/rig/standard_rigs.hpp"
 #include "host-sim/tools/rig_link.hpp"
+#include "tests/bench/row.hpp"
 
 namespace {
 
@@ -52,10 +54,8 @@ double least_bits(const std::vector<std::uint8_t>& bytes) {
   return bits;
 }
 
-void row(const char* name, double value, const char* target) {
-  std::printf(R"({"name": "upload.%s", "value": %.4g, "unit": "share", "better": "higher", "target": %s})"
-              "\n",
-              name, value, target);
+void print_share(const char* of, double value, std::optional<double> target = {}) {
+  plenum::bench::print({fmt::format("upload.wire_efficiency{}", of), value, "share", "higher", target});
 }
 
 }  // namespace
@@ -89,15 +89,15 @@ int main() {
     std::fprintf(stderr, "the set is not staged\n");
     return false;
   };
-  row("wire_efficiency", upload_set(ModelKind::tassa9), "0.95");
+  print_share("", upload_set(ModelKind::tassa9), 0.95);
   if (!staged()) return 1;
-  row("wire_efficiency_greybox", upload_set(ModelKind::greybox), "null");
+  print_share("_greybox", upload_set(ModelKind::greybox));
   if (!staged()) return 1;
-  row("wire_efficiency_one_image", efficiency([&] {
-        std::vector<std::uint8_t> image = model_image(ModelKind::tassa9);
-        session.sdo_write(plenum::canopen::object::kStagedModel, 0, image);
-        return image;
-      }),
-      "0.95");
-  row("wire_efficiency_data_sheet", efficiency([&] { return session.sdo_read_domain(0x1021, 0); }), "null");
+  const double one_image = efficiency([&] {
+    std::vector<std::uint8_t> image = model_image(ModelKind::tassa9);
+    session.sdo_write(plenum::canopen::object::kStagedModel, 0, image);
+    return image;
+  });
+  print_share("_one_image", one_image, 0.95);
+  print_share("_data_sheet", efficiency([&] { return session.sdo_read_domain(0x1021, 0); }));
 }
