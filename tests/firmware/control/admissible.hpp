@@ -17,7 +17,8 @@ struct RandomChamber {
 
 /// Spans the admissible set: widths of the steady-state curve from millivolts to volts, rates from one per
 /// minute to one per millisecond, tilt up to 0.98, volume rates that reverse the sign of r.
-inline RandomChamber random_chamber(std::mt19937& random) {
+template <class Random>
+RandomChamber random_chamber(Random& random) {
   std::uniform_real_distribution<double> unit(0.0, 1.0);
   const auto log_between = [&](double low, double high) { return low * std::pow(high / low, unit(random)); };
   const auto between = [&](double low, double high) { return low + (high - low) * unit(random); };

@@ -5,11 +5,12 @@
 #include <cmath>
 #include <random>
 
-#include "firmware/control/greybox.hpp"
+#include "firmware/config/greybox_parameters.hpp"
+#include "firmware/control/pressure_model.hpp"
 
 namespace plenum::control::testing {
 
-using GreyboxSet = std::array<float, Greybox::kParameters>;
+using GreyboxSet = std::array<float, config::kGreyboxParameters>;
 
 struct GreyboxCase {
   GreyboxSet set;
@@ -18,7 +19,8 @@ struct GreyboxCase {
 };
 
 /// Valves from drops to litres a second, chambers of 5 mL to 1 L that double or halve at up to 1.6 Hz.
-inline GreyboxCase random_case(std::mt19937& random) {
+template <class Random>
+GreyboxCase random_case(Random& random) {
   std::uniform_real_distribution<double> unit(0.0, 1.0);
   const auto between = [&](double low, double high) { return low + (high - low) * unit(random); };
   const auto log_between = [&](double low, double high) { return low * std::pow(high / low, unit(random)); };
@@ -29,32 +31,32 @@ inline GreyboxCase random_case(std::mt19937& random) {
   const double ambient = between(80.0, 105.0);
   const double volume = log_between(5.0, 1000.0);
   GreyboxCase made{};
-  const auto put = [&made](Greybox::Parameter which, double value) {
+  const auto put = [&made](config::GreyboxParameter which, double value) {
     made.set[which] = static_cast<float>(value);
   };
-  put(Greybox::kOpenAbove, null + overlap);
-  put(Greybox::kExhaustBelow, null - overlap);
-  put(Greybox::kInletConductance, gain);
-  put(Greybox::kExhaustConductance, gain * between(0.7, 1.4));
-  put(Greybox::kInletLeak, gain * log_between(1e-4, 0.1));
-  put(Greybox::kExhaustLeak, gain * log_between(1e-4, 0.1));
-  put(Greybox::kTransition, gain * log_between(0.01, 0.5));
-  for (const Greybox::Parameter slope : {Greybox::kInletSlope, Greybox::kExhaustSlope}) {
+  put(config::kOpenAbove, null + overlap);
+  put(config::kExhaustBelow, null - overlap);
+  put(config::kInletConductance, gain);
+  put(config::kExhaustConductance, gain * between(0.7, 1.4));
+  put(config::kInletLeak, gain * log_between(1e-4, 0.1));
+  put(config::kExhaustLeak, gain * log_between(1e-4, 0.1));
+  put(config::kTransition, gain * log_between(0.01, 0.5));
+  for (const config::GreyboxParameter slope : {config::kInletSlope, config::kExhaustSlope}) {
     const double q = between(-0.5, 2.0);
     put(slope, q);
-    put(static_cast<Greybox::Parameter>(slope + 1), between(-0.3, 0.3));
-    put(static_cast<Greybox::Parameter>(slope + 2), between(-0.1, 0.2));
+    put(static_cast<config::GreyboxParameter>(slope + 1), between(-0.3, 0.3));
+    put(static_cast<config::GreyboxParameter>(slope + 2), between(-0.1, 0.2));
   }
-  put(Greybox::kCriticalRatio, between(0.1, 0.6));
-  put(Greybox::kSubsonicIndex, between(0.4, 1.0));
-  put(Greybox::kCrackingRatio, between(0.9, 1.0));
-  put(Greybox::kDischargeSlope, between(-0.3, 0.3));
-  put(Greybox::kDeadVolume, between(0.0, 20.0));
-  put(Greybox::kVolumeExponent, between(1.0, 1.4));
-  put(Greybox::kChamberLeak, gain * between(0.0, 0.02));
-  put(Greybox::kSpoolDamping, 0.7);  // without a spool period it is not used, but has a range
-  put(Greybox::kSupply, supply);
-  put(Greybox::kAmbient, ambient);
+  put(config::kCriticalRatio, between(0.1, 0.6));
+  put(config::kSubsonicIndex, between(0.4, 1.0));
+  put(config::kCrackingRatio, between(0.9, 1.0));
+  put(config::kDischargeSlope, between(-0.3, 0.3));
+  put(config::kDeadVolume, between(0.0, 20.0));
+  put(config::kVolumeExponent, between(1.0, 1.4));
+  put(config::kChamberLeak, gain * between(0.0, 0.02));
+  put(config::kSpoolDamping, 0.7);  // without a spool period it is not used, but has a range
+  put(config::kSupply, supply);
+  put(config::kAmbient, ambient);
   made.motion.volume_mL = static_cast<float>(volume);
   made.motion.volume_rate_mL_s = static_cast<float>(between(-1.0, 1.0) * 5.0 * volume);
   made.pressure_kPa = static_cast<float>(between(ambient, supply));
