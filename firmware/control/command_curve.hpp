@@ -23,14 +23,9 @@ namespace plenum::control {
 using numeric::Scalar;
 
 /// 1 + c6 v of (10e) and (R1). The sensor's volume may be off by its noise near an empty chamber: the factor stays positive.
-struct VolumeFactor {
-  Scalar value;
-  bool is_free;  ///< it changes with the volume
-};
-inline VolumeFactor volume_factor(Scalar c6_per_mL, Scalar volume_mL) noexcept {
+inline Scalar volume_factor(Scalar c6_per_mL, Scalar volume_mL) noexcept {
   constexpr Scalar kSmallest = Scalar(1e-3);
-  const Scalar value = Scalar(1) + c6_per_mL * volume_mL;
-  return {.value = numeric::max(value, kSmallest), .is_free = value > kSmallest};
+  return numeric::max(Scalar(1) + c6_per_mL * volume_mL, kSmallest);
 }
 
 /// h/(1 + c6 v) [s], as the factor of a rate. With c6 v up to a million it is below what a resolution of 2^-32 can tell, so it

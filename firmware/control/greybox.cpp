@@ -15,6 +15,9 @@ using numeric::min;
 
 constexpr Scalar kTick_s = Scalar(config::kTick_s);
 
+/// [mL/L] Conductances in litres, so that a fixed-point reciprocal of a volume keeps its digits.
+constexpr Scalar kPerLitre = Scalar(1000);
+
 /// What is beyond these is no pressure, volume or speed of a chamber; within them nothing overflows.
 constexpr Scalar kMostPressure_kPa = Scalar(1e5);
 constexpr Scalar kLeastVolume_mL = Scalar(0.1);
@@ -24,14 +27,17 @@ constexpr Scalar kMostSpeed_mL_s = Scalar(1e7);
 /// A hundredth of a 16 bit converter's step over 1000 kPa, far below the noise of any sensor.
 constexpr Scalar kClose_kPa = Scalar(2e-4);
 
-/// Of f, from a corner to the next: where it would come to rest on its way it does not pass.
-constexpr Scalar kMostSlowed = Scalar(-0.9999999);
+/// A share of its rate this small is none: there the pressure comes to rest.
+constexpr Scalar kAtRest = Scalar(1e-7);
 
-/// Share of the time left that a corner must be reached in to be passed beyond the reach of rounding.
-constexpr Scalar kSurely = Scalar(0.999);
+/// Share of the way that a guess may miss.
+constexpr Scalar kGuessed = Scalar(0.01);
 
-/// Below this slope Newton's step is left to the bracket.
+/// Below this slope Newton's step is not taken.
 constexpr Scalar kLeastSlope_kPa_V = Scalar(1e-6);
+
+/// Nearer than this a slope is not told from two rates.
+constexpr Scalar kNear_kPa = Scalar(1);
 
 /// (r - r_b)/(r_a - r_b) at the ends of the chords: sines of equal angles, between which all chords of an ellipse err alike
 /// (0.2 %), the last one halved because an index below 1/2 falls steeper still.
@@ -62,14 +68,16 @@ class FlowFunction {
   explicit FlowFunction(std::span<const Scalar, Greybox::kParameters> of) noexcept
       : discharge_slope_(of[Greybox::kDischargeSlope]) {
     const Scalar width = of[Greybox::kCrackingRatio] - of[Greybox::kCriticalRatio];
+    const auto ratio_at = [&](Scalar along) noexcept { return of[Greybox::kCriticalRatio] + width * along; };
+    const auto psi_at = [&](Scalar along) noexcept {
+      const Scalar as_plate = thin_plate(kThinPlateCritical + (Scalar(1) - kThinPlateCritical) * along);
+      if (as_plate <= Scalar(0)) return Scalar(0);
+      return discharge(ratio_at(along)) *
+             numeric::power(min(as_plate, Scalar(1)), Scalar(2) * of[Greybox::kSubsonicIndex]);
+    };
     for (std::size_t i = 0; i < ratio_.size(); ++i) {
-      ratio_[i] = of[Greybox::kCriticalRatio] + width * kChordEnd[i];
-      const Scalar as_plate =
-          thin_plate(kThinPlateCritical + (Scalar(1) - kThinPlateCritical) * kChordEnd[i]);
-      share_[i] = as_plate > Scalar(0)
-                      ? numeric::power(min(as_plate, Scalar(1)), Scalar(2) * of[Greybox::kSubsonicIndex])
-                      : Scalar(0);
-      share_[i] *= discharge(ratio_[i]);
+      ratio_[i] = ratio_at(kChordEnd[i]);
+      share_[i] = psi_at(kChordEnd[i]);
     }
   }
 
@@ -111,19 +119,20 @@ void sort(std::array<Scalar, count>& values) noexcept {
   std::sort_heap(values.begin(), values.end());
 }
 
-/// Index of the last of sorted values that is not above `value`; 0 when all are.
-template <std::size_t count>
-std::size_t last_not_above(const std::array<Scalar, count>& sorted, Scalar value) noexcept {
-  const auto above = std::upper_bound(sorted.begin() + 1, sorted.end(), value);
-  return static_cast<std::size_t>(above - sorted.begin()) - 1;
+/// From one value to another; zero where both stand at the same place.
+Scalar slope(Scalar from, Scalar to, Scalar width) noexcept {
+  return width > Scalar(0) ? (to - from) / width : Scalar(0);
 }
 
-/// ln(1 + y)/y, 1 at y = 0, for 1 + y > 0.
-Scalar log_ratio(Scalar y) noexcept {
-  if (abs(y) < Scalar(0.03)) {
-    return Scalar(1) - y * (Scalar(0.5) - y * (Scalar(1.0 / 3) - y * (Scalar(0.25) - y * Scalar(0.2))));
-  }
-  return numeric::log(Scalar(1) + y) / y;
+/// artanh(z)/z and, of that A, (1 - 1/A)/z^2, of y = z^2 up to kSmallBend: interpolated at Chebyshev's points, relative errors
+/// below 3e-8 and 5e-7.
+constexpr Scalar kSmallBend = Scalar(0.16);
+constexpr Scalar artanh_ratio(Scalar y) noexcept {
+  return Scalar(1) + y * (Scalar(0.33332502) +
+                          y * (Scalar(0.20040956) + y * (Scalar(0.1359152) + y * Scalar(0.15727369))));
+}
+constexpr Scalar artanh_lag(Scalar y) noexcept {
+  return Scalar(0.33333319) + y * (Scalar(0.08891775) + y * (Scalar(0.045677907) + y * Scalar(0.038560992)));
 }
 
 }  // namespace
@@ -136,30 +145,32 @@ void Greybox::configure(std::span<const Scalar, kParameters> parameters, Scalar 
   const FlowFunction flow(parameters);
   supply_kPa_ = parameters[kSupply];
   ambient_kPa_ = parameters[kAmbient];
+  std::array<Scalar, kCorners> corner_kPa;
   std::size_t corner = 0;
-  corner_kPa_[corner++] = Scalar(0);
+  corner_kPa[corner++] = Scalar(0);
+  corner_kPa[corner++] = kMostPressure_kPa;
   for (const Scalar fixed_kPa : {supply_kPa_, ambient_kPa_}) {
-    corner_kPa_[corner++] = fixed_kPa;
+    corner_kPa[corner++] = fixed_kPa;
     for (std::size_t end = 0; end <= kChords; ++end) {
-      corner_kPa_[corner++] = fixed_kPa * flow.ratio(end);
-      corner_kPa_[corner++] = fixed_kPa / flow.ratio(end);
+      corner_kPa[corner++] = fixed_kPa * flow.ratio(end);
+      corner_kPa[corner++] = fixed_kPa / flow.ratio(end);
     }
   }
-  sort(corner_kPa_);
-  const Scalar leak_mL_s_kPa = Scalar(0.5) * parameters[kChamberLeak] / ambient_kPa_;
+  sort(corner_kPa);
+  const Scalar leak_L_s_kPa = Scalar(0.5) * parameters[kChamberLeak] / kPerLitre / ambient_kPa_;
   for (std::size_t i = 0; i < kCorners; ++i) {
-    const Scalar here_kPa = corner_kPa_[i];
-    const Scalar next_kPa = corner_kPa_[std::min(i + 1, kCorners - 1)];
-    Side& side = side_[i];
-    side.at_corner = {flow.flow(supply_kPa_, here_kPa), flow.flow(here_kPa, ambient_kPa_)};
-    side.leak_mL_kPa_s = leak_mL_s_kPa * (here_kPa + ambient_kPa_) * (here_kPa - ambient_kPa_);
-    side.leak_slope_mL_s = leak_mL_s_kPa * (here_kPa + next_kPa);
+    const Scalar kPa = corner_kPa[i];
+    corner_[i] = {.kPa = kPa,
+                  .flows = {.inlet = flow.flow(supply_kPa_, kPa),
+                            .exhaust = flow.flow(ambient_kPa_, kPa),
+                            .leak = leak_L_s_kPa * (kPa + ambient_kPa_) * (kPa - ambient_kPa_)}};
   }
-  // beyond the last corner the chamber's own pressure chokes both flows
-  side_.back().slope = {-flow.discharge(Scalar(0)), flow.discharge(Scalar(0))};
   for (std::size_t i = 0; i + 1 < kCorners; ++i) {
-    side_[i].slope =
-        slope_between(side_[i].at_corner, side_[i + 1].at_corner, corner_kPa_[i + 1] - corner_kPa_[i]);
+    const Corner& from = corner_[i];
+    const Corner& to = corner_[i + 1];
+    side_[i] = {.inlet = slope(from.flows.inlet, to.flows.inlet, to.kPa - from.kPa),
+                .exhaust = slope(from.flows.exhaust, to.flows.exhaust, to.kPa - from.kPa),
+                .leak = leak_L_s_kPa * (from.kPa + to.kPa)};
   }
 
   const config::ValveCurve inlet = config::inlet_of(parameters);
@@ -176,8 +187,8 @@ void Greybox::configure(std::span<const Scalar, kParameters> parameters, Scalar 
   for (Scalar& node : node_V_) node = clamp(node, command_low_V, command_high_V);
   sort(node_V_);
   for (std::size_t i = 0; i < kNodes; ++i) {
-    node_[i] = {inlet.conductance_mL_s(node_V_[i] - parameters[kOpenAbove]),
-                exhaust.conductance_mL_s(parameters[kExhaustBelow] - node_V_[i])};
+    node_[i] = {inlet.conductance_mL_s(node_V_[i] - parameters[kOpenAbove]) / kPerLitre,
+                exhaust.conductance_mL_s(parameters[kExhaustBelow] - node_V_[i]) / kPerLitre};
   }
   // a port that has opened does not shut again as the command goes on: beyond its largest opening it is saturated
   for (std::size_t i = 1; i < kNodes; ++i) {
@@ -185,115 +196,167 @@ void Greybox::configure(std::span<const Scalar, kParameters> parameters, Scalar 
     node_[kNodes - 1 - i].exhaust = max(node_[kNodes - 1 - i].exhaust, node_[kNodes - i].exhaust);
   }
   for (std::size_t i = 0; i + 1 < kNodes; ++i) {
-    slope_[i] = slope_between(node_[i], node_[i + 1], node_V_[i + 1] - node_V_[i]);
+    const Scalar width_V = node_V_[i + 1] - node_V_[i];
+    slope_[i] = {slope(node_[i].inlet, node_[i + 1].inlet, width_V),
+                 slope(node_[i].exhaust, node_[i + 1].exhaust, width_V)};
   }
 }
 
-/// Zero where two corners, or two commands, are one.
-Greybox::Ports Greybox::slope_between(const Ports& from, const Ports& to, Scalar width) noexcept {
-  if (width <= Scalar(0)) return {};
-  return {(to.inlet - from.inlet) / width, (to.exhaust - from.exhaust) / width};
-}
+/// (G1) with all put in but the pressure: of each flow the share in f.
+struct Greybox::Law {
+  Scalar inlet, exhaust, leak, moved;
+
+  Law(const Tick& tick, const Ports& open) noexcept
+      : inlet(tick.per_volume * open.inlet),
+        exhaust(tick.per_volume * open.exhaust),
+        leak(tick.per_volume),
+        moved(tick.per_volume * tick.moved_L_s) {}
+
+  /// f [kPa a tick]
+  Scalar rate_kPa(const Flows& flows, Scalar pressure_kPa) const noexcept {
+    return inlet * flows.inlet + exhaust * flows.exhaust - leak * flows.leak - moved * pressure_kPa;
+  }
+  /// J [1 a tick]
+  Scalar slope(const Flows& slopes) const noexcept { return rate_kPa(slopes, Scalar(1)); }
+  Law operator-() const noexcept {
+    Law turned = *this;
+    turned.inlet = -inlet;
+    turned.exhaust = -exhaust;
+    turned.leak = -leak;
+    turned.moved = -moved;
+    return turned;
+  }
+};
+
+/// The part of a step from where the pressure is to the corner ahead.
+struct Greybox::Passage {
+  std::size_t corner;
+  Scalar sign;                 ///< 1: the pressure rises, -1: it falls
+  Scalar way_kPa;              ///< without its sign, as the rates are
+  Scalar rate_kPa, ahead_kPa;  ///< |f| where the pressure is, and at the corner [kPa a tick]
+  Scalar bend;                 ///< the difference of both over their sum
+  Scalar ticks = 0;
+
+  Passage(std::size_t of_corner, Scalar of_sign, Scalar way, Scalar rate, Scalar ahead) noexcept
+      : corner(of_corner),
+        sign(of_sign),
+        way_kPa(way),
+        rate_kPa(rate),
+        ahead_kPa(ahead),
+        bend((ahead - rate) / (ahead + rate)) {
+    // way ln(ahead/rate)/(ahead - rate), as ln(ahead/rate) = 2 artanh(bend)
+    ticks = slight() ? Scalar(2) * way / (ahead + rate) * artanh_ratio(bend * bend)
+                     : way * numeric::log(ahead / rate) / (ahead - rate);
+  }
+
+  /// Where the pressure is on the way in the mean over the passage: its share in the way.
+  Scalar mean() const noexcept {
+    return slight() ? Scalar(0.5) * (Scalar(1) - bend * artanh_lag(bend * bend))
+                    : (way_kPa / ticks - rate_kPa) / (ahead_kPa - rate_kPa);
+  }
+
+ private:
+  bool slight() const noexcept { return bend * bend < kSmallBend; }
+};
+
+/// The last part of a step, which ends short of a corner.
+struct Greybox::Rest {
+  std::size_t side;
+  Scalar sign;
+  Scalar rate_kPa;  ///< |f| where it begins [kPa a tick]
+  Scalar slope;     ///< J [1 a tick]
+  Scalar ticks;
+  Scalar phi_1;
+
+  Scalar phi_2() const noexcept { return numeric::phi_2(-slope * ticks, phi_1); }
+};
+
+/// The integral of the pressure over a step.
+class Greybox::MeanRise {
+ public:
+  void operator()(const Passage& piece) noexcept {
+    kPa_ticks_ += piece.sign * piece.ticks * (gone_kPa_ + piece.mean() * piece.way_kPa);
+    gone_kPa_ += piece.way_kPa;
+  }
+  void operator()(const Rest& piece) noexcept {
+    kPa_ticks_ += piece.sign * piece.ticks * (gone_kPa_ + piece.rate_kPa * piece.ticks * piece.phi_2());
+  }
+  Scalar kPa_ticks() const noexcept { return kPa_ticks_; }
+
+ private:
+  Scalar gone_kPa_ = 0;
+  Scalar kPa_ticks_ = 0;
+};
 
 Greybox::Tick Greybox::tick(Scalar pressure_kPa, const ChamberMotion& motion) const noexcept {
   const Scalar volume_mL = clamp(motion.volume_mL + dead_volume_mL_, kLeastVolume_mL, kMostVolume_mL);
-  return {.pressure_kPa = clamp(pressure_kPa, Scalar(0), kMostPressure_kPa),
-          .per_volume = kTick_s / volume_mL,
-          .moved_mL_s = volume_exponent_ * clamp(motion.volume_rate_mL_s, -kMostSpeed_mL_s, kMostSpeed_mL_s)};
+  const Scalar speed_mL_s = clamp(motion.volume_rate_mL_s, -kMostSpeed_mL_s, kMostSpeed_mL_s);
+  const Scalar pressure = clamp(pressure_kPa, Scalar(0), kMostPressure_kPa);
+  return {.pressure_kPa = pressure,
+          .side = side_of(pressure),
+          .per_volume = kTick_s * kPerLitre / volume_mL,
+          .moved_L_s = volume_exponent_ / kPerLitre * speed_mL_s};
 }
 
-/// From the last corner that is not above the pressure, which is not below the first: vacuum.
+/// From the last corner that is not above the pressure, but for the last of all.
 std::size_t Greybox::side_of(Scalar pressure_kPa) const noexcept {
-  return last_not_above(corner_kPa_, pressure_kPa);
+  const auto above = std::upper_bound(corner_.begin() + 1, corner_.end() - 1, pressure_kPa,
+                                      [](Scalar kPa, const Corner& corner) { return kPa < corner.kPa; });
+  return static_cast<std::size_t>(above - corner_.begin()) - 1;
 }
 
-Greybox::Ports Greybox::flows(std::size_t side, Scalar pressure_kPa) const noexcept {
-  const Side& of = side_[side];
-  const Scalar along_kPa = pressure_kPa - corner_kPa_[side];
-  return {of.at_corner.inlet + of.slope.inlet * along_kPa,
-          of.at_corner.exhaust + of.slope.exhaust * along_kPa};
+Greybox::Flows Greybox::flows(std::size_t side, Scalar pressure_kPa) const noexcept {
+  const Flows& at_corner = corner_[side].flows;
+  const Flows& slope = side_[side];
+  const Scalar along_kPa = pressure_kPa - corner_[side].kPa;
+  return {.inlet = at_corner.inlet + slope.inlet * along_kPa,
+          .exhaust = at_corner.exhaust + slope.exhaust * along_kPa,
+          .leak = at_corner.leak + slope.leak * along_kPa};
 }
 
-/// Into the chamber, and its slope: (G1) for a chamber of 1 mL that rests.
-Greybox::Rate Greybox::net_flow(std::size_t side, const Ports& at, Scalar pressure_kPa) const noexcept {
-  const Ports flow = flows(side, pressure_kPa);
-  const Ports& slope = side_[side].slope;
-  return {.kPa = at.inlet * flow.inlet - at.exhaust * flow.exhaust,
-          .slope = at.inlet * slope.inlet - at.exhaust * slope.exhaust};
-}
+/// Goes from corner to corner; returns the pressure at the end [kPa]. The pressure goes one way.
+template <class Visit>
+Scalar Greybox::travel(const Tick& tick, const Ports& open, Scalar ticks, Visit&& visit) const noexcept {
+  Scalar from_kPa = tick.pressure_kPa;
+  std::size_t side = tick.side;
+  Law law(tick, open);
+  Scalar rate_kPa = law.rate_kPa(corner_[side].flows, corner_[side].kPa) +
+                    law.slope(side_[side]) * (from_kPa - corner_[side].kPa);
+  const bool up = rate_kPa > Scalar(0);
+  const Scalar sign = up ? Scalar(1) : Scalar(-1);
+  rate_kPa *= sign;
+  if (!up) law = -law;
 
-/// (G1)
-Greybox::Rate Greybox::rate(const Tick& tick, std::size_t side, const Ports& at,
-                            Scalar pressure_kPa) const noexcept {
-  const Rate flow = net_flow(side, at, pressure_kPa);
-  const Side& of = side_[side];
-  const Scalar leak = of.leak_mL_kPa_s + of.leak_slope_mL_s * (pressure_kPa - corner_kPa_[side]);
-  return {.kPa = (flow.kPa - leak - tick.moved_mL_s * pressure_kPa) * tick.per_volume,
-          .slope = (flow.slope - of.leak_slope_mL_s - tick.moved_mL_s) * tick.per_volume};
-}
-
-/// Goes from piece to piece; returns the pressure at the end [kPa], or the corner that is `enough`.
-template <class Visit, class Enough>
-Scalar Greybox::travel(const Tick& tick, const Ports& at, Scalar ticks, Visit&& visit,
-                       Enough&& enough) const noexcept {
-  Piece piece;
-  piece.side = side_of(tick.pressure_kPa);
-  piece.from_kPa = tick.pressure_kPa;
   Scalar left = ticks;
-  for (std::size_t passed = 0; passed < kCorners; ++passed) {
-    piece.rate = rate(tick, piece.side, at, piece.from_kPa);
-    const bool up = piece.rate.kPa > Scalar(0);
-    const std::size_t ahead = piece.side + (up ? 1 : 0);
-    const bool has_corner = ahead < kCorners && ahead > 0;
-    const Scalar away_kPa = has_corner ? corner_kPa_[ahead] - piece.from_kPa : Scalar(0);
-    // at the slower of its speeds here and at the corner it is there in time: no need of an exponential to say so
-    const Scalar there = piece.rate.kPa + piece.rate.slope * away_kPa;
-    const Scalar surely_kPa = kSurely * left * (up ? min(piece.rate.kPa, there) : max(piece.rate.kPa, there));
-    if (!has_corner || !(up ? surely_kPa > away_kPa : surely_kPa < away_kPa)) {
-      piece.ticks = left;
-      piece.phi_1 = numeric::phi_1(-piece.rate.slope * left);
-      const Scalar end_kPa = piece.from_kPa + piece.rate.kPa * left * piece.phi_1;
-      if (!has_corner || (up ? end_kPa <= corner_kPa_[ahead] : end_kPa >= corner_kPa_[ahead])) {
+  for (;;) {
+    const std::size_t ahead = up ? side + 1 : side;
+    const Scalar ahead_kPa = law.rate_kPa(corner_[ahead].flows, corner_[ahead].kPa);
+    const Scalar way_kPa = sign * (corner_[ahead].kPa - from_kPa);
+    // at the mean of both rates it would be there sooner than it is
+    const bool moves = ahead_kPa > kAtRest * rate_kPa && rate_kPa > kAtRest * ahead_kPa;
+    if (moves && left * (rate_kPa + ahead_kPa) > Scalar(2) * way_kPa) {
+      const Passage piece(ahead, sign, way_kPa, rate_kPa, ahead_kPa);
+      if (piece.ticks < left) {
         visit(piece);
-        return end_kPa;
+        from_kPa = corner_[ahead].kPa;
+        if (ahead == (up ? kCorners - 1 : 0)) return from_kPa;
+        left -= piece.ticks;
+        rate_kPa = ahead_kPa;
+        side = up ? ahead : ahead - 1;
+        continue;
       }
     }
-    const Scalar direct = away_kPa / piece.rate.kPa;  // [ticks], at the speed that it has here
-    piece.ticks = min(direct * log_ratio(max(piece.rate.slope * direct, kMostSlowed)), left);
-    piece.phi_1 = piece.ticks > Scalar(0) ? direct / piece.ticks : Scalar(1);
+    const Scalar slope = sign * law.slope(side_[side]);
+    const Rest piece{side, sign, rate_kPa, slope, left, numeric::phi_1(-slope * left)};
     visit(piece);
-    if (enough(corner_kPa_[ahead])) return corner_kPa_[ahead];
-    left -= piece.ticks;
-    piece.from_kPa = corner_kPa_[ahead];
-    piece.side = up ? ahead : ahead - 1;
+    return from_kPa + sign * min(rate_kPa * left * piece.phi_1, way_kPa);
   }
-  return piece.from_kPa;
-}
-
-template <class Visit>
-Scalar Greybox::travel(const Tick& tick, const Ports& at, Scalar ticks, Visit&& visit) const noexcept {
-  return travel(tick, at, ticks, visit, [](Scalar) noexcept { return false; });
-}
-
-/// A change of the pressure, and of f by what `by` says of it, from the beginning of a piece to its end. f is continuous:
-/// a corner passed sooner or later adds nothing.
-Scalar Greybox::carried(Scalar change_kPa, const Piece& piece, const Rate& by) noexcept {
-  const Scalar x = -piece.rate.slope * piece.ticks;
-  const Scalar phi_2 = numeric::phi_2(x, piece.phi_1);
-  // d phi_1/dx = phi_2 - phi_1
-  const Scalar by_slope = piece.rate.kPa * piece.ticks * (piece.phi_1 - phi_2);
-  return change_kPa * (Scalar(1) - x * piece.phi_1) +
-         piece.ticks * (by.kPa * piece.phi_1 + by_slope * by.slope);
-}
-
-Greybox::Rate Greybox::by_command(const Tick& tick, const Piece& piece, const Ports& slope) const noexcept {
-  const Rate flow = net_flow(piece.side, slope, piece.from_kPa);
-  return {.kPa = flow.kPa * tick.per_volume, .slope = flow.slope * tick.per_volume};
 }
 
 /// The one whose first node is the last that is not above the command.
 std::size_t Greybox::segment(Scalar command_V) const noexcept {
-  return std::min(last_not_above(node_V_, command_V), kNodes - 2);
+  const auto above = std::upper_bound(node_V_.begin() + 1, node_V_.end() - 1, command_V);
+  return static_cast<std::size_t>(above - node_V_.begin()) - 1;
 }
 
 Greybox::Ports Greybox::conductances(std::size_t segment, Scalar command_V) const noexcept {
@@ -306,115 +369,141 @@ Prediction Greybox::step(Scalar pressure_kPa, Scalar command_V, const ChamberMot
                          Scalar ticks) const noexcept {
   const Scalar command = clamp(command_V, node_V_.front(), node_V_.back());
   const Tick now = tick(pressure_kPa, motion);
-  Scalar risen_kPa_ticks = Scalar(0);
-  const Scalar end_kPa =
-      travel(now, conductances(segment(command), command), ticks, [&](const Piece& piece) noexcept {
-        const Scalar phi_2 = numeric::phi_2(-piece.rate.slope * piece.ticks, piece.phi_1);
-        const Scalar mean_kPa = piece.from_kPa - now.pressure_kPa + piece.rate.kPa * piece.ticks * phi_2;
-        risen_kPa_ticks += mean_kPa * piece.ticks;
-      });
-  const Scalar risen_kPa = ticks > Scalar(0) ? risen_kPa_ticks / ticks : Scalar(0);
+  MeanRise rise;
+  const Scalar end_kPa = travel(now, conductances(segment(command), command), ticks, rise);
+  const Scalar risen_kPa = ticks > Scalar(0) ? rise.kPa_ticks() / ticks : Scalar(0);
   return {.end_kPa = end_kPa, .mean_kPa = now.pressure_kPa + risen_kPa};
 }
 
-Gradient Greybox::derivatives(Scalar pressure_kPa, Scalar command_V,
-                              const ChamberMotion& motion) const noexcept {
-  const Scalar command = clamp(command_V, node_V_.front(), node_V_.back());
-  const std::size_t in = segment(command);
-  const Tick now = tick(pressure_kPa, motion);
-  const Scalar by_volume = -now.per_volume / kTick_s;  // of the logarithm: f is as 1/(v + v_0)
-  const Scalar by_speed = -volume_exponent_ * now.per_volume;
-  Gradient by;
-  by.by_pressure = Scalar(1);
-  travel(now, conductances(in, command), Scalar(1), [&](const Piece& piece) noexcept {
-    by.by_pressure = carried(by.by_pressure, piece, {});
-    by.by_command_kPa_V = carried(by.by_command_kPa_V, piece, by_command(now, piece, slope_[in]));
-    by.by_volume_kPa_mL =
-        carried(by.by_volume_kPa_mL, piece, {piece.rate.kPa * by_volume, piece.rate.slope * by_volume});
-    by.by_volume_rate_kPa_s_mL =
-        carried(by.by_volume_rate_kPa_s_mL, piece, {piece.from_kPa * by_speed, by_speed});
-  });
-  return by;
-}
-
-Scalar Greybox::end_at_node_kPa(const Tick& tick, std::size_t node) const noexcept {
-  return travel(tick, node_[node], Scalar(1), [](const Piece&) noexcept {});
-}
-
-/// Whether the end is above the target, by as little of the way as decides it: the pressure goes one way.
-bool Greybox::ends_above(const Tick& tick, std::size_t node, Scalar target_kPa) const noexcept {
-  const bool up = rises(tick, node);
-  const bool above = tick.pressure_kPa > target_kPa;
-  if (up == above) return above;
-  const auto decided = [&](Scalar corner_kPa) noexcept { return (corner_kPa > target_kPa) == up; };
-  return travel(
-             tick, node_[node], Scalar(1), [](const Piece&) noexcept {}, decided) > target_kPa;
-}
-
-bool Greybox::rises(const Tick& tick, std::size_t node) const noexcept {
-  return rate(tick, side_of(tick.pressure_kPa), node_[node], tick.pressure_kPa).kPa > Scalar(0);
-}
-
-/// Where the pressure rises fastest (sign 1) or falls fastest (sign -1).
-std::size_t Greybox::extreme_node(const Tick& tick, Scalar sign) const noexcept {
-  const std::size_t side = side_of(tick.pressure_kPa);
-  std::size_t best = 0;
-  Scalar best_kPa = sign * rate(tick, side, node_[0], tick.pressure_kPa).kPa;
+/// Between ambient and supply all. Above the supply's pressure an open inlet empties the chamber, below the ambient's an open
+/// exhaust fills it: there the limit is the node at which the pressure rises or falls fastest, the valve as good as shut.
+Greybox::Range Greybox::answers(const Tick& tick) const noexcept {
+  Range among;
+  const bool above = tick.pressure_kPa > supply_kPa_;
+  if (!above && tick.pressure_kPa >= ambient_kPa_) return among;
+  const Flows here = flows(tick.side, tick.pressure_kPa);
+  const Scalar sign = above ? Scalar(1) : Scalar(-1);
+  std::size_t& best = above ? among.last : among.first;
+  const auto flow = [&](std::size_t i) noexcept {
+    return sign * (node_[i].inlet * here.inlet + node_[i].exhaust * here.exhaust);
+  };
+  best = 0;
+  Scalar best_flow = flow(0);
   for (std::size_t i = 1; i < kNodes; ++i) {
-    const Scalar kPa = sign * rate(tick, side, node_[i], tick.pressure_kPa).kPa;
-    if (kPa > best_kPa) {
+    const Scalar at_node = flow(i);
+    if (at_node > best_flow) {
       best = i;
-      best_kPa = kPa;
+      best_flow = at_node;
     }
   }
-  return best;
+  return among;
 }
 
-Greybox::Miss Greybox::miss(const Tick& tick, std::size_t segment, Scalar target_kPa,
-                            Scalar command_V) const noexcept {
-  Miss made;
-  made.command_V = command_V;
-  made.kPa = travel(tick, conductances(segment, command_V), Scalar(1), [&](const Piece& piece) noexcept {
-    made.by_V = carried(made.by_V, piece, by_command(tick, piece, slope_[segment]));
-  });
-  made.kPa -= target_kPa;
+/// The command at which the ports have gained so much, `by` their conductances, since it was `from_V`; a limit of the
+/// range where they cannot.
+Scalar Greybox::gaining_V(const Range& among, const Ports& by, Scalar from_V,
+                          Scalar wanted_kPa) const noexcept {
+  const std::size_t here = segment(from_V);
+  const Scalar slope_kPa_V = by.inlet * slope_[here].inlet + by.exhaust * slope_[here].exhaust;
+  if (slope_kPa_V > kLeastSlope_kPa_V) {
+    const Scalar to_V = from_V + wanted_kPa / slope_kPa_V;
+    if (to_V >= node_V_[here] && to_V <= node_V_[here + 1])
+      return clamp(to_V, node_V_[among.first], node_V_[among.last]);
+  }
+  const Ports open = conductances(here, from_V);
+  const auto gain_kPa = [&](std::size_t node) noexcept {
+    return by.inlet * (node_[node].inlet - open.inlet) + by.exhaust * (node_[node].exhaust - open.exhaust);
+  };
+  std::size_t low = among.first, high = among.last;
+  if (gain_kPa(low) >= wanted_kPa) return node_V_[low];
+  if (gain_kPa(high) <= wanted_kPa) return node_V_[high];
+  while (high - low > 1) {
+    const std::size_t middle = (low + high) / 2;
+    (gain_kPa(middle) > wanted_kPa ? high : low) = middle;
+  }
+  const Scalar low_kPa = gain_kPa(low);
+  const Scalar share = (wanted_kPa - low_kPa) / (gain_kPa(high) - low_kPa);
+  return node_V_[low] + share * (node_V_[high] - node_V_[low]);
+}
+
+/// The command that reaches the target were f a straight line from the pressure to there: Newton's method for the
+/// conductances, in which the end is almost straight, from `near_V`.
+Greybox::Guess Greybox::guess(const Tick& tick, const Range& among, Scalar target_kPa,
+                              Scalar near_V) const noexcept {
+  const Scalar wanted_kPa = target_kPa - tick.pressure_kPa;
+  const std::size_t there = side_of(target_kPa);
+  const bool near = there == tick.side || abs(wanted_kPa) < kNear_kPa;
+  const Flows from = flows(tick.side, tick.pressure_kPa);
+  const Flows to = flows(there, target_kPa);
+  const Flows slope = near ? side_[tick.side]
+                           : Flows{.inlet = (to.inlet - from.inlet) / wanted_kPa,
+                                   .exhaust = (to.exhaust - from.exhaust) / wanted_kPa,
+                                   .leak = (to.leak - from.leak) / wanted_kPa};
+  const Scalar close_kPa = max(kClose_kPa, near ? Scalar(0) : kGuessed * abs(wanted_kPa));
+  Guess made;
+  made.command_V = clamp(near_V, node_V_[among.first], node_V_[among.last]);
+  for (int i = 0; i < kGuesses; ++i) {
+    const Law law(tick, conductances(segment(made.command_V), made.command_V));
+    const Scalar rate_kPa = law.rate_kPa(from, tick.pressure_kPa);
+    const Scalar x = -law.slope(slope);
+    const Scalar phi_1 = numeric::phi_1(x);
+    const Scalar further_kPa = rate_kPa * (phi_1 - numeric::phi_2(x, phi_1));  // (G5) by J
+    made.by = {tick.per_volume * (from.inlet * phi_1 + slope.inlet * further_kPa),
+               tick.per_volume * (from.exhaust * phi_1 + slope.exhaust * further_kPa)};
+    const Scalar missed_kPa = wanted_kPa - rate_kPa * phi_1;
+    if (abs(missed_kPa) <= close_kPa) break;
+    made.command_V = gaining_V(among, made.by, made.command_V, missed_kPa);
+  }
   return made;
 }
 
-/// The end rises with the command, so that there is one answer; but above the supply's pressure an open inlet empties the
-/// chamber, below the ambient's an open exhaust fills it: there the limit is the valve as good as shut.
+/// The end rises with the command, so that there is one answer. What it gains by the conductances is taken as the guess has
+/// it but for a factor, that of the last two ends: secants. Where they leave the bracket, it is halved.
 Inverse Greybox::inverse(Scalar pressure_kPa, Scalar target_kPa, const ChamberMotion& motion,
-                         Scalar /*near_V*/) const noexcept {
+                         Scalar near_V) const noexcept {
   const Tick now = tick(pressure_kPa, motion);
-  const auto out_of_reach = [&](std::size_t limit, Scalar reached_kPa) -> Inverse {
-    return {.command_V = node_V_[limit],
-            .reached_kPa = reached_kPa,
-            .saturated = abs(reached_kPa - target_kPa) > kClose_kPa};
-  };
-  std::size_t low = now.pressure_kPa < ambient_kPa_ ? extreme_node(now, Scalar(-1)) : 0;
-  std::size_t high = now.pressure_kPa > supply_kPa_ ? extreme_node(now, Scalar(1)) : kNodes - 1;
-  if (now.pressure_kPa >= target_kPa || rises(now, low)) {
-    const Scalar least_kPa = end_at_node_kPa(now, low);
-    if (least_kPa >= target_kPa) return out_of_reach(low, least_kPa);
-  }
-  if (!ends_above(now, high, target_kPa)) return out_of_reach(high, end_at_node_kPa(now, high));
-  while (high - low > 1) {
-    const std::size_t middle = (low + high) / 2;
-    (ends_above(now, middle, target_kPa) ? high : low) = middle;
-  }
+  const Range among = answers(now);
+  const Scalar least_V = node_V_[among.first], most_V = node_V_[among.last];
+  Scalar above_V = least_V - Scalar(1), below_V = most_V + Scalar(1);  // the answer lies between
 
-  // Newton's method; where it would leave the bracket, the bracket is halved
-  Scalar low_V = node_V_[low], high_V = node_V_[low + 1];
-  Miss best = miss(now, low, target_kPa, low_V);
-  Miss here = best;
-  for (int i = 0; i < kRefinements && abs(best.kPa) > kClose_kPa; ++i) {
-    Scalar next_V = here.command_V - here.kPa / max(here.by_V, kLeastSlope_kPa_V);
-    if (!(next_V > low_V && next_V < high_V)) next_V = Scalar(0.5) * (low_V + high_V);
-    here = miss(now, low, target_kPa, next_V);
-    (here.kPa > Scalar(0) ? high_V : low_V) = next_V;
-    if (abs(here.kPa) < abs(best.kPa)) best = here;
+  const Guess first = guess(now, among, target_kPa, near_V);
+  Scalar command_V = first.command_V;
+  Scalar factor = Scalar(1);
+  Ports open_before;
+  Scalar end_before_kPa = 0;
+  Inverse best;
+  Scalar best_kPa = kMostPressure_kPa;  // that it misses
+  for (int i = 0; i <= kRefinements; ++i) {
+    const std::size_t in = segment(command_V);
+    const Ports open = conductances(in, command_V);
+    const Scalar end_kPa = travel(now, open, Scalar(1), [](const auto&) noexcept {});
+    if (i > 0) {
+      const Scalar told_kPa = first.by.inlet * (open.inlet - open_before.inlet) +
+                              first.by.exhaust * (open.exhaust - open_before.exhaust);
+      const Scalar gained_kPa = end_kPa - end_before_kPa;
+      if (told_kPa * gained_kPa > Scalar(0)) factor = gained_kPa / told_kPa;
+    }
+    open_before = open;
+    end_before_kPa = end_kPa;
+    const Scalar wanted_kPa = target_kPa - end_kPa;
+    const bool more = wanted_kPa > Scalar(0);
+    if (abs(wanted_kPa) < best_kPa) {
+      best_kPa = abs(wanted_kPa);
+      const Scalar told_kPa_V = first.by.inlet * slope_[in].inlet + first.by.exhaust * slope_[in].exhaust;
+      best = {.command_V = command_V,
+              .reached_kPa = end_kPa,
+              .by_command_kPa_V = factor * told_kPa_V,
+              .saturated = best_kPa > kClose_kPa && command_V == (more ? most_V : least_V)};
+    }
+    if (best_kPa <= kClose_kPa || best.saturated) break;
+
+    (more ? above_V : below_V) = command_V;
+    const auto between = [&] { return command_V > above_V && command_V < below_V; };
+    command_V = gaining_V(among, first.by, command_V, wanted_kPa / factor);
+    if (!between()) command_V = clamp(Scalar(0.5) * (above_V + below_V), least_V, most_V);
+    if (!between()) break;  // of two neighbours among the numbers
   }
-  return {.command_V = best.command_V, .reached_kPa = target_kPa + best.kPa, .saturated = false};
+  return best;
 }
 
 }  // namespace plenum::control

@@ -13,11 +13,14 @@
 //
 // With psi by chords f is a broken line in p: p psi(P/p) is linear in p where psi(r) is linear in r. Between two of its
 // corners the pressure follows an exponential,
-//   p(t) = p_0 + f(p_0) t phi_1(-J t),   J = df/dp,   phi_1(x) = (1 - e^-x)/x                          (G5)
-// and it passes a corner at p_1 when J t = ln(1 + J (p_1 - p_0)/f(p_0)). f is one number at each pressure, so that the
-// pressure goes one way and passes each corner at most once: the loop is bounded by the number of corners. Nothing is
-// approximated in time: the step is stable however stiff, two steps of half a tick are one of a tick, and the end rises
-// with the command because the flow does, at every pressure.
+//   p(t) = p_0 + f_0 t phi_1(-J t),   J = df/dp,   phi_1(x) = (1 - e^-x)/x                             (G5)
+// and it passes the corner ahead, at p_1, after
+//   t = (p_1 - p_0) ln(f_1/f_0)/(f_1 - f_0)
+//     = 2 (p_1 - p_0)/(f_1 + f_0) artanh(z)/z,   z = (f_1 - f_0)/(f_1 + f_0)                           (G6)
+// which takes no logarithm where z is small. f is one number at each pressure, so that the pressure goes one way and passes
+// each corner at most once: the loop is bounded by the number of corners. Nothing is approximated in time: the step is stable
+// however stiff, two steps of half a tick are one of a tick, and the end rises with the command because the flow does, at
+// every pressure.
 //
 // C(u) is tabulated at kNodes commands and linear between them: that table is the model, in step() as in inverse(), so that
 // no tick takes a root or a power. Where a curve falls beyond its largest opening (a polynomial of the opening does, past what it
@@ -49,84 +52,72 @@ class Greybox final : public PressureModel {
 
   Prediction step(Scalar pressure_kPa, Scalar command_V, const ChamberMotion& motion,
                   Scalar ticks) const noexcept override;
-  Gradient derivatives(Scalar pressure_kPa, Scalar command_V,
-                       const ChamberMotion& motion) const noexcept override;
-  /// For targets between ambient and supply. At most log2(kNodes) + kRefinements + 3 steps.
+  /// For targets between ambient and supply. At most kRefinements + 1 steps, and kGuesses on a straight line.
   Inverse inverse(Scalar pressure_kPa, Scalar target_kPa, const ChamberMotion& motion,
                   Scalar near_V) const noexcept override;
 
   static constexpr std::size_t kNodes = 64;
+  static constexpr int kGuesses = 4;
   static constexpr int kRefinements = 10;
   static constexpr std::size_t kChords = 13;
-  /// Vacuum, and for each of both flows P, and r P and P/r for every end of a chord.
-  static constexpr std::size_t kCorners = 1 + 2 * (1 + 2 * (kChords + 1));
+  /// Vacuum, for each of both flows P, and r P and P/r for every end of a chord, and the most that a pressure can be.
+  static constexpr std::size_t kCorners = 2 + 2 * (1 + 2 * (kChords + 1));
 
  private:
-  /// Of both ports: conductances C, flows phi(P_c, p) and phi(p, P_r), or slopes of either.
+  /// Of both ports: conductances C [L/s], or what the end of a tick gains by them [kPa s/L].
   struct Ports {
     Scalar inlet = 0;
     Scalar exhaust = 0;
   };
-  /// From a corner of f to the next.
-  struct Side {
-    Ports at_corner;
-    Ports slope;
-    Scalar leak_mL_kPa_s = 0;  ///< C_l lambda at the corner
-    Scalar leak_slope_mL_s = 0;
+  /// Of a pressure: phi(P_c, p), phi(P_r, p) [kPa], C_l lambda [kPa L/s]; or the slopes of these.
+  struct Flows {
+    Scalar inlet = 0;
+    Scalar exhaust = 0;
+    Scalar leak = 0;
+  };
+  struct Corner {
+    Scalar kPa = 0;
+    Flows flows;
   };
   /// (G1) with all put in but the pressure and the command.
   struct Tick {
     Scalar pressure_kPa = 0;
-    Scalar per_volume = 0;  ///< h/(v + v_0) [s/mL]
-    Scalar moved_mL_s = 0;  ///< n v'
+    std::size_t side = 0;   ///< of the pressure: from this corner to the next
+    Scalar per_volume = 0;  ///< h/(v + v_0) [s/L]
+    Scalar moved_L_s = 0;   ///< n v'
   };
-  /// f, and its slope J, where the pressure is [kPa a tick; 1 a tick]; or how a change of something changes them.
-  struct Rate {
-    Scalar kPa = 0;
-    Scalar slope = 0;
+  /// Nodes from the first to the last that may be answered with.
+  struct Range {
+    std::size_t first = 0;
+    std::size_t last = kNodes - 1;
   };
-  /// A part of a step between two corners.
-  struct Piece {
-    std::size_t side = 0;
-    Scalar from_kPa = 0;
-    Rate rate;         ///< at from_kPa
-    Scalar ticks = 0;  ///< t of (G5)
-    Scalar phi_1 = 0;
-  };
-  /// How far a command misses the target, and how that changes with the command.
-  struct Miss {
+  /// A command, and what the end gains by the conductances there.
+  struct Guess {
     Scalar command_V = 0;
-    Scalar kPa = 0;
-    Scalar by_V = 0;
+    Ports by;
   };
+  struct Law;
+  struct Passage;
+  struct Rest;
+  class MeanRise;
 
   Tick tick(Scalar pressure_kPa, const ChamberMotion& motion) const noexcept;
   std::size_t side_of(Scalar pressure_kPa) const noexcept;
-  Ports flows(std::size_t side, Scalar pressure_kPa) const noexcept;
-  Rate net_flow(std::size_t side, const Ports& at, Scalar pressure_kPa) const noexcept;
-  Rate rate(const Tick& tick, std::size_t side, const Ports& at, Scalar pressure_kPa) const noexcept;
-  template <class Visit, class Enough>
-  Scalar travel(const Tick& tick, const Ports& at, Scalar ticks, Visit&& visit,
-                Enough&& enough) const noexcept;
+  Flows flows(std::size_t side, Scalar pressure_kPa) const noexcept;
   template <class Visit>
-  Scalar travel(const Tick& tick, const Ports& at, Scalar ticks, Visit&& visit) const noexcept;
-  Rate by_command(const Tick& tick, const Piece& piece, const Ports& slope) const noexcept;
-  static Ports slope_between(const Ports& from, const Ports& to, Scalar width) noexcept;
-  static Scalar carried(Scalar change_kPa, const Piece& piece, const Rate& by) noexcept;
+  Scalar travel(const Tick& tick, const Ports& open, Scalar ticks, Visit&& visit) const noexcept;
   std::size_t segment(Scalar command_V) const noexcept;
   Ports conductances(std::size_t segment, Scalar command_V) const noexcept;
-  Scalar end_at_node_kPa(const Tick& tick, std::size_t node) const noexcept;
-  bool ends_above(const Tick& tick, std::size_t node, Scalar target_kPa) const noexcept;
-  bool rises(const Tick& tick, std::size_t node) const noexcept;
-  std::size_t extreme_node(const Tick& tick, Scalar sign) const noexcept;
-  Miss miss(const Tick& tick, std::size_t segment, Scalar target_kPa, Scalar command_V) const noexcept;
+  Range answers(const Tick& tick) const noexcept;
+  Scalar gaining_V(const Range& among, const Ports& by, Scalar from_V, Scalar wanted_kPa) const noexcept;
+  Guess guess(const Tick& tick, const Range& among, Scalar target_kPa, Scalar near_V) const noexcept;
 
   Scalar dead_volume_mL_ = 0, volume_exponent_ = 1, supply_kPa_ = 0, ambient_kPa_ = 0;
-  std::array<Scalar, kCorners> corner_kPa_{};
-  std::array<Side, kCorners> side_{};
+  std::array<Corner, kCorners> corner_{};
+  std::array<Flows, kCorners - 1> side_{};  ///< slopes from a corner to the next
   std::array<Scalar, kNodes> node_V_{};
   std::array<Ports, kNodes> node_{};
-  std::array<Ports, kNodes - 1> slope_{};  ///< from a node to the next [mL/(s V)]
+  std::array<Ports, kNodes - 1> slope_{};  ///< from a node to the next [L/(s V)]
 };
 
 }  // namespace plenum::control

@@ -235,10 +235,13 @@ Inverse InverseSearch<Law>::find(Scalar near_V) const noexcept {
     const std::size_t limit = short_of ? kNodes - 1 : 0;
     const Scalar limit_kPa = miss_kPa[CommandCurve::place(limit)];
     if (saturated && numeric::abs(limit_kPa) <= numeric::abs(found.kPa) + kLimitServes * curve_.span_kPa()) {
-      found = {.command_V = nodes.command_V[limit], .kPa = limit_kPa, .by_V = Scalar(0)};
+      found = at_node(limit);
     }
   }
-  return {.command_V = found.command_V, .reached_kPa = target_kPa_ + found.kPa, .saturated = saturated};
+  return {.command_V = found.command_V,
+          .reached_kPa = target_kPa_ + found.kPa,
+          .by_command_kPa_V = found.by_V,
+          .saturated = saturated};
 }
 
 }  // namespace plenum::control

@@ -1,5 +1,4 @@
-// What the regulator knows of a model of chamber pressure: one tick forward, its derivatives, and its
-// inverse.
+// What the regulator knows of a model of chamber pressure: one tick forward, and its inverse.
 //
 // A new kind of model is a class that implements this interface and a ModelKind with its parameter schema in
 // config/model_image.hpp; nothing else in the core changes.
@@ -27,19 +26,12 @@ struct Prediction {
   Scalar mean_kPa = 0;
 };
 
-/// Partial derivatives of Prediction::end_kPa.
-struct Gradient {
-  Scalar by_pressure = 0;              ///< [1]
-  Scalar by_command_kPa_V = 0;         ///< [kPa/V]
-  Scalar by_volume_kPa_mL = 0;         ///< [kPa/mL]
-  Scalar by_volume_rate_kPa_s_mL = 0;  ///< [kPa s/mL]
-};
-
 /// The command that takes the pressure to a target in one tick.
 struct Inverse {
-  Scalar command_V = 0;    ///< within the command range
-  Scalar reached_kPa = 0;  ///< the pressure that the command leads to
-  bool saturated = false;  ///< no command in the range reaches the target; this one comes closest
+  Scalar command_V = 0;         ///< within the command range
+  Scalar reached_kPa = 0;       ///< the pressure that the command leads to
+  Scalar by_command_kPa_V = 0;  ///< and how that rises with the command, near there
+  bool saturated = false;       ///< no command in the range reaches the target; this one comes closest
 };
 
 class PressureModel {
@@ -47,10 +39,6 @@ class PressureModel {
   /// Pressure after `ticks` of a tick (0 to 1) and its mean over that time. Finite for every finite input.
   virtual Prediction step(Scalar pressure_kPa, Scalar command_V, const ChamberMotion& motion,
                           Scalar ticks) const noexcept = 0;
-
-  /// Derivatives of a whole tick's step().
-  virtual Gradient derivatives(Scalar pressure_kPa, Scalar command_V,
-                               const ChamberMotion& motion) const noexcept = 0;
 
   /// The command within the model's command range whose step() ends nearest to `target_kPa`.
   ///

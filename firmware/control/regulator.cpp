@@ -60,7 +60,9 @@ void Regulator::reset(Scalar pressure_kPa, Scalar command_V) noexcept {
 void Regulator::sent(Scalar command_V) noexcept {
   const Scalar place_V = valve_.sent(command_V);
   const bool as_planned = planned_ && command_V == planned_V_;
-  sent_.push({.model_V = as_planned ? planned_model_V_ : place_V - trim_.at(place_V), .planned = as_planned});
+  sent_.push({.model_V = as_planned ? plan_.command_V : place_V - trim_.at(place_V),
+              .planned = as_planned,
+              .by_command_kPa_V = plan_.by_command_kPa_V});
   planned_ = false;
 }
 
@@ -79,7 +81,7 @@ Scalar Regulator::observe(const PressureModel& model, Scalar measured_kPa,
                           const ChamberMotion& past) noexcept {
   const Prediction predicted = past_tick(model, past);
   const Scalar residual_kPa = sensor_.observe(pressure_kPa_, predicted, measured_kPa);
-  learn(model, residual_kPa, past);
+  learn(residual_kPa, past);
   residual_level_kPa_ += kResidualForgetting * (numeric::abs(residual_kPa) - residual_level_kPa_);
   // what a sensor says that lags is weighed already
   const Scalar gain = sensor_.lags() ? Scalar(1) : config_.pressure_gain;
@@ -93,15 +95,13 @@ void Regulator::coast(const PressureModel& model, const ChamberMotion& past) noe
   pressure_kPa_ = believable_kPa(predicted.end_kPa);
 }
 
-void Regulator::learn(const PressureModel& model, Scalar residual_kPa, const ChamberMotion& past) noexcept {
+void Regulator::learn(Scalar residual_kPa, const ChamberMotion& past) noexcept {
   const auto square = [](Scalar x) noexcept { return x * x; };
   // The mean over a tick moves by about half of what its end does.
   constexpr Scalar kMeanOfEnd = Scalar(0.5);
   const Scalar by_compression = kMeanOfEnd * compression_kPa(pressure_kPa_, past);
   const SentCommands::Sent& acted = sent_.acted();
-  const Scalar by_trim =
-      acted.planned ? -kMeanOfEnd * model.derivatives(pressure_kPa_, acted.model_V, past).by_command_kPa_V
-                    : Scalar(0);
+  const Scalar by_trim = acted.planned ? -kMeanOfEnd * acted.by_command_kPa_V : Scalar(0);
   const Scalar steady_weight = square(config_.disturbance_deviation_kPa);
   const Scalar compression_weight = square(config_.compression_deviation);
   const Scalar trim_weight = square(config_.trim_deviation_V);
@@ -150,9 +150,9 @@ Regulator::Command Regulator::regulate(const PressureModel& model,
   const Scalar left_kPa = clamp(left * (start.pressure_kPa - wanted.from_kPa), -config_.error_left_limit_kPa,
                                 config_.error_left_limit_kPa);
   const Scalar target_kPa = wanted.to_kPa + left_kPa - disturbance_kPa(pressure_kPa_, start.motion);
-  const Inverse inverse = model.inverse(start.pressure_kPa, target_kPa, start.motion, sent_.ago(1).model_V);
+  plan_ = model.inverse(start.pressure_kPa, target_kPa, start.motion, sent_.ago(1).model_V);
+  const Inverse& inverse = plan_;
 
-  planned_model_V_ = inverse.command_V;
   // Where the model is at its limit so is the valve: a learned correction does not take full opening away.
   const Scalar trim_V = inverse.saturated ? Scalar(0) : trim_.at(inverse.command_V);
   const Scalar place_V = clamp(inverse.command_V + trim_V, config_.command_low_V, config_.command_high_V);
@@ -161,9 +161,7 @@ Regulator::Command Regulator::regulate(const PressureModel& model,
   planned_ = planned_V_ == command_V;
   // What of the rise the measurement asked for, beyond that of the reference, in volts at the slope here.
   const Scalar correction_kPa = (target_kPa - start.pressure_kPa) - (wanted.to_kPa - wanted.from_kPa);
-  const Scalar slope =
-      max(model.derivatives(start.pressure_kPa, inverse.command_V, start.motion).by_command_kPa_V,
-          kLeastSlope_kPa_V);
+  const Scalar slope = max(inverse.by_command_kPa_V, kLeastSlope_kPa_V);
   const Scalar feedforward_V =
       clamp(inverse.command_V - correction_kPa / slope, config_.command_low_V, config_.command_high_V);
   return {.command_V = planned_V_, .feedforward_V = feedforward_V, .saturated = inverse.saturated};

@@ -9,7 +9,7 @@
 //                 c(u)   a correction of the valve curve (CommandTrim)
 //               Each is moved along its sensitivity, weighted by how far it is believed to be off:
 //                 step_i = m_i^2 phi_i e / (noise^2 + sum_j m_j^2 phi_j^2)
-//                 phi_i  = d mean / d estimate_i
+//                 phi_i  = d mean / d estimate_i; that of c(u) as it was when the command was chosen
 //               the first step of a Kalman filter with the deviations m_i. (Normalising each estimate on its
 //               own was tried: the estimates then chase each other.) Without a measurement the model carries
 //               the estimate on: coast().
@@ -122,7 +122,7 @@ class Regulator {
   Acting when_it_acts(const PressureModel& model, const ChamberMotion& next) const noexcept;
   /// The tick just past, from the estimate at its start and the commands that acted.
   Prediction past_tick(const PressureModel& model, const ChamberMotion& past) const noexcept;
-  void learn(const PressureModel& model, Scalar residual_kPa, const ChamberMotion& past) noexcept;
+  void learn(Scalar residual_kPa, const ChamberMotion& past) noexcept;
 
   Config config_;
   CommandTrim trim_;
@@ -134,7 +134,7 @@ class Regulator {
   Scalar residual_level_kPa_ = 0;  ///< mean magnitude of the residuals of late
   Scalar compression_ = 0;         ///< theta
   Scalar planned_V_ = 0;           ///< valve command that regulate() answered this tick ...
-  Scalar planned_model_V_ = 0;     ///< ... and the model command behind it
+  Inverse plan_;                   ///< ... and what the model says behind it
   bool planned_ = false;           ///< regulate() was called this tick, and no limit came between
 };
 

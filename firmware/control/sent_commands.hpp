@@ -16,7 +16,8 @@ class SentCommands {
  public:
   struct Sent {
     Scalar model_V = 0;
-    bool planned = false;  ///< as the regulator had planned it
+    bool planned = false;  ///< as the regulator had planned it, by an inverse that found this slope:
+    Scalar by_command_kPa_V = 0;
   };
 
   /// `delay_ticks`: 0 to ValvePath::kMostDelay_ticks.

@@ -28,7 +28,7 @@ void Tassa9::configure(std::span<const Scalar, kParameters> parameters, Scalar c
 }
 
 Tassa9::Tick Tassa9::tick(Scalar pressure_kPa, const ChamberMotion& motion) const noexcept {
-  const TickPerVolume per_volume(kTick_s, volume_factor(c6_, motion.volume_mL).value);
+  const TickPerVolume per_volume(kTick_s, volume_factor(c6_, motion.volume_mL));
   return {.pressure_kPa = pressure_kPa,
           .steady_shift_kPa = c4_ * motion.volume_rate_mL_s,
           .rate_gain = per_volume.of(c7_),
@@ -55,22 +55,6 @@ Prediction Tassa9::step(Scalar pressure_kPa, Scalar command_V, const ChamberMoti
   const Scalar done = numeric::decay(rh);
   return {.end_kPa = pressure_kPa + (steady - pressure_kPa) * done,  // (7)
           .mean_kPa = steady + (pressure_kPa - steady) * numeric::mean_decay(rh, done)};
-}
-
-Gradient Tassa9::derivatives(Scalar pressure_kPa, Scalar command_V,
-                             const ChamberMotion& motion) const noexcept {
-  const Tick now = tick(pressure_kPa, motion);
-  const CommandCurve::Tangent of = curve_.tangent(command_V);
-  const Scalar rh = now.rate(of.at.opening_V);
-  const Scalar done = numeric::decay(rh);
-  const Scalar by_rh = now.by_rate_kPa(of.at, done);
-
-  const VolumeFactor factor = volume_factor(c6_, motion.volume_mL);
-  const Scalar rh_by_volume = factor.is_free ? -rh * c6_ / factor.value : Scalar(0);
-  return {.by_pressure = Scalar(1) - done,
-          .by_command_kPa_V = now.slope_kPa_V(of, done),
-          .by_volume_kPa_mL = by_rh * rh_by_volume,
-          .by_volume_rate_kPa_s_mL = c4_ * done + TickPerVolume(kTick_s, factor.value).of(by_rh * c5_)};
 }
 
 Inverse Tassa9::inverse(Scalar pressure_kPa, Scalar target_kPa, const ChamberMotion& motion,

@@ -42,9 +42,6 @@ class Tassa9 final : public PressureModel {
 
   Prediction step(Scalar pressure_kPa, Scalar command_V, const ChamberMotion& motion,
                   Scalar ticks) const noexcept override;
-  Gradient derivatives(Scalar pressure_kPa, Scalar command_V,
-                       const ChamberMotion& motion) const noexcept override;
-
   /// As InverseSearch.
   Inverse inverse(Scalar pressure_kPa, Scalar target_kPa, const ChamberMotion& motion,
                   Scalar near_V) const noexcept override;

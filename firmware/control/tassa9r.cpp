@@ -33,12 +33,9 @@ void Tassa9r::configure(std::span<const Scalar, kParameters> parameters, Scalar 
                    command_low_V, command_high_V);
 }
 
-VolumeFactor Tassa9r::factor_of(Scalar volume_mL) const noexcept {
-  return volume_factor(c6_, clamp(volume_mL, -kMostVolume_mL, kMostVolume_mL));
-}
-
 Tassa9r::Tick Tassa9r::tick(Scalar pressure_kPa, const ChamberMotion& motion) const noexcept {
-  const TickPerVolume per_volume(kTick_s, factor_of(motion.volume_mL).value);
+  const TickPerVolume per_volume(
+      kTick_s, volume_factor(c6_, clamp(motion.volume_mL, -kMostVolume_mL, kMostVolume_mL)));
   const Scalar speed_mL_s = clamp(motion.volume_rate_mL_s, -kMostSpeed_mL_s, kMostSpeed_mL_s);
   return {.pressure_kPa = clamp(pressure_kPa, Scalar(0), kMostPressure_kPa),
           .gain_per_V = per_volume.of(c7_),
@@ -72,25 +69,6 @@ Prediction Tassa9r::step(Scalar pressure_kPa, Scalar command_V, const ChamberMot
   const Scalar speed_kPa = now.speed_kPa(at) * ticks;
   return {.end_kPa = now.pressure_kPa + speed_kPa * phi_1,                       // (R3)
           .mean_kPa = now.pressure_kPa + speed_kPa * numeric::phi_2(x, phi_1)};  // (R4)
-}
-
-/// Everything in (R1) is as h/(1 + c6 v): d(F phi_1(x)) for a change of its logarithm is F (phi_1 + x dphi_1/dx) = F e^-x.
-Gradient Tassa9r::derivatives(Scalar pressure_kPa, Scalar command_V,
-                              const ChamberMotion& motion) const noexcept {
-  const Tick now = tick(pressure_kPa, motion);
-  const CommandCurve::Tangent of = curve_.tangent(within_range(command_V));
-  const Scalar x = now.x(of.at.opening_V);
-  const Scalar phi_1 = numeric::phi_1(x);
-  const Scalar left = Scalar(1) - x * phi_1;  // e^-x
-
-  const VolumeFactor factor = factor_of(motion.volume_mL);
-  const Scalar logarithm_by_volume = factor.is_free ? -c6_ / factor.value : Scalar(0);
-  const Scalar moved_by_rate = c5_ * kTick_s / factor.value;
-  const Scalar by_moved_kPa = now.by_x_kPa(of.at, phi_1) - now.pressure_kPa * phi_1;
-  return {.by_pressure = left,
-          .by_command_kPa_V = now.slope_kPa_V(of, phi_1),
-          .by_volume_kPa_mL = logarithm_by_volume * now.speed_kPa(of.at) * left,
-          .by_volume_rate_kPa_s_mL = moved_by_rate * by_moved_kPa};
 }
 
 Inverse Tassa9r::inverse(Scalar pressure_kPa, Scalar target_kPa, const ChamberMotion& motion,

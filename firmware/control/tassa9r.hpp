@@ -45,9 +45,6 @@ class Tassa9r final : public PressureModel {
 
   Prediction step(Scalar pressure_kPa, Scalar command_V, const ChamberMotion& motion,
                   Scalar ticks) const noexcept override;
-  /// As long as x is not at its bound.
-  Gradient derivatives(Scalar pressure_kPa, Scalar command_V,
-                       const ChamberMotion& motion) const noexcept override;
   /// As InverseSearch.
   Inverse inverse(Scalar pressure_kPa, Scalar target_kPa, const ChamberMotion& motion,
                   Scalar near_V) const noexcept override;
@@ -75,7 +72,6 @@ class Tassa9r final : public PressureModel {
     Scalar by_x_kPa(CommandCurve::Point at, Scalar phi_1) const noexcept;
     Scalar slope_kPa_V(const CommandCurve::Tangent& of, Scalar phi_1) const noexcept;
   };
-  VolumeFactor factor_of(Scalar volume_mL) const noexcept;
   Tick tick(Scalar pressure_kPa, const ChamberMotion& motion) const noexcept;
   Scalar within_range(Scalar command_V) const noexcept;
 

@@ -190,12 +190,6 @@ std::vector<Row> rows_of_models() {
                             asked.model->step(asked.pressure_kPa, asked.command_V, asked.motion, Scalar(1)));
                       });
                     }});
-    rows.push_back({name + "::derivatives", kOfFunction, [kind](Instructions& count, Tape& tape) {
-                      const Question asked(tape, kind);
-                      return count.of([&] {
-                        wanted(asked.model->derivatives(asked.pressure_kPa, asked.command_V, asked.motion));
-                      });
-                    }});
     rows.push_back({name + "::inverse", kOfFunction, [kind](Instructions& count, Tape& tape) {
                       const Question asked(tape, kind);
                       return count.of([&] {

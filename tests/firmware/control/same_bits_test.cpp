@@ -49,7 +49,7 @@ std::uint32_t crc_with(std::uint32_t before, Scalar value) {
   return config::crc32(bytes, before);
 }
 
-/// Of a model's step, inverse and derivatives over many random states.
+/// Of a model's step and inverse over many random states.
 std::uint32_t crc_of(const PressureModel& model, std::mt19937& random, std::uint32_t crc) {
   for (int i = 0; i < 5'000; ++i) {
     const ChamberMotion motion{.volume_mL = between(random, 1, 500),
@@ -59,9 +59,8 @@ std::uint32_t crc_of(const PressureModel& model, std::mt19937& random, std::uint
     const float command_V = between(random, 0, 10);
     const Prediction next = model.step(pressure_kPa, command_V, motion, 1.0F);
     const Inverse back = model.inverse(pressure_kPa, target_kPa, motion, command_V);
-    const Gradient by = model.derivatives(pressure_kPa, command_V, motion);
-    for (const Scalar value : {next.end_kPa, next.mean_kPa, back.command_V, back.reached_kPa, by.by_pressure,
-                               by.by_command_kPa_V, by.by_volume_kPa_mL, by.by_volume_rate_kPa_s_mL})
+    for (const Scalar value :
+         {next.end_kPa, next.mean_kPa, back.command_V, back.reached_kPa, back.by_command_kPa_V})
       crc = crc_with(crc, value);
   }
   return crc;
@@ -83,7 +82,7 @@ TEST(SameBits, OfTheNineParameterModelOnEveryArchitecture) {
     model.configure(scalars(parameters), 0.0F, 10.0F);
     crc = crc_of(model, random, crc);
   }
-  EXPECT_EQ(crc, of_scalar(0x1E68D02EU, 0x1DF781F1U)) << std::hex << "found " << crc;
+  EXPECT_EQ(crc, of_scalar(0x1D72BAB9U, 0xB098B82AU)) << std::hex << "found " << crc;
 }
 
 TEST(SameBits, OfTheRepairedFormOnEveryArchitecture) {
@@ -97,7 +96,7 @@ TEST(SameBits, OfTheRepairedFormOnEveryArchitecture) {
     model.configure(scalars(without_c4), 0.0F, 10.0F);
     crc = crc_of(model, random, crc);
   }
-  EXPECT_EQ(crc, of_scalar(0x56DE1682U, 0xF57EA2D1U)) << std::hex << "found " << crc;
+  EXPECT_EQ(crc, of_scalar(0x38CE4CFEU, 0x964DC097U)) << std::hex << "found " << crc;
 }
 
 TEST(SameBits, OfTheGreyBoxModelOnEveryArchitecture) {
@@ -108,7 +107,7 @@ TEST(SameBits, OfTheGreyBoxModelOnEveryArchitecture) {
     model.configure(scalars(parameters), 0.0F, 10.0F);
     crc = crc_of(model, random, crc);
   }
-  EXPECT_EQ(crc, of_scalar(0xBD085657U, 0x81D7F3AAU)) << std::hex << "found " << crc;
+  EXPECT_EQ(crc, of_scalar(0xC5F84860U, 0x2C33C8ABU)) << std::hex << "found " << crc;
 }
 
 }  // namespace

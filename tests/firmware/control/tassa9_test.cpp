@@ -1,5 +1,4 @@
-// The 9-parameter model against the paper's equations in double, its derivatives against differences, and its
-// inverse against a dense scan of all commands.
+// The 9-parameter model against the paper's equations in double, and its inverse against a dense scan of all commands.
 #include "firmware/control/tassa9.hpp"
 
 #include <gtest/gtest.h>
@@ -114,8 +113,8 @@ TEST(Tassa9, AVolumeSlowsItDownAsASmallerRateDoes) {
   }
 }
 
-TEST(Tassa9, DerivativesAreTheLimitsOfDifferences) {
-  testing::expect_limits_of_differences(
+TEST(Tassa9Inverse, TellsTheSlopeOfTheEndWhereItAnswers) {
+  testing::expect_inverses_to_tell_the_slope(
       model_of,
       [](const RandomChamber& chamber, double command_V) {
         const auto [s, r] = testing::reference(chamber, command_V);
