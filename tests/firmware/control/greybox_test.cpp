@@ -11,6 +11,7 @@
 #include <random>
 
 #include "tests/firmware/control/random_greybox.hpp"
+#include "tests/firmware/scalars.hpp"
 
 namespace plenum::control {
 namespace {
@@ -40,7 +41,7 @@ constexpr Set kSmallValve = small_valve();
 
 Greybox model_of(const Set& set) {
   Greybox model;
-  model.configure(set, 0.0F, 10.0F);
+  model.configure(scalars(set), 0.0F, 10.0F);
   return model;
 }
 
@@ -126,16 +127,16 @@ TEST(Greybox, IsExactWhileBothPortsAreChokedAndTheVolumeRests) {
   const Case of{set, {.volume_mL = 100.0F, .volume_rate_mL_s = 0.0F}, 500.0F};
   const Prediction got = model_of(set).step(500.0F, 6.08F, of.motion, 1.0F);
   const double rise = 60.0 * 2000.0 / 100.0 * 0.01;  // the exhaust's leak takes a thousandth of a kPa
-  EXPECT_NEAR(got.end_kPa, 500.0 + rise, 0.01);
-  EXPECT_NEAR(got.mean_kPa, 500.0 + 0.5 * rise, 0.01);
+  EXPECT_NEAR(real(got.end_kPa), 500.0 + rise, 0.01);
+  EXPECT_NEAR(real(got.mean_kPa), 500.0 + 0.5 * rise, 0.01);
 }
 
 TEST(Greybox, EmptiesThroughAChokedExhaustAsAnExponential) {
   const Case of{kSmallValve, {.volume_mL = 100.0F, .volume_rate_mL_s = 0.0F}, 600.0F};
   const Prediction got = model_of(kSmallValve).step(600.0F, 3.92F, of.motion, 1.0F);
   const double rate = 64.0 / 100.0 * 0.01;
-  EXPECT_NEAR(got.end_kPa, 600.0 * std::exp(-rate), 0.02);
-  EXPECT_NEAR(got.mean_kPa, 600.0 * -std::expm1(-rate) / rate, 0.02);
+  EXPECT_NEAR(real(got.end_kPa), 600.0 * std::exp(-rate), 0.02);
+  EXPECT_NEAR(real(got.mean_kPa), 600.0 * -std::expm1(-rate) / rate, 0.02);
 }
 
 TEST(Greybox, CompressesASealedChamberAsThePolytropeOfTheVolumeAtTheMiddle) {
@@ -144,7 +145,7 @@ TEST(Greybox, CompressesASealedChamberAsThePolytropeOfTheVolumeAtTheMiddle) {
   set[Greybox::kInletLeak] = set[Greybox::kExhaustLeak] = 1e-6F;
   const Prediction got =
       model_of(set).step(300.0F, 5.0F, {.volume_mL = 100.0F, .volume_rate_mL_s = -200.0F}, 1.0F);
-  EXPECT_NEAR(got.end_kPa, 300.0 * std::exp(1.4 * 200.0 / 100.0 * 0.01), 0.002);
+  EXPECT_NEAR(real(got.end_kPa), 300.0 * std::exp(1.4 * 200.0 / 100.0 * 0.01), 0.002);
 }
 
 TEST(Greybox, FollowsItsEquationOverATick) {
@@ -159,9 +160,9 @@ TEST(Greybox, FollowsItsEquationOverATick) {
     const Exact exact = integrated(of, u, 0.01);
     const Prediction got = model_of(of.set).step(of.pressure_kPa, static_cast<float>(u), of.motion, 1.0F);
     const double span = static_cast<double>(of.set[Greybox::kSupply] - of.set[Greybox::kAmbient]);
-    const double error = std::max(std::abs(static_cast<double>(got.end_kPa) - exact.end_kPa),
-                                  std::abs(static_cast<double>(got.mean_kPa) - exact.mean_kPa)) /
-                         span;
+    const double error =
+        std::max(std::abs(real(got.end_kPa) - exact.end_kPa), std::abs(real(got.mean_kPa) - exact.mean_kPa)) /
+        span;
     worst = std::max(worst, error);
     sum += error * error;
     ++count;
@@ -175,14 +176,14 @@ TEST(Greybox, ComesToRestAtTheSupplyHoweverStiff) {
   Set set = kSmallValve;
   set[Greybox::kInletConductance] = 20'000.0F;  // a chamber of 1 mL behind a tap
   const Greybox model = model_of(set);
-  float pressure_kPa = 101.325F;
+  Scalar pressure_kPa = 101.325F;
   for (int k = 0; k < 50; ++k) {
     pressure_kPa =
         model.step(pressure_kPa, 10.0F, {.volume_mL = 1.0F, .volume_rate_mL_s = 0.0F}, 1.0F).end_kPa;
     ASSERT_GT(pressure_kPa, 0.0F) << "tick " << k;
     ASSERT_LT(pressure_kPa, 2000.0F) << "tick " << k;
   }
-  EXPECT_NEAR(pressure_kPa, 700.0F, 0.5F);
+  EXPECT_NEAR(real(pressure_kPa), 700.0, 0.5);
 }
 
 TEST(Greybox, TwoPartsOfATickAreTheTick) {
@@ -195,8 +196,8 @@ TEST(Greybox, TwoPartsOfATickAreTheTick) {
     const Prediction whole = model.step(of.pressure_kPa, u, of.motion, 1.0F);
     const Prediction begun = model.step(of.pressure_kPa, u, of.motion, first);
     const Prediction ended = model.step(begun.end_kPa, u, of.motion, 1.0F - first);
-    ASSERT_NEAR(whole.end_kPa, ended.end_kPa, 2e-5F * of.pressure_kPa) << "set " << i;
-    ASSERT_NEAR(whole.mean_kPa, first * begun.mean_kPa + (1.0F - first) * ended.mean_kPa,
+    ASSERT_NEAR(real(whole.end_kPa), real(ended.end_kPa), 2e-5F * of.pressure_kPa) << "set " << i;
+    ASSERT_NEAR(real(whole.mean_kPa), real(first * begun.mean_kPa + (1.0F - first) * ended.mean_kPa),
                 2e-5F * of.pressure_kPa)
         << "set " << i;
   }
@@ -208,12 +209,12 @@ TEST(Greybox, RisesWithTheCommandBetweenAmbientAndSupply) {
   for (int i = 0; i < 500; ++i) {
     const Case of = random_case(random);
     const Greybox model = model_of(of.set);
-    const auto within = [&of](float kPa) {
+    const auto within = [&of](Scalar kPa) {
       return kPa > of.set[Greybox::kAmbient] && kPa < of.set[Greybox::kSupply];
     };
-    float last = model.step(of.pressure_kPa, 0.0F, of.motion, 1.0F).end_kPa;
+    Scalar last = model.step(of.pressure_kPa, 0.0F, of.motion, 1.0F).end_kPa;
     for (int k = 1; k <= 200; ++k) {
-      const float now = model.step(of.pressure_kPa, 0.05F * static_cast<float>(k), of.motion, 1.0F).end_kPa;
+      const Scalar now = model.step(of.pressure_kPa, 0.05F * static_cast<float>(k), of.motion, 1.0F).end_kPa;
       if (within(last) && within(now)) {
         ASSERT_GT(now, last - 2e-6F * of.pressure_kPa) << "set " << i << " at " << 0.05 * k << " V";
         ++compared;
@@ -226,15 +227,15 @@ TEST(Greybox, RisesWithTheCommandBetweenAmbientAndSupply) {
 
 /// The end nearest to a target that any of many commands leads to; above the supply's pressure and below the ambient's
 /// only those of the side on which the pressure rises with the command.
-float nearest_of_many(const Greybox& model, const Case& of, float target_kPa) {
+Scalar nearest_of_many(const Greybox& model, const Case& of, Scalar target_kPa) {
   const float null_V = 0.5F * (of.set[Greybox::kOpenAbove] + of.set[Greybox::kExhaustBelow]);
-  float nearest_kPa = 1e9F;
+  Scalar nearest_kPa = 1e9F;
   for (int k = 0; k <= 200; ++k) {
     const float u = 0.05F * static_cast<float>(k);
     if (of.pressure_kPa > of.set[Greybox::kSupply] && u > null_V) continue;
     if (of.pressure_kPa < of.set[Greybox::kAmbient] && u < null_V) continue;
-    const float end = model.step(of.pressure_kPa, u, of.motion, 1.0F).end_kPa;
-    if (std::abs(end - target_kPa) < std::abs(nearest_kPa - target_kPa)) nearest_kPa = end;
+    const Scalar end = model.step(of.pressure_kPa, u, of.motion, 1.0F).end_kPa;
+    if (numeric::abs(end - target_kPa) < numeric::abs(nearest_kPa - target_kPa)) nearest_kPa = end;
   }
   return nearest_kPa;
 }
@@ -259,10 +260,10 @@ TEST(Greybox, APortWhoseCurveFallsStaysAsOpenAsItWas) {
   const auto exact_kPa = [&](double command_V) {
     return integrated({set, motion, 300}, command_V, 0.01).end_kPa;
   };
-  EXPECT_NEAR(end_kPa(8.0F), exact_kPa(8.0), 0.1) << "on its way";
-  EXPECT_NEAR(end_kPa(9.9F), exact_kPa(9.01), 0.1) << "saturated";
+  EXPECT_NEAR(real(end_kPa(8.0F)), exact_kPa(8.0), 0.1) << "on its way";
+  EXPECT_NEAR(real(end_kPa(9.9F)), exact_kPa(9.01), 0.1) << "saturated";
   EXPECT_LT(exact_kPa(9.9), exact_kPa(9.01) - 0.05) << "what the curve itself would do";
-  EXPECT_NEAR(end_kPa(0.1F), exact_kPa(0.99), 0.1);
+  EXPECT_NEAR(real(end_kPa(0.1F)), exact_kPa(0.99), 0.1);
   for (float command_V = 0.1F; command_V < 10; command_V += 0.1F)
     EXPECT_GE(end_kPa(command_V), end_kPa(command_V - 0.1F)) << command_V << " V";
 }
@@ -277,16 +278,17 @@ TEST(Greybox, NoCommandLeadsNearerToATargetThanItsInverse) {
     const float target = std::clamp(of.pressure_kPa * (1.0F + away(random)), of.set[Greybox::kAmbient],
                                     of.set[Greybox::kSupply]);
     const Inverse got = model.inverse(of.pressure_kPa, target, of.motion, 5.0F);
-    const float end = model.step(of.pressure_kPa, got.command_V, of.motion, 1.0F).end_kPa;
+    const Scalar end = model.step(of.pressure_kPa, got.command_V, of.motion, 1.0F).end_kPa;
     ASSERT_EQ(end, got.reached_kPa) << "set " << i;
     // outside, the limit is the one of 64 commands at which the pressure rises or falls fastest
     const bool inside =
         of.pressure_kPa >= of.set[Greybox::kAmbient] && of.pressure_kPa <= of.set[Greybox::kSupply];
-    const float nearest = nearest_of_many(model, of, target);
-    ASSERT_LE(std::abs(end - target), std::abs(nearest - target) + (inside ? 1e-5F : 1e-4F) * of.pressure_kPa)
+    const Scalar nearest = nearest_of_many(model, of, target);
+    ASSERT_LE(numeric::abs(end - target),
+              numeric::abs(nearest - target) + (inside ? 1e-5F : 1e-4F) * of.pressure_kPa)
         << "set " << i << " at " << got.command_V << " V";
     if (!got.saturated) {
-      ASSERT_NEAR(end, target, 0.01F) << "set " << i << " at " << got.command_V << " V";
+      ASSERT_NEAR(real(end), target, 0.01F) << "set " << i << " at " << got.command_V << " V";
       ++reached;
     }
   }
@@ -300,15 +302,15 @@ TEST(Greybox, TellsTheSlopeOfTheEndWhereItsInverseAnswers) {
   for (int i = 0; i < 3000; ++i) {
     const Case of = random_case(random);
     const Greybox model = model_of(of.set);
-    const float target_kPa = model.step(of.pressure_kPa, command(random), of.motion, 1.0F).end_kPa;
+    const Scalar target_kPa = model.step(of.pressure_kPa, command(random), of.motion, 1.0F).end_kPa;
     const Inverse got = model.inverse(of.pressure_kPa, target_kPa, of.motion, 5.0F);
     if (got.saturated) continue;
     const auto end = [&](float away_V) {
       return model.step(of.pressure_kPa, got.command_V + away_V, of.motion, 1.0F).end_kPa;
     };
     constexpr float kAway_V = 0.004F;
-    const float below = (got.reached_kPa - end(-kAway_V)) / kAway_V;
-    const float above = (end(kAway_V) - got.reached_kPa) / kAway_V;
+    const Scalar below = (got.reached_kPa - end(-kAway_V)) / kAway_V;
+    const Scalar above = (end(kAway_V) - got.reached_kPa) / kAway_V;
     if (std::max(below, above) < 1.0F) continue;  // the chamber rests at the target, whatever the command
     // a broken line: between its slopes to either side
     EXPECT_GE(got.by_command_kPa_V, 0.8F * std::min(below, above)) << "kPa/V, set " << i;
@@ -327,11 +329,11 @@ TEST(Greybox, AnswersEveryFiniteInputWithNumbers) {
         for (const float s : {-kHuge, 0.0F, kHuge}) {
           const ChamberMotion motion{.volume_mL = v, .volume_rate_mL_s = s};
           const Prediction step = model.step(p, u, motion, 1.0F);
-          EXPECT_TRUE(std::isfinite(step.end_kPa) && std::isfinite(step.mean_kPa))
+          EXPECT_TRUE(numeric::is_finite(step.end_kPa) && numeric::is_finite(step.mean_kPa))
               << p << " " << u << " " << v << " " << s;
           const Inverse back = model.inverse(p, 300.0F, motion, u);
-          EXPECT_TRUE(std::isfinite(back.command_V) && std::isfinite(back.reached_kPa) &&
-                      std::isfinite(back.by_command_kPa_V))
+          EXPECT_TRUE(numeric::is_finite(back.command_V) && numeric::is_finite(back.reached_kPa) &&
+                      numeric::is_finite(back.by_command_kPa_V))
               << p << " " << u << " " << v << " " << s;
         }
       }
