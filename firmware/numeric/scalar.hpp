@@ -31,7 +31,7 @@ concept Number = std::same_as<Real, float> || std::same_as<Real, Fixed>;
 /// A negative x counts as 0. For x < 2^-7 the series 1 - x/2 + x^2/6 (remainder x^3/24 < 2e-8) stands for the
 /// quotient. No branch.
 template <Number Real>
-Real mean_decay(Real x, Real done) noexcept {
+inline Real mean_decay(Real x, Real done) noexcept {
   constexpr Real kSmall = Real(0.0078125);
   const Real clamped = max(x, Real(0));
   const Real series = Real(1) - clamped * (Real(0.5) - clamped * Real(1.0 / 6));
@@ -44,7 +44,7 @@ Real mean_decay(Real x, Real done) noexcept {
 /// Method: x = m 2^n with m in [sqrt(1/2), sqrt(2)); ln m = 2 artanh((m - 1)/(m + 1)) by its series to the ninth power
 /// (remainder below 4e-10).
 template <Number Real>
-Real log(Real x) noexcept {
+inline Real log(Real x) noexcept {
   constexpr Real kLn2 = Real(0.69314718055994531);
   const auto [m, n] = parts(x);
   const Real s = (m - Real(1)) / (m + Real(1));
@@ -59,7 +59,7 @@ Real log(Real x) noexcept {
 
 /// x^exponent for 0 < x <= 1 and exponent >= 0; relative error below 1e-6 where the result is above 1e-4.
 template <Number Real>
-Real power(Real x, Real exponent) noexcept {
+inline Real power(Real x, Real exponent) noexcept {
   return Real(1) - decay(-exponent * log(x));
 }
 
@@ -68,7 +68,7 @@ inline constexpr int kGrowthHigh = 4;
 
 /// (1 - e^-x)/x for x of either sign, 1 at x = 0; x below -kGrowthHigh counts as that. No branch.
 template <Number Real>
-Real phi_1(Real x) noexcept {
+inline Real phi_1(Real x) noexcept {
   const bool falls = x >= Real(0);
   const Real y = falls ? x : min(-x, Real(kGrowthHigh));
   const Real done = decay(y);
@@ -78,7 +78,7 @@ Real phi_1(Real x) noexcept {
 
 /// (1 - phi_1(x))/x, 1/2 at x = 0, given phi_1(x).
 template <Number Real>
-Real phi_2(Real x, Real phi_1_of_x) noexcept {
+inline Real phi_2(Real x, Real phi_1_of_x) noexcept {
   if (abs(x) < Real(0.0625)) {
     return Real(0.5) - x * (Real(1.0 / 6) - x * (Real(1.0 / 24) - x * Real(1.0 / 120)));
   }
