@@ -1,0 +1,119 @@
+"""Compiles the core with every compiler at every level of optimisation and has each give the same commands, bit for bit
+(called by `toolchains/dev same-bits`).
+
+usage: same_bits.py BUILD...
+
+BUILD is a configured build folder of this machine, one a scalar type: the sources of plenum_same_bits and their options are
+those of its compile_commands.json, but for compiler, level and warnings. The programs of other architectures run under qemu-user.
+Objects go to build/same-bits. Each program is shown tests/data/bits/recording.txt, and its digest is the one in expected.txt.
+
+Exit code: 0 all digests are the expected one, 1 one is not, 2 bad usage, a compiler that is missing or refuses.
+"""
+
+import json
+import os
+import platform
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+TOP = Path(__file__).resolve().parent.parent
+LEVELS = ("-O0", "-O2", "-O3")
+DATA = TOP / "tests" / "data" / "bits"
+
+
+class Impossible(Exception):
+    pass
+
+
+def targets():
+    """Name, compiler and emulator: this machine's two, and those of the toolchain files of the boards."""
+    machine = platform.machine()
+    found = [(f"{machine} g++", "g++", []), (f"{machine} clang++", "clang++", [])]
+    for preset in ("aarch64", "armhf", "armel"):
+        text = (TOP / "toolchains" / "cmake" / f"{preset}.cmake").read_text(encoding="utf-8")
+        triplet, qemu = (re.search(rf"set\(plenum_{what} ([^)]+)\)", text)[1] for what in ("triplet", "qemu"))
+        found.append((f"{preset} g++", f"{triplet}-g++", qemu.split()))
+    return found
+
+
+def sources(build):
+    """What plenum_same_bits is made of: (source, its words of command without compiler, output and what this varies)."""
+    chosen = []
+    for entry in json.loads((build / "compile_commands.json").read_text(encoding="utf-8")):
+        name = Path(entry["directory"], entry["file"]).resolve().relative_to(TOP)
+        if name.parts[0] != "firmware" and name != Path("tests/bits/replay.cpp"):
+            continue
+        words = shlex.split(entry["command"])
+        launcher = words[:1] if Path(words[0]).name == "ccache" else []
+        kept = []
+        rest = iter(words[len(launcher) + 1:])
+        for word in rest:
+            if word in ("-o", "-MT", "-MF"):
+                next(rest)
+            elif not re.fullmatch(r"-O.|-g.?|-W.*|-MD|-c", word):
+                kept.append(word)
+        chosen.append((name, launcher, kept))
+    if len(chosen) < 2:
+        raise Impossible(f"{build}/compile_commands.json names no source of the core")
+    return chosen
+
+
+def run(command):
+    done = subprocess.run(command, cwd=TOP, capture_output=True, text=True)
+    if done.returncode != 0:
+        raise Impossible(f"{shlex.join(map(str, command))}\n{done.stderr}")
+
+
+def made_by(core, target, level, folder, pool):
+    """The program of one row."""
+    _, compiler, emulator = target
+    objects = [folder / f"{source}.o" for source, _, _ in core]
+
+    def compile_one(at):
+        _, launcher, words = core[at]
+        objects[at].parent.mkdir(parents=True, exist_ok=True)
+        run([*launcher, compiler, *words, "-w", level, "-c", "-o", objects[at]])
+
+    list(pool.map(compile_one, range(len(core))))
+    program = folder / "plenum_same_bits"
+    run([compiler, *objects, *(["-static"] if emulator else []), "-o", program])
+    return program
+
+
+def main(arguments):
+    if not arguments:
+        print(__doc__, file=sys.stderr)
+        return 2
+    for name, compiler, emulator in targets():
+        for program in (compiler, *emulator[:1]):
+            if shutil.which(program) is None:
+                raise Impossible(f"{name} asks for {program}: see toolchains/packages.txt and packages-cross.txt")
+    differing = 0
+    with ThreadPoolExecutor(int(os.environ.get("JOBS", os.cpu_count()))) as pool:
+        for build in map(Path, arguments):
+            core = sources(build)
+            for target in targets():
+                for level in LEVELS:
+                    name, compiler, emulator = target
+                    folder = TOP / "build" / "same-bits" / build.name / f"{compiler}{level}"
+                    program = made_by(core, target, level, folder, pool)
+                    done = subprocess.run([*emulator, program, DATA / "recording.txt", DATA / "expected.txt"],
+                                          capture_output=True, text=True)
+                    print(f"{build.name:<8} {name:<16} {level}  {'same' if done.returncode == 0 else 'DIFFERS'}", flush=True)
+                    if done.returncode != 0:
+                        differing += 1
+                        print(done.stderr, file=sys.stderr, flush=True)
+    return 1 if differing else 0
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main(sys.argv[1:]))
+    except (Impossible, OSError) as fault:
+        print(f"same-bits: {fault}", file=sys.stderr)
+        sys.exit(2)
