@@ -39,11 +39,11 @@ constexpr Scalar kLeastSlope_kPa_V = Scalar(1e-6);
 /// Nearer than this a slope is not told from two rates.
 constexpr Scalar kNear_kPa = Scalar(1);
 
-/// (r - r_b)/(r_a - r_b) at the ends of the chords: sines of equal angles, between which all chords of an ellipse err alike
-/// (0.2 %), the last one halved because an index below 1/2 falls steeper still.
+/// (r - r_b)/(r_a - r_b) at the ends of the chords: sines of equal angles, between which all chords of an ellipse err alike,
+/// the last one halved because an index below 1/2 falls steeper still.
 constexpr std::array<Scalar, Greybox::kChords + 1> kChordEnd = {
-    0.0F,        0.13052619F, 0.25881905F, 0.38268343F, 0.5F,        0.60876143F, 0.70710678F,
-    0.79335334F, 0.86602540F, 0.92387953F, 0.96592583F, 0.99144486F, 0.99785892F, 1.0F};
+    0.0F,        0.17364818F, 0.34202014F, 0.50000000F, 0.64278761F, 0.76604444F,
+    0.86602540F, 0.93969262F, 0.98480775F, 0.99619470F, 1.0F};
 
 /// Arguments of smax() at which C(u) is tabulated, dense where it bends; and openings [V], for what the ports do further.
 constexpr std::array<Scalar, 15> kBend = {-12.0F, -5.0F, -2.6F, -1.6F, -1.0F, -0.6F, -0.25F, 0.0F,
@@ -79,6 +79,14 @@ class FlowFunction {
       ratio_[i] = ratio_at(kChordEnd[i]);
       share_[i] = psi_at(kChordEnd[i]);
     }
+    // A chord lies below the curve, in the mean by 2/3 of what it does half way: its ends go up by that, so that the chords
+    // lie about the curve. Those at the critical ratio, where the straight line of choked flow goes on, and at 0 stay.
+    std::array<Scalar, Greybox::kChords> below;
+    for (std::size_t i = 0; i < below.size(); ++i) {
+      below[i] =
+          psi_at(Scalar(0.5) * (kChordEnd[i] + kChordEnd[i + 1])) - Scalar(0.5) * (share_[i] + share_[i + 1]);
+    }
+    for (std::size_t i = 1; i < below.size(); ++i) share_[i] += Scalar(1.0 / 3) * (below[i - 1] + below[i]);
   }
 
   Scalar ratio(std::size_t end) const noexcept { return ratio_[end]; }

@@ -167,9 +167,9 @@ TEST(Greybox, FollowsItsEquationOverATick) {
     sum += error * error;
     ++count;
   }
-  // what the chords of psi take away: 0.2 % of the flow at most
-  EXPECT_LT(worst, 2e-3) << "of span";
-  EXPECT_LT(std::sqrt(sum / count), 3e-4) << "of span";
+  // what the chords of psi take away
+  EXPECT_LT(worst, 5e-4) << "of span";
+  EXPECT_LT(std::sqrt(sum / count), 1e-4) << "of span";
 }
 
 TEST(Greybox, ComesToRestAtTheSupplyHoweverStiff) {
@@ -298,7 +298,7 @@ TEST(Greybox, NoCommandLeadsNearerToATargetThanItsInverse) {
 TEST(Greybox, TellsTheSlopeOfTheEndWhereItsInverseAnswers) {
   std::mt19937 random(3);
   std::uniform_real_distribution<float> command(0.5F, 9.5F);
-  int checked = 0;
+  int checked = 0, close = 0;
   for (int i = 0; i < 3000; ++i) {
     const Case of = random_case(random);
     const Greybox model = model_of(of.set);
@@ -313,11 +313,14 @@ TEST(Greybox, TellsTheSlopeOfTheEndWhereItsInverseAnswers) {
     const Scalar above = (end(kAway_V) - got.reached_kPa) / kAway_V;
     if (std::max(below, above) < 1.0F) continue;  // the chamber rests at the target, whatever the command
     // a broken line: between its slopes to either side
-    EXPECT_GE(got.by_command_kPa_V, 0.8F * std::min(below, above)) << "kPa/V, set " << i;
-    EXPECT_LE(got.by_command_kPa_V, 1.2F * std::max(below, above)) << "kPa/V, set " << i;
+    const Scalar low = std::min(below, above), high = std::max(below, above);
+    EXPECT_GE(got.by_command_kPa_V, Scalar(0.5F) * low) << "kPa/V, set " << i;
+    EXPECT_LE(got.by_command_kPa_V, Scalar(1.5F) * high) << "kPa/V, set " << i;
+    close += got.by_command_kPa_V >= Scalar(0.95F) * low && got.by_command_kPa_V <= Scalar(1.05F) * high;
     ++checked;
   }
   EXPECT_GT(checked, 1500);
+  EXPECT_GT(close, checked * 98 / 100) << "within 5 %: a straight line and secants tell it, no derivative";
 }
 
 TEST(Greybox, AnswersEveryFiniteInputWithNumbers) {
