@@ -15,6 +15,7 @@
 // and at every level of optimisation. Where there is a 128 bit integer a product uses it; elsewhere, products of 32 bits.
 #pragma once
 
+#include <array>
 #include <bit>
 #include <compare>
 #include <concepts>
@@ -24,6 +25,15 @@
 #include <utility>
 
 namespace plenum::numeric {
+
+/// 2^31/d at the middles of 128 stretches of d from 2^31 to 2^32, in units of 2^-30: within 2^-8 of it.
+inline constexpr auto kReciprocal = [] {
+  std::array<std::uint32_t, 128> first{};
+  for (std::uint64_t i = 0; i < first.size(); ++i) {
+    first[i] = static_cast<std::uint32_t>((std::uint64_t{1} << 39U) / (257 + 2 * i));
+  }
+  return first;
+}();
 
 class Fixed {
  public:
@@ -61,7 +71,8 @@ class Fixed {
     return static_cast<Whole>(raw_ < 0 ? -whole : whole);
   }
 
-  constexpr auto operator<=>(const Fixed&) const noexcept = default;
+  constexpr auto operator<=>(const Fixed&) const noexcept =
+      default;  // NOLINT(modernize-use-nullptr): of clang-tidy 14
 
   constexpr Fixed operator-() const noexcept { return Fixed() - *this; }
 
@@ -82,10 +93,14 @@ class Fixed {
     const auto kept = static_cast<std::int64_t>(product);
     return from_raw(kept == product ? kept : saturated((a.raw_ < 0) != (b.raw_ < 0)));
 #else
-    return product_by_parts(a, b);
+    return from_raw(product_by_parts(a.raw_, b.raw_));
 #endif
   }
-  friend constexpr Fixed operator/(Fixed a, Fixed b) noexcept;
+  friend constexpr Fixed operator/(Fixed a, Fixed b) noexcept {
+    return from_raw(ratio(a.raw_, b.raw_));
+  }
+
+  friend constexpr Fixed sqrt(Fixed x) noexcept;
 
   constexpr Fixed& operator+=(Fixed x) noexcept {
     return *this = *this + x;
@@ -100,8 +115,9 @@ class Fixed {
     return *this = *this / x;
   }
 
-  /// a * b where the widest integer has 64 bits.
-  static constexpr Fixed product_by_parts(Fixed a, Fixed b) noexcept;
+  /// As operator*, of raw numbers, where the widest integer has 64 bits. (A 32 bit Arm passes and returns a class of 64 bits in
+  /// memory, an integer in registers.)
+  static constexpr std::int64_t product_by_parts(std::int64_t a, std::int64_t b) noexcept;
 
   /// How many results of this thread were cut off, or are no numbers; from 2^32 on it begins again.
   static std::uint32_t saturations() noexcept {
@@ -132,8 +148,14 @@ class Fixed {
   }
   template <class Real>
   static constexpr std::int64_t nearest(Real real) noexcept;
+  static constexpr std::int64_t ratio(std::int64_t a, std::int64_t b) noexcept;
+  static constexpr std::int64_t root(std::uint64_t raw) noexcept;
   static constexpr std::uint64_t quotient(std::uint64_t a, std::uint64_t b) noexcept;
-  static constexpr std::uint64_t reciprocal(std::uint32_t d) noexcept;
+  static constexpr std::uint32_t reciprocal(std::uint32_t d) noexcept;
+  [[gnu::cold]] static constexpr std::int64_t any_product_by_parts(std::int64_t a, std::int64_t b) noexcept;
+  static constexpr std::uint64_t wide(std::uint32_t a, std::uint32_t b) noexcept {
+    return std::uint64_t{a} * b;
+  }
 
   std::int64_t raw_ = 0;
   static inline constinit thread_local std::uint32_t saturations_ = 0;
@@ -149,7 +171,8 @@ constexpr std::int64_t Fixed::nearest(Real real) noexcept {
   constexpr int kBias = Limits::max_exponent - 1;
   const auto bits = std::bit_cast<Bits>(real);
   const bool negative = bits >> (8 * sizeof(Bits) - 1) != 0;
-  const int exponent = static_cast<int>(bits >> kMantissaBits & (2 * kBias + 1));
+  constexpr auto kExponents = static_cast<Bits>(2 * kBias + 1);
+  const int exponent = static_cast<int>(bits >> kMantissaBits & kExponents);
   std::uint64_t mantissa = bits & ((Bits{1} << kMantissaBits) - 1);
   if (exponent == 2 * kBias + 1 && mantissa != 0) {
     count_saturation();
@@ -164,40 +187,44 @@ constexpr std::int64_t Fixed::nearest(Real real) noexcept {
   return with_sign((mantissa + (std::uint64_t{1} << (-shift - 1))) >> -shift, negative);
 }
 
-constexpr Fixed Fixed::product_by_parts(Fixed a, Fixed b) noexcept {
-  const auto low = [](auto x) noexcept { return static_cast<std::uint64_t>(static_cast<std::uint32_t>(x)); };
-  const auto a_high = static_cast<std::int32_t>(a.raw_ >> 32U);
-  const auto b_high = static_cast<std::int32_t>(b.raw_ >> 32U);
-  const auto fits = [](std::int32_t high) noexcept { return high >= -0x8000 && high < 0x8000; };
-  if (fits(a_high) && fits(b_high)) {  // then no part and no sum can pass the range
-    const std::int64_t across =
-        static_cast<std::int64_t>(low(b.raw_)) * a_high + static_cast<std::int64_t>(low(a.raw_)) * b_high;
-    const std::uint64_t below = low(a.raw_) * low(b.raw_) + kHalf;
-    return from_raw(std::int64_t{a_high * b_high} * (std::int64_t{1} << 32U) + across +
-                    static_cast<std::int64_t>(below >> 32U));
+constexpr std::int64_t Fixed::product_by_parts(std::int64_t a, std::int64_t b) noexcept {
+  const auto a_high = static_cast<std::uint32_t>(a >> 32U), b_high = static_cast<std::uint32_t>(b >> 32U);
+  const auto a_low = static_cast<std::uint32_t>(a), b_low = static_cast<std::uint32_t>(b);
+  if (a_high + 0x8000U < 0x10000U &&
+      b_high + 0x8000U < 0x10000U) {  // below 2^15 both: the product is in range
+    // modulo 2^64; a negative factor was taken for 2^64 more
+    const std::uint32_t beyond = (a < 0 ? b_low : 0) + (b < 0 ? a_low : 0);
+    std::uint64_t sum = (wide(a_low, b_low) + kHalf) >> 32U;
+    sum += wide(a_high, b_low);
+    sum += wide(a_low, b_high);
+    sum += std::uint64_t{a_high * b_high - beyond} << 32U;
+    return static_cast<std::int64_t>(sum);
   }
-  const std::uint64_t x = magnitude(a.raw_), y = magnitude(b.raw_);
+  return any_product_by_parts(a, b);
+}
+
+constexpr std::int64_t Fixed::any_product_by_parts(std::int64_t a, std::int64_t b) noexcept {
+  const auto low = [](std::uint64_t x) noexcept {
+    return static_cast<std::uint64_t>(static_cast<std::uint32_t>(x));
+  };
+  const std::uint64_t x = magnitude(a), y = magnitude(b);
   const std::uint64_t across_x = (x >> 32U) * low(y), across_y = low(x) * (y >> 32U), below = low(x) * low(y);
   const std::uint64_t middle = (below >> 32U) + low(across_x) + low(across_y);
   std::uint64_t high = (x >> 32U) * (y >> 32U) + (across_x >> 32U) + (across_y >> 32U) + (middle >> 32U);
-  const bool negative = (a.raw_ < 0) != (b.raw_ < 0);
+  const bool negative = (a < 0) != (b < 0);
   const std::uint64_t rounded = low(middle) * (std::uint64_t{1} << 32U) + low(below);
   const std::uint64_t up = negative ? kHalf - 1 : kHalf;  // a tie goes up
   high += rounded + up < rounded ? 1U : 0U;
-  if (high >> 32U != 0) return from_raw(saturated(negative));
-  return from_raw(with_sign(high << 32U | (rounded + up) >> 32U, negative));
+  if (high >> 32U != 0) return saturated(negative);
+  return with_sign(high << 32U | (rounded + up) >> 32U, negative);
 }
 
-/// 2^63/d or up to 16 less, for d of 2^31 or more, by Newton's method: from below, whatever is rounded off.
-constexpr std::uint64_t Fixed::reciprocal(std::uint32_t d) noexcept {
-  // 48/17 - 32/17 x is within 1/17 of 1/x for x of 1/2 to 1; each step squares that
-  constexpr std::uint64_t kAtZero = 48 * (std::uint64_t{1} << 31U) / 17,
-                          kSlope = 32 * (std::uint64_t{1} << 31U) / 17;
-  std::uint64_t r = kAtZero - (kSlope * d >> 32U);
-  for (int i = 0; i < 3; ++i) {
-    const std::uint64_t left = (std::uint64_t{1} << 63U) - r * d;  // may be a little negative, modulo 2^64
-    r += static_cast<std::uint64_t>(static_cast<std::int64_t>(r) * (static_cast<std::int64_t>(left) >> 32U) >>
-                                    31U);
+/// 2^62/d or up to 16 less, for d from 2^31 on, by Newton's method: from below, whatever is rounded off.
+constexpr std::uint32_t Fixed::reciprocal(std::uint32_t d) noexcept {
+  std::uint32_t r = kReciprocal[d >> 24U & 0x7FU];
+  for (int i = 0; i < 2; ++i) {  // each squares the error
+    const auto left = static_cast<std::int32_t>(((std::uint64_t{1} << 62U) - wide(r, d)) >> 32U);
+    r += static_cast<std::uint32_t>(std::int64_t{static_cast<std::int32_t>(r)} * left >> 30U);
   }
   return r - 8;
 }
@@ -206,15 +233,19 @@ constexpr std::uint64_t Fixed::reciprocal(std::uint32_t d) noexcept {
 constexpr std::uint64_t Fixed::quotient(std::uint64_t a, std::uint64_t b) noexcept {
   std::uint64_t whole = 0;
   std::uint64_t left = 0;  // a 2^32 - whole b
-  if (a >> 57U == 0) {
+  if (a >> 57U == 0 && b > 1) {
     // Twice an estimate from below, by the reciprocal of b's first 32 bits: the second one is off by a few units at most.
     const auto shift = static_cast<unsigned>(std::countl_zero(b));
-    const std::uint64_t r = reciprocal(static_cast<std::uint32_t>(b << shift >> 32U));
-    const std::uint64_t above = (a >> 32U) * r, below = (a & 0xFFFFFFFFU) * r;
-    const std::uint64_t top = above + (below >> 32U);  // a r 2^-32
-    whole = shift > 31 ? top << (shift - 31) | (below & 0xFFFFFFFFU) >> (63 - shift) : top >> (31 - shift);
+    const std::uint32_t r = reciprocal(static_cast<std::uint32_t>(b << shift >> 32U));
+    const auto times_r = [r](std::uint64_t x) noexcept {  // x r: all but its last 32 bits, and those
+      const std::uint64_t below = wide(static_cast<std::uint32_t>(x), r);
+      const std::uint64_t above = wide(static_cast<std::uint32_t>(x >> 32U), r) + (below >> 32U);
+      return std::pair(above, static_cast<std::uint32_t>(below));
+    };
+    const auto [top, below] = times_r(a);
+    whole = shift > 30 ? top << (shift - 30) | std::uint64_t{below} >> (62 - shift) : top >> (30 - shift);
     left = (a << 32U) - whole * b;
-    const std::uint64_t more = ((left >> 32U) * r + ((left & 0xFFFFFFFFU) * r >> 32U)) >> (63 - shift);
+    const std::uint64_t more = times_r(left).first >> (62 - shift);
     whole += more;
     left -= more * b;
     while (left >= b) {
@@ -235,43 +266,38 @@ constexpr std::uint64_t Fixed::quotient(std::uint64_t a, std::uint64_t b) noexce
   return left >= b - left ? whole + 1 : whole;
 }
 
-constexpr Fixed operator/(Fixed a, Fixed b) noexcept {
-  const std::uint64_t x = Fixed::magnitude(a.raw_), y = Fixed::magnitude(b.raw_);
-  const bool negative = (a.raw_ < 0) != (b.raw_ < 0);
+constexpr std::int64_t Fixed::ratio(std::int64_t a, std::int64_t b) noexcept {
+  const std::uint64_t x = magnitude(a), y = magnitude(b);
+  const bool negative = (a < 0) != (b < 0);
   if (x >> 31U >= y) {  // the quotient passes the range, or there is none
-    if (x != 0) return Fixed::from_raw(Fixed::saturated(negative));
-    Fixed::count_saturation();
-    return {};
+    if (x != 0) return saturated(negative);
+    count_saturation();
+    return 0;
   }
-  return Fixed::from_raw(Fixed::with_sign(Fixed::quotient(x, y), negative));
+  return with_sign(quotient(x, y), negative);
 }
 
-/// Square root: its error is in the table above.
-constexpr Fixed sqrt(Fixed x) noexcept {
-  if (x.raw() <= 0) {
-    if (x.raw() < 0) Fixed::count_saturation();
-    return {};
-  }
-  const auto of = static_cast<std::uint64_t>(x.raw());
-  if (of >> 56U != 0) return Fixed::from_raw(sqrt(Fixed::from_raw(x.raw() >> 8U)).raw() * 16);
+/// The root of `raw` 2^32, for 0 < raw < 2^56.
+constexpr std::int64_t Fixed::root(std::uint64_t raw) noexcept {
   // d, the number moved to 1/4 .. 1 by an even shift, in 32 bits; y = 1/sqrt(d) by Newton's method from a straight line that
   // is within a tenth of it
-  const unsigned half_shift = static_cast<unsigned>(std::countl_zero(of)) / 2;
-  const std::uint64_t d = of << (2 * half_shift) >> 32U;
-  constexpr std::uint64_t kOne = std::uint64_t{1} << 30U;
-  std::uint64_t y = kOne * 22 / 10 - (d * 13 / 10 >> 2U);
+  const unsigned half_shift = static_cast<unsigned>(std::countl_zero(raw)) / 2;
+  const auto d = static_cast<std::uint32_t>(raw << (2 * half_shift) >> 32U);
+  constexpr std::uint32_t kOne = std::uint32_t{1} << 30U, kSlope = kOne / 10 * 13, kStart = kOne / 10 * 22;
+  std::uint32_t y = kStart - static_cast<std::uint32_t>(wide(kSlope, d) >> 32U);
   for (int i = 0; i < 4; ++i) {
-    const std::uint64_t square = (y * y >> 30U) * d >> 32U;  // d y^2
-    y = y * (3 * kOne - square) >> 31U;
+    const auto d_y = static_cast<std::uint32_t>(wide(d, y) >> 32U);
+    const auto d_y_y = static_cast<std::uint32_t>(wide(d_y, y) >> 30U);
+    y = static_cast<std::uint32_t>(wide(y, 3 * kOne - d_y_y) >> 31U);
   }
   // d y to 32 bits, moved back; and one step of Newton's for the rest, and what that rounded off
-  std::uint64_t root = d * y >> 30U;
+  std::uint64_t root = wide(d, y) >> 30U;
   root = half_shift < 16 ? root << (16 - half_shift) : root >> (half_shift - 16);
-  const std::uint64_t square = of << 32U;  // of the root, modulo 2^64
+  const std::uint64_t square = raw << 32U;  // of the root, modulo 2^64
   auto left = static_cast<std::int64_t>(square - root * root);
   const std::int64_t by_y =
-      (left >> 32U) * static_cast<std::int64_t>(y) +
-      static_cast<std::int64_t>((static_cast<std::uint64_t>(left) & 0xFFFFFFFFU) * y >> 32U);
+      std::int64_t{static_cast<std::int32_t>(left >> 32U)} * static_cast<std::int32_t>(y) +
+      static_cast<std::int64_t>(wide(static_cast<std::uint32_t>(left), y) >> 32U);
   root += static_cast<std::uint64_t>(by_y >> (47 - half_shift));
   left = static_cast<std::int64_t>(square - root * root);
   while (left < 0) {
@@ -282,7 +308,18 @@ constexpr Fixed sqrt(Fixed x) noexcept {
     left -= static_cast<std::int64_t>(2 * root + 1);
     ++root;
   }
-  return Fixed::from_raw(static_cast<std::int64_t>(left > static_cast<std::int64_t>(root) ? root + 1 : root));
+  return static_cast<std::int64_t>(left > static_cast<std::int64_t>(root) ? root + 1 : root);
+}
+
+/// Square root: its error is in the table above.
+constexpr Fixed sqrt(Fixed x) noexcept {
+  const std::int64_t raw = x.raw_;
+  if (raw <= 0) {
+    if (raw < 0) Fixed::count_saturation();
+    return {};
+  }
+  const auto of = static_cast<std::uint64_t>(raw);
+  return Fixed::from_raw(of >> 56U != 0 ? Fixed::root(of >> 8U) * 16 : Fixed::root(of));
 }
 
 }  // namespace plenum::numeric

@@ -17,20 +17,23 @@ constexpr bool is_finite(Fixed /*x*/) noexcept {
   return true;
 }
 
+/// Of the series of 2^-(z + 1/2): (-ln2)^k/k! 2^-1/2, in units of 2^-31.
+inline constexpr auto kDecayTerms = [] {
+  std::array<std::int32_t, 9> terms{};
+  auto term = 0x1p31 / std::numbers::sqrt2;
+  for (std::size_t k = 0; k < terms.size(); ++k) {
+    terms[k] = static_cast<std::int32_t>(term < 0 ? term - 0.5
+                                                  : term + 0.5);  // NOLINT(bugprone-incorrect-roundings)
+    term *= -std::numbers::ln2 / static_cast<int>(k + 1);
+  }
+  return terms;
+}();
+
 /// 1 - e^-x for x clamped to [0, kDecayHigh]; error below 2.5 ulp.
 ///
 /// Method: e^-x = 2^-t with t = x log2 e, t = n + 1/2 + z with |z| <= 1/2, and 2^-z by its Taylor polynomial of degree 8
 /// (remainder below ulp) in 32 bit products.
 constexpr Fixed decay(Fixed x) noexcept {
-  constexpr auto kTerms = [] {
-    std::array<std::int32_t, 9> terms{};  // (-ln2)^k/k! 2^-1/2, in units of 2^-31
-    auto term = 0x1p31 / std::numbers::sqrt2;
-    for (std::size_t k = 0; k < terms.size(); ++k) {
-      terms[k] = static_cast<std::int32_t>(term < 0 ? term - 0.5 : term + 0.5);
-      term *= -std::numbers::ln2 / static_cast<int>(k + 1);
-    }
-    return terms;
-  }();
   constexpr auto kFirst = static_cast<std::uint64_t>(0x1p63 / std::numbers::sqrt2);
   constexpr auto kHalfLog2e = static_cast<std::uint64_t>(0x1p31 * std::numbers::log2e + 0.5);  // below 2^32
 
@@ -42,10 +45,10 @@ constexpr Fixed decay(Fixed x) noexcept {
   const auto n = static_cast<unsigned>(t >> 32U);
   if (n > 32) return kOne;
   const auto z = static_cast<std::int32_t>(static_cast<std::uint32_t>(t) - 0x80000000U);
-  std::int32_t sum = kTerms.back();
-  for (std::size_t k = kTerms.size() - 2; k > 0; --k) {
+  std::int32_t sum = kDecayTerms.back();
+  for (std::size_t k = kDecayTerms.size() - 2; k > 0; --k) {
     constexpr std::int64_t kHalf = std::int64_t{1} << 31U;
-    sum = kTerms[k] + static_cast<std::int32_t>((std::int64_t{sum} * z + kHalf) >> 32U);
+    sum = kDecayTerms[k] + static_cast<std::int32_t>((std::int64_t{sum} * z + kHalf) >> 32U);
   }
   const std::uint64_t power =
       kFirst + static_cast<std::uint64_t>(std::int64_t{sum} * z);  // 2^-(z + 1/2) in units of 2^-63

@@ -29,14 +29,12 @@ concept Number = std::same_as<Real, float> || std::same_as<Real, Fixed>;
 /// The mean over [0, x] of e^-t, that is (1 - e^-x)/x, given `done` = decay(x); 1 at x = 0.
 ///
 /// A negative x counts as 0. For x < 2^-7 the series 1 - x/2 + x^2/6 (remainder x^3/24 < 2e-8) stands for the
-/// quotient. No branch.
+/// quotient.
 template <Number Real>
 inline Real mean_decay(Real x, Real done) noexcept {
-  constexpr Real kSmall = Real(0.0078125);
+  if (x >= Real(0.0078125)) return done / x;
   const Real clamped = max(x, Real(0));
-  const Real series = Real(1) - clamped * (Real(0.5) - clamped * Real(1.0 / 6));
-  const Real quotient = done / max(clamped, kSmall);
-  return clamped < kSmall ? series : quotient;
+  return Real(1) - clamped * (Real(0.5) - clamped * Real(1.0 / 6));
 }
 
 /// Natural logarithm of a normal x > 0; absolute error below 2e-7 + 6e-8 |ln x| in float, 2e-9 + 3e-10 |ln x| in Q31.32.
@@ -66,7 +64,7 @@ inline Real power(Real x, Real exponent) noexcept {
 /// Growth is followed up to this exponent: e^4 is 55.
 inline constexpr int kGrowthHigh = 4;
 
-/// (1 - e^-x)/x for x of either sign, 1 at x = 0; x below -kGrowthHigh counts as that. No branch.
+/// (1 - e^-x)/x for x of either sign, 1 at x = 0; x below -kGrowthHigh counts as that.
 template <Number Real>
 inline Real phi_1(Real x) noexcept {
   const bool falls = x >= Real(0);
