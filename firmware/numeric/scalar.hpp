@@ -16,15 +16,17 @@
 
 namespace plenum::numeric {
 
-#ifdef PLENUM_SCALAR_FIXED
+#if defined(PLENUM_SCALAR_FIXED)
 using Scalar = Fixed;
+#elif defined(PLENUM_SCALAR_TYPE)  // a test's own
+using Scalar = PLENUM_SCALAR_TYPE;
 #else
 using Scalar = float;
 #endif
 
 /// What the functions below take.
 template <class Real>
-concept Number = std::same_as<Real, float> || std::same_as<Real, Fixed>;
+concept Number = std::same_as<Real, float> || std::same_as<Real, Fixed> || std::same_as<Real, Scalar>;
 
 /// The mean over [0, x] of e^-t, that is (1 - e^-x)/x, given `done` = decay(x); 1 at x = 0.
 ///

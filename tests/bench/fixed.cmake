@@ -1,0 +1,3 @@
+add_executable(plenum_fixed_bench ${CMAKE_CURRENT_LIST_DIR}/fixed.cpp)
+target_link_libraries(plenum_fixed_bench PRIVATE plenum_core_fixed plenum_core_double plenum_firmware plenum_warnings)
+plenum_bench(NAME fixed COMMAND plenum_fixed_bench)
