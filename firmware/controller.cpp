@@ -1,5 +1,7 @@
 #include "firmware/controller.hpp"
 
+#include "firmware/numeric/fixed.hpp"
+
 namespace plenum {
 namespace {
 
@@ -56,6 +58,7 @@ void Controller::take_over(std::uint8_t changed) noexcept {
 }
 
 Outputs Controller::step(const Inputs& inputs) noexcept {
+  const std::uint32_t saturations_before = numeric::Fixed::saturations();
   const std::uint8_t reset = settings_.take_changed();
   const std::uint8_t changed = slots_.apply_at_tick_edge();
   configure(reset);
@@ -91,6 +94,7 @@ Outputs Controller::step(const Inputs& inputs) noexcept {
   image_.overrun_count += inputs.timing.overrun != Overrun::none ? 1U : 0U;
   image_.latency.add(inputs.timing.latency_us);
   image_.scan_age_us = inputs.timing.scan_age_us;
+  image_.saturation_count += numeric::Fixed::saturations() - saturations_before;
   node_.tick(config::kTick_us);
   return outputs;
 }

@@ -90,6 +90,7 @@ struct ProcessImage {
   std::uint32_t overrun_count = 0;
   telemetry::LatencyHistogram latency;  ///< of the ticks since the start: 2200h, 2201h
   std::uint32_t scan_age_us = 0;        ///< of the newest scan of the analog inputs as the tick began
+  std::uint32_t saturation_count = 0;   ///< results of fixed-point numbers that did not fit, since the start
   StoreImage store;                     ///< 2130h
   std::array<ChamberImage, config::kChambers> chamber{};
 

@@ -31,7 +31,8 @@ constexpr std::array kHealth{HealthValue{1, "ticks", "ticks"},
                              HealthValue{8, "sdo_aborts", "SDO transfers aborted"},
                              HealthValue{9, "latency_max_us", "us: the latest that a tick began"},
                              HealthValue{10, "latency_p999_us", "us: 999 of 1000 ticks began no later"},
-                             HealthValue{11, "scan_age_us", "us: age of the newest scan at the last tick"}};
+                             HealthValue{11, "scan_age_us", "us: age of the newest scan at the last tick"},
+                             HealthValue{12, "saturations", "fixed-point results cut off"}};
 
 /// "2026-11-21", or "-" for a date that is not stated.
 std::string date_text(std::uint32_t date_s) {
