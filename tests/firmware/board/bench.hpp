@@ -110,6 +110,26 @@ struct Chamber {
   }
 };
 
+/// One image a chamber; an empty one is none.
+using Images = std::array<std::vector<std::uint8_t>, kChambers>;
+
+/// Puts these models and values into the store, as a board would have left them.
+inline void keep_set(config::PowerCutMedium& store, const Images& images,
+                     const std::vector<config::RecordRow>& values = {}) {
+  std::vector<std::uint8_t> body(config::kMaxBodyBytes);
+  config::RowWriter rows(body);
+  for (const config::RecordRow& row : values) rows.add(row);
+  for (std::size_t c = 0; c < kChambers; ++c) {
+    const auto index = static_cast<std::uint16_t>(canopen::object::kActiveModel + c);
+    if (!images[c].empty()) rows.add({.index = index, .sub = 0, .value = images[c]});
+  }
+  config::RecordStore writer(store);
+  std::vector<std::uint8_t> old(config::kMaxBodyBytes);
+  writer.load(old);
+  config::store_all(writer, std::span(body).first(rows.size()));
+  store.operations = 0;
+}
+
 inline Settings bench_settings() {
   Settings settings;
   settings.node.node_id = 5;
@@ -202,23 +222,11 @@ class Bench : public host::client::Link {
     tick();
   }
 
-  using Images = std::array<std::vector<std::uint8_t>, kChambers>;
+  using Images = plenum::Images;
 
-  /// Puts these models and values into the store, as a board would have left them; an empty image is none.
   void store_models(const Images& images = images_of(100),
                     const std::vector<config::RecordRow>& values = {}) {
-    std::vector<std::uint8_t> body(config::kMaxBodyBytes);
-    config::RowWriter rows(body);
-    for (const config::RecordRow& row : values) rows.add(row);
-    for (std::size_t c = 0; c < kChambers; ++c) {
-      const auto index = static_cast<std::uint16_t>(canopen::object::kActiveModel + c);
-      if (!images[c].empty()) rows.add({.index = index, .sub = 0, .value = images[c]});
-    }
-    config::RecordStore writer(store);
-    std::vector<std::uint8_t> old(config::kMaxBodyBytes);
-    writer.load(old);
-    config::store_all(writer, std::span(body).first(rows.size()));
-    store.operations = 0;
+    keep_set(store, images, values);
   }
   static Images images_of(std::uint32_t serial) {
     Images images;

@@ -215,6 +215,18 @@ TEST(Supervisor, KeepsItsInvariantsInEveryReachableStateUnderEveryInput) {
               if (report.reaction >= Reaction::safe) {
                 EXPECT_LE(out.drive, Drive::safe);
               }
+              // what the valves get of it: no fault with an output of its own leaves another one reachable
+              const bool vents = holds(world.faults.standing(2), Fault::over_pressure);
+              EXPECT_EQ(world.faults.must_vent(2), vents);
+              if (out.drive <= Drive::safe) {
+                for (const config::SafeOutput safe : {config::SafeOutput::null, config::SafeOutput::vent}) {
+                  config::ChamberSettings settings;
+                  settings.safe_output = safe;
+                  const bool vented = vents || out.drive == Drive::vent || safe == config::SafeOutput::vent;
+                  EXPECT_EQ(resting_command_V(settings, out.drive, world.faults.must_vent(2)),
+                            vented ? settings.vent_V : settings.null_V);
+                }
+              }
               if (report.reaction != Reaction::none && ready) {
                 EXPECT_TRUE(in_fault_state(out.state));
               }
