@@ -171,7 +171,7 @@ constexpr std::int64_t Fixed::nearest(Real real) noexcept {
   constexpr int kBias = Limits::max_exponent - 1;
   const auto bits = std::bit_cast<Bits>(real);
   const bool negative = bits >> (8 * sizeof(Bits) - 1) != 0;
-  constexpr auto kExponents = static_cast<Bits>(2 * kBias + 1);
+  constexpr Bits kExponents = (Bits{1} << (8 * sizeof(Bits) - 1 - kMantissaBits)) - 1;
   const int exponent = static_cast<int>(bits >> kMantissaBits & kExponents);
   std::uint64_t mantissa = bits & ((Bits{1} << kMantissaBits) - 1);
   if (exponent == 2 * kBias + 1 && mantissa != 0) {
@@ -281,7 +281,7 @@ constexpr std::int64_t Fixed::ratio(std::int64_t a, std::int64_t b) noexcept {
 constexpr std::int64_t Fixed::root(std::uint64_t raw) noexcept {
   // d, the number moved to 1/4 .. 1 by an even shift, in 32 bits; y = 1/sqrt(d) by Newton's method from a straight line that
   // is within a tenth of it
-  const unsigned half_shift = static_cast<unsigned>(std::countl_zero(raw)) / 2;
+  const unsigned half_shift = static_cast<unsigned>(std::countl_zero(raw | 1U)) / 2;
   const auto d = static_cast<std::uint32_t>(raw << (2 * half_shift) >> 32U);
   constexpr std::uint32_t kOne = std::uint32_t{1} << 30U, kSlope = kOne / 10 * 13, kStart = kOne / 10 * 22;
   std::uint32_t y = kStart - static_cast<std::uint32_t>(wide(kSlope, d) >> 32U);

@@ -35,7 +35,9 @@ inline constexpr auto kDecayTerms = [] {
 /// (remainder below ulp) in 32 bit products.
 constexpr Fixed decay(Fixed x) noexcept {
   constexpr auto kFirst = static_cast<std::uint64_t>(0x1p63 / std::numbers::sqrt2);
-  constexpr auto kHalfLog2e = static_cast<std::uint64_t>(0x1p31 * std::numbers::log2e + 0.5);  // below 2^32
+  // below 2^32
+  constexpr auto kHalfLog2e =
+      static_cast<std::uint64_t>(0x1p31 * std::numbers::log2e + 0.5);  // NOLINT(bugprone-incorrect-roundings)
 
   constexpr Fixed kOne = 1;
   if (x <= Fixed(0)) return Fixed(0);
