@@ -19,6 +19,7 @@
 #include <bit>
 #include <compare>
 #include <concepts>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <type_traits>
@@ -29,7 +30,7 @@ namespace plenum::numeric {
 /// 2^31/d at the middles of 128 stretches of d from 2^31 to 2^32, in units of 2^-30: within 2^-8 of it.
 inline constexpr auto kReciprocal = [] {
   std::array<std::uint32_t, 128> first{};
-  for (std::uint64_t i = 0; i < first.size(); ++i) {
+  for (std::size_t i = 0; i < first.size(); ++i) {
     first[i] = static_cast<std::uint32_t>((std::uint64_t{1} << 39U) / (257 + 2 * i));
   }
   return first;
