@@ -17,12 +17,6 @@ constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max();
 constexpr std::int64_t kLeast = std::numeric_limits<std::int64_t>::min();
 constexpr long double kUlps = 4294967296.0L;  // in 1
 
-/// Of every magnitude alike, and of either sign.
-std::int64_t any_raw(std::mt19937_64& random) {
-  const auto magnitude = static_cast<std::int64_t>(random() >> 1U >> random() % 63);
-  return random() % 2 == 0 ? magnitude : -magnitude;
-}
-
 /// Whether what is done counts a saturation.
 template <class Do>
 bool counts(Do&& what) {
@@ -33,6 +27,12 @@ bool counts(Do&& what) {
 
 #ifdef __SIZEOF_INT128__
 __extension__ using Wide = __int128;
+
+/// Of every magnitude alike, and of either sign.
+std::int64_t any_raw(std::mt19937_64& random) {
+  const auto magnitude = static_cast<std::int64_t>(random() >> 1U >> random() % 63);
+  return random() % 2 == 0 ? magnitude : -magnitude;
+}
 
 std::int64_t cut(Wide x) {
   return x > kMost ? kMost : x < kLeast ? kLeast : static_cast<std::int64_t>(x);

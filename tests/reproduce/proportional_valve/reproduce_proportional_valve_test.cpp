@@ -63,7 +63,11 @@ TEST(ProportionalValve, ParameterThatIsNoNumberIsNotReproduced) {
   IdentifiedValve valve;
   for (const Series& series : all_series()) {
     const Row row = measured_rows(series).back();
-    const auto parameter = [](double value) { return identify::orifice::OrificeParameter{.value = value}; };
+    const auto parameter = [](double value) {
+      identify::orifice::OrificeParameter made;
+      made.value = value;
+      return made;
+    };
     identify::orifice::OrificeFit fit;
     fit.area_m2 = parameter(row.truth.area_m2);
     fit.critical_ratio = parameter(row.truth.critical_ratio);
