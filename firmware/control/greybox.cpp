@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "firmware/config/limits.hpp"
 #include "firmware/config/valve_curve.hpp"
 
 namespace plenum::control {
@@ -13,16 +12,10 @@ using numeric::clamp;
 using numeric::max;
 using numeric::min;
 
-constexpr Scalar kTick_s = Scalar(config::kTick_s);
-
 /// [mL/L] Conductances in litres, so that a fixed-point reciprocal of a volume keeps its digits.
 constexpr Scalar kPerLitre = Scalar(1000);
 
-/// What is beyond these is no pressure, volume or speed of a chamber; within them nothing overflows.
-constexpr Scalar kMostPressure_kPa = Scalar(1e5);
 constexpr Scalar kLeastVolume_mL = Scalar(0.1);
-constexpr Scalar kMostVolume_mL = Scalar(1e7);
-constexpr Scalar kMostSpeed_mL_s = Scalar(1e7);
 
 /// A hundredth of a 16 bit converter's step over 1000 kPa, far below the noise of any sensor.
 constexpr Scalar kClose_kPa = Scalar(2e-4);

@@ -8,11 +8,19 @@
 // tick.
 #pragma once
 
+#include "firmware/config/limits.hpp"
 #include "firmware/numeric/scalar.hpp"
 
 namespace plenum::control {
 
 using numeric::Scalar;
+
+inline constexpr Scalar kTick_s = Scalar(config::kTick_s);
+
+/// What is beyond these is no pressure, volume or speed of a chamber; within them a model's numbers do not overflow.
+inline constexpr Scalar kMostPressure_kPa = Scalar(1e5);
+inline constexpr Scalar kMostVolume_mL = Scalar(1e7);
+inline constexpr Scalar kMostSpeed_mL_s = Scalar(1e7);
 
 /// What a chamber is and does over one tick.
 struct ChamberMotion {

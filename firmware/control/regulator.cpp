@@ -1,15 +1,11 @@
 #include "firmware/control/regulator.hpp"
 
-#include "firmware/config/limits.hpp"
-
 namespace plenum::control {
 
 using numeric::clamp;
 using numeric::max;
 
 namespace {
-
-constexpr Scalar kTick_s = Scalar(config::kTick_s);
 
 /// Weight of the newest residual in their mean: the last ten ticks or so count.
 constexpr Scalar kResidualForgetting = Scalar(0.2);

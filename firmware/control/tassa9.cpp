@@ -1,15 +1,8 @@
 #include "firmware/control/tassa9.hpp"
 
-#include "firmware/config/limits.hpp"
 #include "firmware/control/inverse_search.hpp"
 
 namespace plenum::control {
-namespace {
-
-constexpr Scalar kTick_s = Scalar(config::kTick_s);
-
-}  // namespace
-
 void Tassa9::configure(std::span<const Scalar, kParameters> parameters, Scalar command_low_V,
                        Scalar command_high_V) noexcept {
   c4_ = parameters[3];

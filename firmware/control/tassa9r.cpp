@@ -1,19 +1,11 @@
 #include "firmware/control/tassa9r.hpp"
 
-#include "firmware/config/limits.hpp"
 #include "firmware/control/inverse_search.hpp"
 
 namespace plenum::control {
 namespace {
 
 using numeric::clamp;
-
-constexpr Scalar kTick_s = Scalar(config::kTick_s);
-
-/// What is beyond these is no pressure, volume or speed of a chamber; within them nothing overflows.
-constexpr Scalar kMostPressure_kPa = Scalar(1e5);
-constexpr Scalar kMostVolume_mL = Scalar(1e7);
-constexpr Scalar kMostSpeed_mL_s = Scalar(1e7);
 
 }  // namespace
 

@@ -1,16 +1,10 @@
 #include "firmware/control/volume_observer.hpp"
 
-#include "firmware/config/limits.hpp"
-
 namespace plenum::control {
 namespace {
 
 using Vector3 = Eigen::Matrix<Scalar, 3, 1>;
 using Matrix3 = Eigen::Matrix<Scalar, 3, 3>;
-
-// The filter is solved in units of ticks, so that its matrices are of order one and single precision
-// suffices: x = (v, v' h, v'' h^2).
-constexpr Scalar kTick_s = Scalar(config::kTick_s);
 
 // The slowest mode of interest settles in a few hundred ticks.
 constexpr int kRiccatiSteps = 400;
@@ -22,6 +16,8 @@ Vector3 predict(const Vector3& x) noexcept {
 }  // namespace
 
 void VolumeObserver::configure(const Config& config) noexcept {
+  // The filter is solved in units of ticks, so that its matrices are of order one and single precision
+  // suffices: x = (v, v' h, v'' h^2).
   Matrix3 transition;
   transition << Scalar(1), Scalar(1), Scalar(0.5), Scalar(0), Scalar(1), Scalar(1), Scalar(0), Scalar(0),
       Scalar(1);
