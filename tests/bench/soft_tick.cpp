@@ -12,11 +12,8 @@
 int main(int count, char** words) {
   using namespace plenum;
   constexpr int kModels = 3, kTicks = 8;
-  if (count != 3) return 2;
-  const std::string_view name = words[1];
-  const auto kind = name == "tassa9"    ? config::ModelKind::tassa9
-                    : name == "tassa9r" ? config::ModelKind::tassa9r
-                                        : config::ModelKind::greybox;
+  const config::ModelKind kind = control::testing::kind_named(count == 3 ? words[1] : "");
+  if (kind == config::ModelKind::none) return 2;
   const bool runs = std::string_view(words[2]) == "run";
   std::mt19937 random(2024);
   int not_regulating = 0;

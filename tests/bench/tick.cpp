@@ -62,10 +62,7 @@ void episode(std::mt19937& random, config::ModelKind kind, Void& missed) {
 
 int main(int count, char** words) {
   const std::string_view name = count > 1 ? words[1] : "tassa9";
-  const auto kind = name == "tassa9"    ? config::ModelKind::tassa9
-                    : name == "tassa9r" ? config::ModelKind::tassa9r
-                    : name == "greybox" ? config::ModelKind::greybox
-                                        : config::ModelKind::none;
+  const config::ModelKind kind = control::testing::kind_named(name);
   if (kind == config::ModelKind::none) {
     std::fprintf(stderr, "%s: expected tassa9, tassa9r or greybox\n", words[1]);
     return 2;

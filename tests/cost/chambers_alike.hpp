@@ -18,8 +18,7 @@
 #include "firmware/canopen/objects.hpp"
 #include "firmware/config/model_image.hpp"
 #include "firmware/controller.hpp"
-#include "tests/firmware/control/admissible.hpp"
-#include "tests/firmware/control/random_greybox.hpp"
+#include "tests/firmware/control/random_subject.hpp"
 
 namespace plenum::cost {
 
@@ -51,51 +50,8 @@ inline ports::CanFrame frame_of(std::uint32_t id, std::span<const std::uint8_t> 
   return frame;
 }
 
-/// A model, and a chamber that may have it.
-struct Subject {
-  config::ModelParameters model;
-  float ambient_kPa, supply_kPa;
-  float pressure_kPa, volume_mL, volume_rate_mL_s;
-};
-
-template <class Random>
-Subject draw_formula(Random& random, config::ModelKind kind) {
-  constexpr std::size_t kC4 = 3;
-  const control::testing::RandomChamber chamber = control::testing::random_chamber(random);
-  Subject subject{{},
-                  chamber.parameters[11],
-                  chamber.parameters[10],
-                  chamber.pressure_kPa,
-                  chamber.volume_mL,
-                  chamber.volume_rate_mL_s};
-  for (std::size_t i = 0; i < chamber.parameters.size(); ++i) {
-    if (kind == config::ModelKind::tassa9r && i == kC4) continue;
-    subject.model.value[subject.model.count++] = chamber.parameters[i];
-  }
-  return subject;
-}
-
-template <class Random>
-Subject draw_greybox(Random& random) {
-  const control::testing::GreyboxCase chamber = control::testing::random_case(random);
-  Subject subject{{},
-                  chamber.set[config::kAmbient],
-                  chamber.set[config::kSupply],
-                  chamber.pressure_kPa,
-                  static_cast<float>(chamber.motion.volume_mL),
-                  static_cast<float>(chamber.motion.volume_rate_mL_s)};
-  subject.model.count = config::kGreyboxParameters;
-  std::copy(chamber.set.begin(), chamber.set.end(), subject.model.value.begin());
-  return subject;
-}
-
-/// `kind`: any but none.
-template <class Random>
-Subject draw_subject(Random& random, config::ModelKind kind) {
-  Subject subject = kind == config::ModelKind::greybox ? draw_greybox(random) : draw_formula(random, kind);
-  subject.model.kind = kind;
-  return subject;
-}
+using control::testing::draw_subject;
+using control::testing::Subject;
 
 template <class Random>
 class ChambersAlike {

@@ -1,5 +1,4 @@
-// The regulator on chambers that differ from its model in known ways. The chambers are integrated here, in
-// double.
+// The regulator on chambers that differ from its model in known ways.
 #include "firmware/control/regulator.hpp"
 
 #include <gtest/gtest.h>
@@ -13,62 +12,13 @@
 #include <vector>
 
 #include "firmware/control/tassa9.hpp"
-#include "tests/firmware/control/admissible.hpp"
+#include "tests/firmware/control/paper_chamber.hpp"
 #include "tests/firmware/scalars.hpp"
 
 namespace plenum::control {
 namespace {
 
-constexpr std::array<float, 12> kParameters = {5.0F,  0.6F, 1.5F,  0.0F, 0.0F,   0.01F,
-                                               40.0F, 0.1F, 0.02F, 0.1F, 620.0F, 101.3F};
-
-/// p' = (s - p) r + leak. The valve's command is late by `delay_ticks`, then loses `play_V` at each reversal, then the spool
-/// follows it with the time constant `lag_ticks`, off by `valve_offset_V`; the sensor follows the pressure with
-/// `sensor_lag_ticks`. 50 substeps a tick.
-struct Chamber {
-  double pressure_kPa = 300;
-  double leak_kPa_s = 0;
-  double valve_offset_V = 0;
-  double delay_ticks = 0;
-  double play_V = 0;
-  double lag_ticks = 0;
-  double sensor_lag_ticks = 0;
-  std::vector<double> sent_V = std::vector<double>(32, 5.0);
-  double held_V = 5;
-  double place_V = 5;
-  double shown_kPa = 300;
-
-  /// Returns the mean over the tick, as the averaging sensor reads it.
-  double tick(double command_V, double volume_mL, double volume_rate_mL_s) {
-    sent_V.push_back(command_V);
-    testing::RandomChamber shape{.parameters = kParameters,
-                                 .volume_mL = static_cast<float>(volume_mL),
-                                 .volume_rate_mL_s = static_cast<float>(volume_rate_mL_s),
-                                 .pressure_kPa = 0};
-    constexpr int kSteps = 50;
-    double sum = 0;
-    for (int i = 0; i < kSteps; ++i) {
-      const double ago = std::ceil(delay_ticks - static_cast<double>(i) / kSteps - 1e-9);
-      const double u = sent_V[sent_V.size() - 1 - static_cast<std::size_t>(std::max(ago, 0.0))];
-      held_V = std::clamp(held_V, u - 0.5 * play_V, u + 0.5 * play_V);
-      const double before_V = place_V;
-      place_V = lag_ticks > 0 ? held_V + (place_V - held_V) * std::exp(-1.0 / (lag_ticks * kSteps)) : held_V;
-      const double acting_V = 0.5 * (lag_ticks > 0 ? before_V + place_V : 2.0 * place_V) - valve_offset_V;
-      const auto [s, r] = testing::reference(shape, acting_V);
-      // the compression that the model leaves out: -1.4 p v'/v
-      const double drift = leak_kPa_s - 1.4 * pressure_kPa * volume_rate_mL_s / volume_mL;
-      const double end = s + drift / r + (pressure_kPa - s - drift / r) * std::exp(-r * 0.01 / kSteps);
-      const double middle = 0.5 * (pressure_kPa + end);
-      const double shown = sensor_lag_ticks > 0
-                               ? middle + (shown_kPa - middle) * std::exp(-1.0 / (sensor_lag_ticks * kSteps))
-                               : middle;
-      sum += sensor_lag_ticks > 0 ? 0.5 * (shown_kPa + shown) : middle;
-      shown_kPa = shown;
-      pressure_kPa = end;
-    }
-    return sum / kSteps;
-  }
-};
+using Chamber = testing::PaperChamber;
 
 /// The defaults, for a valve that answers at once.
 Regulator::Config prompt_valve() {
@@ -86,7 +36,7 @@ struct Loop {
   ChamberMotion motion{.volume_mL = 150, .volume_rate_mL_s = 0};
 
   explicit Loop(const Regulator::Config& config = prompt_valve()) {
-    model.configure(scalars(kParameters), 3, 7);
+    model.configure(scalars(testing::kMpyeLike), 3, 7);
     regulator.configure(config);
     regulator.reset(300, 5);
   }

@@ -1,0 +1,64 @@
+// Models and states at random, each shown to the core in fixed point and in double.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <random>
+#include <span>
+
+#include "tests/equivalence/core.hpp"
+#include "tests/firmware/control/random_subject.hpp"
+
+namespace equivalence {
+
+/// A state, and what is asked of it: what a command does, and which one takes it to a target.
+struct Asked {
+  const Core& fixed;
+  const Core& exact;
+  double span_kPa;  ///< from ambient to supply
+  State from;
+  double command_V;
+  double target_kPa;
+};
+
+/// `visit(const Asked&)` of so many states of so many models. All numbers are floats, which every scalar holds to 2^-32.
+template <class Visit>
+void for_each_state(plenum::config::ModelKind kind, unsigned seed, int models, int states, Visit&& visit) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> volts(0.0F, 10.0F), share(0.0F, 1.0F);
+  for (int i = 0; i < models; ++i) {
+    const plenum::control::testing::Subject drawn = plenum::control::testing::draw_subject(random, kind);
+    const std::span parameters(drawn.model.value.data(), drawn.model.count);
+    const auto fixed = core_in_fixed(static_cast<std::uint16_t>(kind), parameters);
+    const auto exact = core_in_double(static_cast<std::uint16_t>(kind), parameters);
+    const float span_kPa = drawn.supply_kPa - drawn.ambient_kPa;
+    for (int k = 0; k < states; ++k) {
+      const float pressure_kPa = drawn.ambient_kPa + span_kPa * share(random);
+      const float target_kPa = std::clamp(pressure_kPa + 0.1F * span_kPa * (2.0F * share(random) - 1.0F),
+                                          drawn.ambient_kPa, drawn.supply_kPa);
+      visit(Asked{.fixed = *fixed,
+                  .exact = *exact,
+                  .span_kPa = static_cast<double>(span_kPa),
+                  .from = {.pressure_kPa = static_cast<double>(pressure_kPa),
+                           .volume_mL = static_cast<double>(drawn.volume_mL),
+                           .volume_rate_mL_s = static_cast<double>(drawn.volume_rate_mL_s)},
+                  .command_V = static_cast<double>(volts(random)),
+                  .target_kPa = static_cast<double>(target_kPa)});
+    }
+  }
+}
+
+/// Whether at both commands a volt moves the pressure by a kPa a tick or more. Elsewhere commands far apart are one to the
+/// chamber.
+inline bool commands_matter(const Asked& asked, double one_V, double other_V) {
+  constexpr double kLeastSlope_kPa_V = 1.0, kAside_V = 1e-3;
+  const auto slope_kPa_V = [&](double command_V) {
+    return (asked.exact.step(asked.from, command_V + kAside_V).end_kPa -
+            asked.exact.step(asked.from, command_V - kAside_V).end_kPa) /
+           (2 * kAside_V);
+  };
+  return std::min(std::fabs(slope_kPa_V(one_V)), std::fabs(slope_kPa_V(other_V))) >= kLeastSlope_kPa_V;
+}
+
+}  // namespace equivalence
