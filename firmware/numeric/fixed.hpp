@@ -125,16 +125,15 @@ class Fixed {
     return saturations_;
   }
 
-  static constexpr void count_saturation() noexcept {
-    if (!std::is_constant_evaluated()) ++saturations_;
-  }
-
  private:
   static constexpr std::int64_t kHalf = std::int64_t{1} << (kFractionBits - 1);
 
   static constexpr std::uint64_t magnitude(std::int64_t raw) noexcept {
     const auto bits = static_cast<std::uint64_t>(raw);
     return raw < 0 ? 0 - bits : bits;
+  }
+  static constexpr void count_saturation() noexcept {
+    if (!std::is_constant_evaluated()) ++saturations_;
   }
   /// Of a magnitude up to 2^63.
   static constexpr std::int64_t with_sign(std::uint64_t magnitude, bool negative) noexcept {

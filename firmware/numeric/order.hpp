@@ -1,4 +1,5 @@
-// What any ordered number has. Of not-a-number min and max answer with their first operand, clamp with not-a-number.
+// What any ordered number has, and what decay() and parts() of every type agree on. Of not-a-number min and max answer with
+// their first operand, clamp with not-a-number.
 #pragma once
 
 namespace plenum::numeric {

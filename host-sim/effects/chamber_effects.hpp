@@ -1,4 +1,5 @@
-// Effects and their parameters as a rig's description names them.
+// Effects and their parameters as a rig's description names them, in the units that the catalogue states with each
+// parameter's name (catalogue.hpp, which cites each effect's source).
 #pragma once
 
 #include <map>

@@ -1,5 +1,6 @@
 // The root of a continuous function between two arguments of opposite sign, by halving: sure, and fast enough
-// where it is not an inner loop.
+// where it is not an inner loop. Argument and function are in the caller's units. Source: the bisection method, e.g.
+// Press et al., Numerical Recipes (2007), 9.1.
 #pragma once
 
 #include <cmath>
