@@ -74,8 +74,8 @@ constexpr FaultSet all_where(Predicate predicate) {
 constexpr FaultSet kLatched = all_where([](const FaultSpec& row) { return row.clears == Clears::by_reset; });
 constexpr FaultSet kVenting = all_where([](const FaultSpec& row) { return row.reaction == Reaction::vent; });
 
-constexpr FaultSet next(FaultSet standing, FaultSet causes, bool reset) noexcept {
-  return causes | (reset ? FaultSet{0} : standing & kLatched);
+constexpr FaultSet next(const config::Twice<FaultSet>& standing, FaultSet causes, bool reset) noexcept {
+  return causes | (reset ? FaultSet{0} : (standing | standing.second()) & kLatched);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <span>
 
 #include "firmware/config/limits.hpp"
+#include "firmware/config/twice.hpp"
 
 namespace plenum::safety {
 
@@ -104,7 +105,7 @@ using ChamberFaults = std::array<FaultSet, config::kChambers>;
 class FaultRegister {
  public:
   /// Takes in the causes present in this tick. `reset`: clear what is latched and has no cause any more. A
-  /// fault whose cause is present stands, reset or not.
+  /// fault whose cause is present stands, reset or not; and so does one that a flipped bit has left in one copy only.
   FaultReport step(const ChamberFaults& chamber_causes, FaultSet board_causes, bool reset) noexcept;
 
   FaultSet standing(std::size_t chamber) const noexcept { return chamber_[chamber]; }
@@ -113,8 +114,8 @@ class FaultRegister {
   bool must_vent(std::size_t chamber) const noexcept;
 
  private:
-  ChamberFaults chamber_{};
-  FaultSet board_ = 0;
+  std::array<config::Twice<FaultSet>, config::kChambers> chamber_{};
+  config::Twice<FaultSet> board_;
 };
 
 }  // namespace plenum::safety

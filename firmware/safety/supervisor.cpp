@@ -108,7 +108,8 @@ const char* describe(State state) noexcept {
 bool Supervisor::accepts_reset(std::uint16_t control_word) const noexcept {
   const bool edge = set(control_word, control_bit::kR) && !reset_bit_before_;
   const Demand demand = asked(control_word);
-  switch (state_) {
+  if (!state_.intact()) return false;
+  switch (state_.value()) {
     case State::fault_hold:
       return edge && demand <= Demand::hold;
     case State::fault_disabled:
@@ -120,7 +121,8 @@ bool Supervisor::accepts_reset(std::uint16_t control_word) const noexcept {
 }
 
 Supervisor::Output Supervisor::step(const Input& input) noexcept {
-  const Transition& row = transition(state_, input.reaction, possible(input));
+  const State from = state_.intact() ? state_.value() : State::not_ready;
+  const Transition& row = transition(from, input.reaction, possible(input));
   state_ = row.to;
   reset_bit_before_ = set(input.control_word, control_bit::kR);
   return {row.to, row.drive, safety::status_word(row.to)};

@@ -19,6 +19,7 @@
 #include <cstdint>
 
 #include "firmware/config/chamber_settings.hpp"
+#include "firmware/config/twice.hpp"
 #include "firmware/safety/faults.hpp"
 
 namespace plenum::safety {
@@ -99,8 +100,11 @@ class Supervisor {
 
   State state() const noexcept { return state_; }
 
+  /// No bit has flipped in the state. Where one has, no reset is accepted and step() begins at NOT_READY.
+  bool intact() const noexcept { return state_.intact(); }
+
  private:
-  State state_ = State::not_ready;
+  config::Twice<State> state_{State::not_ready};
   // Starts set: an R that already stands when the board wakes up is not an edge.
   bool reset_bit_before_ = true;
 };

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <bit>
 #include <map>
 #include <set>
 #include <string>
@@ -112,6 +114,22 @@ TEST(FaultRegister, NamesTheFirstOfSeveralChambersWithTheSameFault) {
   FaultRegister faults;
   faults.step(at_chamber(6, only(Fault::pressure_stale)), 0, false);
   EXPECT_EQ(faults.step(at_chamber(2, only(Fault::pressure_stale)), 0, false).chamber, 3);
+}
+
+TEST(FaultRegister, ForgetsNoFaultWhenABitFlipsInIt) {
+  FaultRegister whole;
+  ChamberFaults causes{};
+  for (FaultSet& of_chamber : causes) of_chamber = only(Fault::pressure_stale);
+  whole.step(causes, only(Fault::emergency_stop), false);
+  for (std::size_t bit = 0; bit < 8 * sizeof(FaultRegister); ++bit) {
+    auto bytes = std::bit_cast<std::array<unsigned char, sizeof(FaultRegister)>>(whole);
+    bytes[bit / 8] = static_cast<unsigned char>(bytes[bit / 8] ^ 1U << bit % 8);
+    auto flipped = std::bit_cast<FaultRegister>(bytes);
+    flipped.step({}, 0, false);
+    EXPECT_TRUE(holds(flipped.standing_on_board(), Fault::emergency_stop)) << "bit " << bit;
+    for (std::size_t c = 0; c < config::kChambers; ++c)
+      EXPECT_TRUE(holds(flipped.standing(c), Fault::pressure_stale)) << "bit " << bit;
+  }
 }
 
 TEST(FaultRegister, VentsOnlyTheChamberThatIsOverPressure) {

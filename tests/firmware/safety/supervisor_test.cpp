@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <bit>
 #include <queue>
 #include <set>
 #include <sstream>
@@ -140,6 +142,29 @@ TEST(Supervisor, ReturnsFromFaultHoldToHoldAndNotToActive) {
   EXPECT_FALSE(supervisor.accepts_reset(kDHM | kR));
   ASSERT_TRUE(supervisor.accepts_reset(kDH | kR));
   EXPECT_EQ(supervisor.step(asking(kDH | kR)).state, State::hold);
+}
+
+TEST(Supervisor, WithAFlippedBitInItsStateMovesNothingAndAcceptsNoReset) {
+  Supervisor holding;
+  for (int tick = 0; tick < 3; ++tick) holding.step(asking(kDH));
+  Supervisor faulty = brought_to_active();
+  for (int tick = 0; tick < 2; ++tick) faulty.step(asking(kDHM, Reaction::safe));
+  constexpr std::size_t kStateBytes = sizeof(config::Twice<State>);  // its first member
+  for (const Supervisor& whole : {brought_to_active(), holding, faulty}) {
+    for (std::size_t bit = 0; bit < 8 * kStateBytes; ++bit) {
+      auto bytes = std::bit_cast<std::array<unsigned char, sizeof(Supervisor)>>(whole);
+      bytes[bit / 8] = static_cast<unsigned char>(bytes[bit / 8] ^ 1U << bit % 8);
+      auto flipped = std::bit_cast<Supervisor>(bytes);
+      EXPECT_FALSE(flipped.intact()) << describe(whole.state()) << ", bit " << bit;
+      EXPECT_FALSE(flipped.accepts_reset(kD | kR)) << describe(whole.state()) << ", bit " << bit;
+      Supervisor beside = flipped;
+      const Supervisor::Output out = flipped.step(asking(kDHM));
+      EXPECT_EQ(out.state, State::init) << describe(whole.state()) << ", bit " << bit;
+      EXPECT_EQ(out.drive, Drive::safe) << describe(whole.state()) << ", bit " << bit;
+      EXPECT_EQ(beside.step(asking(kDHM, Reaction::safe)).state, State::fault_init);
+      EXPECT_TRUE(flipped.intact());
+    }
+  }
 }
 
 // Explicit-state exploration of supervisor and fault register together: from power-on, every input in every
