@@ -77,6 +77,8 @@ float ChamberLoop::command(const Order& order, canopen::ChamberImage& image) noe
   has_commanded_ = true;
   numeric::Scalar driven = driven_V(order, image);
   if (!numeric::is_finite(driven)) driven = safety::resting_command_V(resting_, safety::Drive::safe, false);
+  // Whatever has become of a setting, no converter is asked for more than it has; of no number for 0 V.
+  driven = numeric::min(numeric::max(numeric::Scalar(0), driven), numeric::Scalar(config::kCommandSpan_V));
   command_V_ = order.powered ? driven : settings_.null_V;  // what the valve does, to learn nothing false
   regulator_.sent(command_V_);
 
@@ -101,12 +103,17 @@ numeric::Scalar ChamberLoop::driven_V(const Order& order, canopen::ChamberImage&
   was_exciting_ = exciting;
   was_regulating_ = regulating;
 
-  if (regulating) return regulated_V(order, image);
+  // What bounds the regulator and the excitation themselves are copies, which a flipped bit makes another range.
+  const auto allowed = [this](numeric::Scalar command_V) noexcept {
+    return numeric::clamp(command_V, numeric::Scalar(settings_.command_low_V),
+                          numeric::Scalar(settings_.command_high_V));
+  };
+  if (regulating) return allowed(regulated_V(order, image));
   image.feedforward_V = settings_.null_V;
   image.demand_Pa = static_cast<float>(pressure_kPa_) * kPa;
   image.reference_Pa = image.demand_Pa;
   // The guard of the excitation lives on fresh pressures: without one the ports are shut.
-  if (exciting) return pressure_fresh_ ? excitation_.step(pressure_kPa_) : settings_.null_V;
+  if (exciting) return pressure_fresh_ ? allowed(excitation_.step(pressure_kPa_)) : settings_.null_V;
   const safety::Drive resting = order.drive == safety::Drive::vent ? order.drive : safety::Drive::safe;
   return safety::resting_command_V(resting_, resting, order.must_vent);
 }
