@@ -7,6 +7,8 @@ namespace {
 
 constexpr float kPa = 1000.0F;  // Pa in a kPa
 constexpr float kMl_per_m3 = 1e6F;
+/// From an estimate of the volume to its measurement, in ranges of the sensor: no motion takes the observer that far.
+constexpr float kFarthest = 10.0F;
 constexpr numeric::Scalar kHalfTick_s = numeric::Scalar(0.5F * config::kTick_s);
 
 }  // namespace
@@ -24,6 +26,8 @@ void ChamberLoop::configure(const config::ChamberSettings& settings,
   limited.command_high_V = settings.command_high_V;
   regulator_.configure(limited);
   valve_delay_ticks_ = regulator.valve_delay_ticks;
+  farthest_mL_ = kFarthest * numeric::abs(settings.volume_gain_mL_per_V *
+                                          (settings.position_valid_high_V - settings.position_valid_low_V));
   if (has_commanded_) return;
   resting_ = settings;
   command_V_ = settings.null_V;
@@ -40,6 +44,25 @@ void ChamberLoop::take_over(const config::ModelParameters& parameters) noexcept 
   regulator_.reset(pressure_now_kPa, command_V_);
 }
 
+/// What is no number never becomes one again by itself, and from far off a filter takes seconds to come back.
+void ChamberLoop::observe_volume(numeric::Scalar measured_mL) noexcept {
+  if (!volume_seen_) volume_.reset(measured_mL);
+  volume_seen_ = true;
+  motion_ = volume_.step(measured_mL);
+  // written so that what is no number is not near
+  const bool near = numeric::abs(motion_.volume_mL - measured_mL) <= farthest_mL_ &&
+                    numeric::abs(motion_.volume_rate_mL_s * numeric::Scalar(config::kTick_s)) <= farthest_mL_;
+  if (near) return;
+  volume_.reset(measured_mL);
+  motion_ = {.volume_mL = measured_mL, .volume_rate_mL_s = numeric::Scalar(0)};
+}
+
+/// Every estimate of the regulator, from what is measured.
+void ChamberLoop::begin_anew() noexcept {
+  regulator_.reset(pressure_kPa_, command_V_);
+  residual_kPa_ = 0;
+}
+
 safety::FaultSet ChamberLoop::measure(const Measured& readings, bool regulation_asked,
                                       bool model_needed) noexcept {
   const safety::ChamberMonitor::Output seen =
@@ -51,10 +74,7 @@ safety::FaultSet ChamberLoop::measure(const Measured& readings, bool regulation_
                                 .regulation_asked = regulation_asked,
                                 .model_ready = has_model() || !model_needed});
   if (seen.position_usable) {
-    const float measured_mL = config::volume_mL(settings_, readings.position.mean_V);
-    if (!volume_seen_) volume_.reset(measured_mL);
-    volume_seen_ = true;
-    motion_ = volume_.step(measured_mL);
+    observe_volume(config::volume_mL(settings_, readings.position.mean_V));
   } else {
     motion_.volume_rate_mL_s = 0;  // the last volume known; its motion is not
   }
@@ -69,6 +89,7 @@ safety::FaultSet ChamberLoop::measure(const Measured& readings, bool regulation_
   } else if (pressure_seen_ && has_model()) {
     regulator_.coast(*model_, volume_.past());
   }
+  if (!regulator_.knows_numbers()) begin_anew();
   return seen.causes;
 }
 
@@ -76,7 +97,10 @@ float ChamberLoop::command(const Order& order, canopen::ChamberImage& image) noe
   if (order.commanded) resting_ = settings_;
   has_commanded_ = true;
   numeric::Scalar driven = driven_V(order, image);
-  if (!numeric::is_finite(driven)) driven = safety::resting_command_V(resting_, safety::Drive::safe, false);
+  if (!numeric::is_finite(driven)) {
+    begin_anew();
+    driven = safety::resting_command_V(resting_, safety::Drive::safe, false);
+  }
   // Whatever has become of a setting, no converter is asked for more than it has; of no number for 0 V.
   driven = numeric::min(numeric::max(numeric::Scalar(0), driven), numeric::Scalar(config::kCommandSpan_V));
   command_V_ = order.powered ? driven : settings_.null_V;  // what the valve does, to learn nothing false

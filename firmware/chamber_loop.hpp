@@ -61,6 +61,8 @@ class ChamberLoop {
   numeric::Scalar driven_V(const Order& order, canopen::ChamberImage& image) noexcept;
   void begin_excitation(const Order& order) noexcept;
   numeric::Scalar regulated_V(const Order& order, canopen::ChamberImage& image) noexcept;
+  void observe_volume(numeric::Scalar measured_mL) noexcept;
+  void begin_anew() noexcept;
 
   config::ChamberSettings settings_;
   config::ChamberSettings
@@ -74,6 +76,7 @@ class ChamberLoop {
   const control::PressureModel* model_ = nullptr;  ///< the one in force
   numeric::Scalar valve_delay_ticks_ = 0;          ///< the installer's, for a model that states none
 
+  numeric::Scalar farthest_mL_ = 0;   ///< that a believed estimate of the volume is off its measurement
   numeric::Scalar pressure_kPa_ = 0;  ///< last usable measurement
   control::ChamberMotion motion_;     ///< of the tick at hand
   numeric::Scalar residual_kPa_ = 0;

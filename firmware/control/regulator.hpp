@@ -106,6 +106,11 @@ class Regulator {
 
   Scalar pressure_kPa() const noexcept { return pressure_kPa_; }
 
+  /// The estimates after the last observe() or coast() are numbers; what bounds them makes none of what is not.
+  bool knows_numbers() const noexcept {
+    return numeric::is_finite(pressure_kPa_ + steady_kPa_ + residual_level_kPa_ + compression_);
+  }
+
  private:
   struct Span {
     Scalar from_kPa;

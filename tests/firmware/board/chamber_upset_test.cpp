@@ -3,6 +3,7 @@
 
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstddef>
 #include <cstring>
 #include <limits>
@@ -94,6 +95,23 @@ TEST(ChamberUpset, RestingCommandStaysWithinTheConvertersRangeWhateverBecomesOfA
     ASSERT_GT(spoil(rig.loop, 2.5F, spoilt_V), 0);
     const float command_V = rig.tick();
     EXPECT_TRUE(command_V >= 0.0F && command_V <= 10.0F) << command_V << " V of " << spoilt_V;
+  }
+}
+
+void expect_back_on_its_set_point(Rig& rig, const char* what) {
+  for (int i = 0; i < 100; ++i) rig.tick();
+  EXPECT_NEAR(rig.chamber.pressure_kPa, 301.25, 0.5) << "kPa, " << what;
+  EXPECT_LT(std::abs(rig.image.residual_Pa), 500.0F) << "Pa, " << what;
+}
+
+TEST(ChamberUpset, AnEstimateThatIsNoNumberOrAbsurdIsBegunAnew) {
+  constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+  for (const float estimate : {kStart_kPa, kVolume_mL}) {
+    for (const float spoilt : {kNaN, std::numeric_limits<float>::infinity(), -estimate, 1e9F, -1e30F}) {
+      Rig rig(canopen::ControlMode::pressure_closed_loop);
+      ASSERT_GT(spoil(rig.loop, Scalar(estimate), Scalar(spoilt)), 0);
+      expect_back_on_its_set_point(rig, ::testing::PrintToString(spoilt).c_str());
+    }
   }
 }
 
