@@ -37,7 +37,7 @@ void ChamberLoop::take_over(const config::ModelParameters& parameters) noexcept 
   // The observer's estimate stands where the last tick began, as the next observation expects; a measurement
   // is a mean, and half a tick older.
   const numeric::Scalar pressure_now_kPa = has_model() ? regulator_.pressure_kPa() : pressure_kPa_;
-  model_ = known_.take_over(parameters, settings_.command_low_V, settings_.command_high_V);
+  known_.take_over(parameters, settings_.command_low_V, settings_.command_high_V);
   const control::ModelPaths paths = control::paths_of(parameters, valve_delay_ticks_);
   regulator_.take_over(paths.valve, paths.sensor_lag_ticks);
   // What had been learned was the old model's faults. Pressure and command stay: no bump.
@@ -79,15 +79,16 @@ safety::FaultSet ChamberLoop::measure(const Measured& readings, bool regulation_
     motion_.volume_rate_mL_s = 0;  // the last volume known; its motion is not
   }
 
+  const control::PressureModel* const model = known_.in_force();
   residual_kPa_ = 0;
   pressure_fresh_ = seen.pressure_usable;
   if (pressure_fresh_) {
     pressure_kPa_ = config::pressure_kPa(settings_, readings.pressure.mean_V);
     if (!pressure_seen_) regulator_.reset(pressure_kPa_, command_V_);
     pressure_seen_ = true;
-    if (has_model()) residual_kPa_ = regulator_.observe(*model_, pressure_kPa_, volume_.past());
-  } else if (pressure_seen_ && has_model()) {
-    regulator_.coast(*model_, volume_.past());
+    if (model != nullptr) residual_kPa_ = regulator_.observe(*model, pressure_kPa_, volume_.past());
+  } else if (pressure_seen_ && model != nullptr) {
+    regulator_.coast(*model, volume_.past());
   }
   if (!regulator_.knows_numbers()) begin_anew();
   return seen.causes;
@@ -158,9 +159,10 @@ numeric::Scalar ChamberLoop::regulated_V(const Order& order, canopen::ChamberIma
   const float setpoint_kPa = (active ? image.setpoint_Pa : image.hold_setpoint_Pa) / kPa;
   const control::ReferenceShaper::Reference& reference =
       shaper_.step(setpoint_kPa, active ? order.preview_ticks : std::uint8_t{0}, regulator_.ahead());
+  const control::PressureModel& model = *known_.in_force();
   const bool open_loop = order.mode == canopen::ControlMode::pressure_open_loop;
-  const control::Regulator::Command command = open_loop ? regulator_.feedforward(*model_, reference, motion_)
-                                                        : regulator_.regulate(*model_, reference, motion_);
+  const control::Regulator::Command command = open_loop ? regulator_.feedforward(model, reference, motion_)
+                                                        : regulator_.regulate(model, reference, motion_);
   image.feedforward_V = static_cast<float>(command.feedforward_V);
   image.demand_Pa =
       numeric::clamp(setpoint_kPa, settings_.pressure_low_kPa, settings_.pressure_high_kPa) * kPa;

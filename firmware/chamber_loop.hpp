@@ -29,7 +29,7 @@ class ChamberLoop {
   /// stands.
   void take_over(const config::ModelParameters& parameters) noexcept;
 
-  bool has_model() const noexcept { return model_ != nullptr; }
+  bool has_model() const noexcept { return known_.in_force() != nullptr; }
   bool in_use() const noexcept { return settings_.in_use; }
   /// A usable pressure has come this tick.
   bool pressure_fresh() const noexcept { return pressure_fresh_; }
@@ -73,8 +73,7 @@ class ChamberLoop {
   control::Regulator regulator_;
   control::Excitation excitation_;
   control::AnyModel known_;
-  const control::PressureModel* model_ = nullptr;  ///< the one in force
-  numeric::Scalar valve_delay_ticks_ = 0;          ///< the installer's, for a model that states none
+  numeric::Scalar valve_delay_ticks_ = 0;  ///< the installer's, for a model that states none
 
   numeric::Scalar farthest_mL_ = 0;   ///< that a believed estimate of the volume is off its measurement
   numeric::Scalar pressure_kPa_ = 0;  ///< last usable measurement

@@ -32,7 +32,7 @@ std::uint8_t bit(std::size_t chamber) noexcept {
 
 void ShadowRun::Runner::take(const config::ModelParameters& parameters,
                              numeric::Scalar delay_ticks) noexcept {
-  model = known.take_over(parameters, 0, config::kCommandSpan_V);
+  known.take_over(parameters, 0, config::kCommandSpan_V);
   const control::ModelPaths paths = control::paths_of(parameters, delay_ticks);
   valve.configure(paths.valve);
   sent.configure(valve.delay_ticks());
@@ -52,6 +52,8 @@ void ShadowRun::Runner::start(float shown_kPa, float rise_kPa) noexcept {
 }
 
 void ShadowRun::Runner::advance(const Tick& tick) noexcept {
+  const control::PressureModel* const model = known.in_force();
+  if (model == nullptr) return;
   const control::Prediction predicted = sent.past_tick(*model, pressure_kPa, tick.motion);
   squares += square(static_cast<float>(sensor.pass(pressure_kPa, predicted)) - tick.mean_kPa);
   pressure_kPa = predicted.end_kPa;

@@ -69,7 +69,6 @@ class ShadowRun final : public config::ModelTrial {
   /// One model on its way through a stretch, and its error over all of them.
   struct Runner {
     control::AnyModel known;
-    const control::PressureModel* model = nullptr;
     control::ValvePath valve;
     control::SentCommands sent;
     control::SensorLag sensor;

@@ -14,29 +14,46 @@ namespace plenum::control {
 
 class AnyModel {
  public:
-  /// Takes over parameters that config::validate() has passed. Returns the model, which lives as long as this; nullptr for
-  /// kind none.
+  /// Takes over parameters that config::validate() has passed. Returns the model, in_force().
   const PressureModel* take_over(const config::ModelParameters& parameters, Scalar command_low_V,
                                  Scalar command_high_V) noexcept {
     const std::array computed = config::scalars(parameters);
     const std::span values(computed);
-    switch (parameters.kind) {
+    kind_ = parameters.kind;
+    switch (kind_) {
       case config::ModelKind::none:
-        return nullptr;
+        break;
       case config::ModelKind::tassa9:
         tassa9_.configure(values.first<Tassa9::kParameters>(), command_low_V, command_high_V);
-        return &tassa9_;
+        break;
       case config::ModelKind::greybox:
         greybox_.configure(values.first<Greybox::kParameters>(), command_low_V, command_high_V);
-        return &greybox_;
+        break;
       case config::ModelKind::tassa9r:
         tassa9r_.configure(values.first<Tassa9r::kParameters>(), command_low_V, command_high_V);
+        break;
+    }
+    return in_force();
+  }
+
+  /// The model that was taken over last, which lives as long as this; nullptr for kind none. Found anew by its kind: of an
+  /// address that is kept a flipped bit makes one of anything.
+  const PressureModel* in_force() const noexcept {
+    switch (kind_) {
+      case config::ModelKind::none:
+        break;
+      case config::ModelKind::tassa9:
+        return &tassa9_;
+      case config::ModelKind::greybox:
+        return &greybox_;
+      case config::ModelKind::tassa9r:
         return &tassa9r_;
     }
     return nullptr;
   }
 
  private:
+  config::ModelKind kind_ = config::ModelKind::none;
   Tassa9 tassa9_;
   Greybox greybox_;
   Tassa9r tassa9r_;

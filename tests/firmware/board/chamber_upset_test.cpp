@@ -115,5 +115,21 @@ TEST(ChamberUpset, AnEstimateThatIsNoNumberOrAbsurdIsBegunAnew) {
   }
 }
 
+TEST(ChamberUpset, ACopyOfAChamberHasItsModelInItselfAndNoAddressOfOne) {
+  Rig rig(canopen::ControlMode::pressure_closed_loop);
+  for (int i = 0; i < 20; ++i) rig.tick();
+  Rig alone = rig;
+  Rig beside = rig;
+  for (int i = 0; i < 50; ++i) {
+    alone.image.setpoint_Pa = beside.image.setpoint_Pa = 1000.0F * (kStart_kPa + static_cast<float>(i));
+    const float command_V = alone.tick();
+    std::array<float, 12> another = kValve;
+    another[0] = 4.0F;
+    rig.loop.take_over(model_of(another));
+    ASSERT_EQ(beside.tick(), command_V) << "V, tick " << i;
+    rig.loop.take_over(model_of(kValve));
+  }
+}
+
 }  // namespace
 }  // namespace plenum
