@@ -19,12 +19,9 @@
 #include <string>
 #include <vector>
 
-#include "host-sim/client/capture.hpp"
-#include "host-sim/client/model_bytes.hpp"
-#include "host-sim/client/session.hpp"
 #include "host-sim/identify/greybox.hpp"
 #include "host-sim/rig/standard_rigs.hpp"
-#include "host-sim/tools/rig_link.hpp"
+#include "host-sim/tools/watched_rig.hpp"
 #include "tests/bench/row.hpp"
 
 namespace {
@@ -91,29 +88,16 @@ constexpr int kKinds = 3;
 
 /// RMS error [kPa] of a rig that is `real` with the models of a rig as it is `known`.
 double rms_kPa(const trace::RigDescription& real, const trace::RigDescription& known) {
-  rig::Rig rig(rig::thin_plate_rig(real, {.chambers = kChambers, .volume_swing = 0.1}));
-  std::array<Series, kChambers> truth_Pa;  // from tick 0 on
-  tools::RigLink link(rig, "master", [&] {
-    for (unsigned c = 0; c < kChambers; ++c) truth_Pa[c].push_back(rig.board(0).pressure_Pa(c));
-  });
-  client::Session session(link, 1);
-  const trace::ModelFile model = identify::greybox_of(known).file;
-  std::vector<client::ModelUpload> uploads;
-  for (unsigned c = 0; c < kChambers; ++c)
-    uploads.push_back({static_cast<std::uint8_t>(c), client::encode_model(model.kind, model.parameters, {})});
-  session.upload_models(uploads);
+  tools::WatchedRig rig(rig::thin_plate_rig(real, {.chambers = kChambers, .volume_swing = 0.1}), kChambers);
+  rig.upload(identify::greybox_of(known).file);
   double squares = 0.0;
   std::size_t rows_counted = 0;
   for (int kind = 0; kind < kKinds; ++kind) {
     std::vector<Series> references;
     for (unsigned c = 0; c < kChambers; ++c) references.push_back(reference(kind, c));
-    const auto rows =
-        client::follow(session, references, {.preview_ticks = kPreview_ticks, .chambers = kChambers});
-    // a row's frames follow its tick at once
-    const auto first = static_cast<std::size_t>(rows.front().bus_time_s / kTick_s);
-    for (unsigned c = 0; c < kChambers; ++c) {
-      for (std::size_t k = kSkip; k < rows.size(); ++k) {
-        squares += std::pow(1e-3 * (truth_Pa[c].at(first + k) - references[c][k]), 2);
+    for (const Series& errors_Pa : rig.follow(references, kPreview_ticks)) {
+      for (std::size_t k = kSkip; k < errors_Pa.size(); ++k) {
+        squares += std::pow(1e-3 * errors_Pa[k], 2);
         ++rows_counted;
       }
     }
