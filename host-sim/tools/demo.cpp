@@ -26,6 +26,7 @@ struct Options {
   double seconds = 60.0;
   RigChoice rig;
   std::string report = "plenum-demo.html";
+  bool gaps = true;
   Output output;
 };
 
@@ -107,6 +108,33 @@ void predict_held_out(DemoChamber& chamber) {
   chamber.free_run_rms_kPa = identify::free_run_rms_kPa(chamber.fit.model, chamber.held_out, kHorizon_s);
 }
 
+void print_gaps(const Output& output, const std::vector<DemoGap>& gaps) {
+  output.print("\n{:<36}{:>20}{:>25}\n", "", "model errs by [kPa]", "regulated to [kPa RMS]");
+  output.print("{:<18}{:<18}{:>10}{:>10}{:>15}{:>10}\n", "machine has", "diagnosed", "sheet", "found",
+               "with sheet", "found");
+  for (const DemoGap& gap : gaps) {
+    output.print("{:<18}{:<18}{:10.2f}{:10.2f}{:15.2f}{:10.2f}\n", gap.effect, named_by(gap),
+                 gap.report.as_configured_Pa / 1e3, gap.report.with_effects_Pa / 1e3, gap.before.rms_Pa / 1e3,
+                 gap.after.rms_Pa / 1e3);
+  }
+}
+
+Json gaps_json(const std::vector<DemoGap>& gaps) {
+  Json list = Json::array();
+  for (const DemoGap& gap : gaps) {
+    list.push_back({{"effect", gap.effect},
+                    {"figures", gap.figures},
+                    {"named", named_by(gap)},
+                    {"verdict", diagnose::name_of(gap.report.verdict)},
+                    {"as_configured_kPa", gap.report.as_configured_Pa / 1e3},
+                    {"with_effects_kPa", gap.report.with_effects_Pa / 1e3},
+                    {"uploaded", gap.uploaded},
+                    {"tracking_rmse_before_kPa", gap.before.rms_Pa / 1e3},
+                    {"tracking_rmse_after_kPa", gap.after.rms_Pa / 1e3}});
+  }
+  return list;
+}
+
 Json result_of(const Demo& demo, const std::string& report) {
   Json chambers = Json::array();
   for (std::size_t c = 0; c < demo.chamber.size(); ++c) {
@@ -128,6 +156,7 @@ Json result_of(const Demo& demo, const std::string& report) {
           {"tracking_rmse_kPa", smooth_rmse_kPa(demo)},
           {"drift_worst_std_percent_span", worst_drift_percent(demo)},
           {"chambers", chambers},
+          {"gaps", gaps_json(demo.gaps)},
           {"report", report}};
 }
 
@@ -144,7 +173,8 @@ int run(const Options& options) {
             .volume_swing = options.rig.volume_swing,
             .seed = options.rig.seed,
             .chamber = std::vector<DemoChamber>(chambers),
-            .tracked = {}};
+            .tracked = {},
+            .gaps = {}};
   demo.span_Pa = demo.rig.supply.pressure_Pa - demo.rig.ambient.pressure_Pa;
   BoardAccess board(options.rig.config());
 
@@ -187,6 +217,14 @@ int run(const Options& options) {
   demo.bus_load = board.rig()->bus().busy_share();
   demo.bus_frames = board.rig()->bus().counters().frames;
   demo.simulated_s = board.rig()->now_s();
+  const double took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  if (options.gaps) {
+    {
+      Progress progress("recording, diagnosing and regulating machines with an effect");
+      demo.gaps = close_gaps({}, seed, std::ref(progress));
+    }
+    stage.done("diagnosed {} machines that have what their data sheet does not tell", demo.gaps.size());
+  }
   demo_page(demo).write(options.report);
 
   options.output.print("\n{:<16}", "RMS error [kPa]");
@@ -200,7 +238,8 @@ int run(const Options& options) {
   options.output.print(
       "all but steps: {:.2f} kPa, {:.2f} % of span; bus load {:.0f} %; {:.0f} s simulated in {:.1f} s\n",
       smooth_rmse_kPa(demo), 1e5 * smooth_rmse_kPa(demo) / demo.span_Pa, 100.0 * demo.bus_load,
-      demo.simulated_s, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+      demo.simulated_s, took_s);
+  if (options.gaps) print_gaps(options.output, demo.gaps);
   options.output.print("report: {}\n", options.report);
   options.output.finish(result_of(demo, options.report));
   return kDone;
@@ -215,6 +254,9 @@ Command add_demo(CLI::App& program) {
   app->add_option("--seconds", options->seconds, "Length of each recording to identify from [s]")
       ->check(CLI::Range(4.0, 3600.0))
       ->capture_default_str();
+  app->add_flag("!--no-gaps", options->gaps,
+                "Leave out the second half: machines whose data sheet does not tell all, diagnosed and "
+                "regulated with what is found");
   options->rig.add_to(*app);
   app->add_option("--report", options->report, "Page to write")
       ->type_name("FILE.html")

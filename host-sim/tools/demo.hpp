@@ -8,6 +8,7 @@
 #include "host-sim/client/references.hpp"
 #include "host-sim/identify/fit.hpp"
 #include "host-sim/identify/free_run.hpp"
+#include "host-sim/tools/demo_gap.hpp"
 #include "host-sim/trace/log.hpp"
 #include "host-sim/trace/rig_toml.hpp"
 
@@ -42,6 +43,7 @@ struct Demo {
   double bus_load = 0.0;
   std::uint64_t bus_frames = 0;
   double simulated_s = 0.0;
+  std::vector<DemoGap> gaps;  ///< the second half
 };
 
 }  // namespace plenum::host::tools

@@ -292,7 +292,7 @@ class Line(Plenum):
 
 class Demo(Plenum):
     def test_a_short_demo_writes_its_page_and_its_figures(self):
-        text = self.done("demo", "--seconds", 10, *SMALL, "--report", "page.html", "--json", "demo.json")
+        text = self.done("demo", "--no-gaps", "--seconds", 10, *SMALL, "--report", "page.html", "--json", "demo.json")
         self.assertIn("report: page.html", text)
         self.assertLess(len(text.splitlines()), 25)
         result = json.loads((self.folder / "demo.json").read_text())
@@ -305,6 +305,20 @@ class Demo(Plenum):
                        "Tracking error by chamber"]:
             self.assertRegex(page, "<figure><h3>[^<]*" + re.escape(figure))
         self.assertNotRegex(page, r"<(script|link|img)[^>]+(src|href)=.?https?:", "the page needs no network")
+
+    def test_effects_withheld_from_the_diagnosis_are_named_and_their_models_regulate_better(self):
+        self.done("demo", "--seconds", 4, *SMALL, "--report", "page.html", "--json", "demo.json")
+        gaps = json.loads((self.folder / "demo.json").read_text())["gaps"]
+        self.assertEqual(len(gaps), 8)
+        for gap in gaps:
+            self.assertEqual(gap["named"], gap["effect"])
+            self.assertTrue(gap["uploaded"])
+            self.assertLess(gap["tracking_rmse_after_kPa"], gap["tracking_rmse_before_kPa"], gap["effect"])
+        after = {gap["effect"]: gap["tracking_rmse_after_kPa"] / gap["tracking_rmse_before_kPa"] for gap in gaps}
+        # what comes late no estimate makes up for; nor, in time, for what the play of a valve swallows
+        for late in ("spool_lag", "dead_time", "sensor_lag", "valve_hysteresis"):
+            self.assertLess(after[late], 0.5, late)
+        self.assertIn("What the data sheet does not tell", (self.folder / "page.html").read_text(encoding="utf-8"))
 
 
 class Measured(Plenum):
