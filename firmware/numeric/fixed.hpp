@@ -153,11 +153,14 @@ class Fixed {
   static constexpr std::uint64_t quotient(std::uint64_t a, std::uint64_t b) noexcept;
   static constexpr std::uint32_t reciprocal(std::uint32_t d) noexcept;
   [[gnu::cold]] static constexpr std::int64_t any_product_by_parts(std::int64_t a, std::int64_t b) noexcept;
+  static constexpr bool below_2_15(std::int32_t high) noexcept {
+    return static_cast<std::uint32_t>(high) + 0x8000U < 0x10000U;
+  }
   static constexpr std::uint64_t wide(std::uint32_t a, std::uint32_t b) noexcept {
     return std::uint64_t{a} * b;
   }
 
-  std::int64_t raw_ = 0;
+  std::int64_t raw_;  // as of any number, nothing is in it until something is put there
   static inline constinit thread_local std::uint32_t saturations_ = 0;
 };
 
@@ -188,17 +191,16 @@ constexpr std::int64_t Fixed::nearest(Real real) noexcept {
 }
 
 constexpr std::int64_t Fixed::product_by_parts(std::int64_t a, std::int64_t b) noexcept {
-  const auto a_high = static_cast<std::uint32_t>(a >> 32U), b_high = static_cast<std::uint32_t>(b >> 32U);
-  const auto a_low = static_cast<std::uint32_t>(a), b_low = static_cast<std::uint32_t>(b);
-  if (a_high + 0x8000U < 0x10000U &&
-      b_high + 0x8000U < 0x10000U) {  // below 2^15 both: the product is in range
-    // modulo 2^64; a negative factor was taken for 2^64 more
-    const std::uint32_t beyond = (a < 0 ? b_low : 0) + (b < 0 ? a_low : 0);
-    std::uint64_t sum = (wide(a_low, b_low) + kHalf) >> 32U;
-    sum += wide(a_high, b_low);
-    sum += wide(a_low, b_high);
-    sum += std::uint64_t{a_high * b_high - beyond} << 32U;
-    return static_cast<std::int64_t>(sum);
+  // a = a_high 2^32 + a_low with a signed a_low: the processor adds signed products of 32 bits to one of 64
+  const auto a_low = static_cast<std::int32_t>(a), b_low = static_cast<std::int32_t>(b);
+  const auto a_high = static_cast<std::int32_t>((static_cast<std::uint64_t>(a) + kHalf) >> 32U);
+  const auto b_high = static_cast<std::int32_t>((static_cast<std::uint64_t>(b) + kHalf) >> 32U);
+  if (below_2_15(a_high) && below_2_15(b_high)) {  // the product is in range
+    std::int64_t sum = (std::int64_t{a_low} * b_low + kHalf) >> 32U;
+    sum += std::int64_t{a_high} * b_low;
+    sum += std::int64_t{a_low} * b_high;
+    sum += std::int64_t{a_high * b_high} * (std::int64_t{1} << 32U);
+    return sum;
   }
   return any_product_by_parts(a, b);
 }

@@ -17,46 +17,58 @@ constexpr bool is_finite(Fixed /*x*/) noexcept {
   return true;
 }
 
-/// Of the series of 2^-(z + 1/2): (-ln2)^k/k! 2^-1/2, in units of 2^-31.
-inline constexpr auto kDecayTerms = [] {
-  std::array<std::int32_t, 9> terms{};
-  auto term = 0x1p31 / std::numbers::sqrt2;
-  for (std::size_t k = 0; k < terms.size(); ++k) {
-    terms[k] = static_cast<std::int32_t>(term < 0 ? term - 0.5
-                                                  : term + 0.5);  // NOLINT(bugprone-incorrect-roundings)
-    term *= -std::numbers::ln2 / static_cast<int>(k + 1);
+/// What decay() knows beforehand.
+struct DecayTable {
+  static constexpr int kBits = 5;
+  std::array<std::uint32_t, 1U << kBits> power{};  ///< 2^-(i/32) in units of 2^-32, the first less one unit
+  std::array<std::uint32_t, 5> term{};             ///< (ln2/32)^k/k! in units of 2^-37
+};
+inline constexpr DecayTable kDecay = [] {
+  // NOLINTNEXTLINE(bugprone-incorrect-roundings)
+  const auto nearest = [](auto x) { return static_cast<std::uint32_t>(x + 0.5); };
+  DecayTable table;
+  const auto series = [](auto x) {  // of e^-x
+    auto sum = 1.0;
+    for (int k = 24; k > 0; --k) sum = 1.0 - x / k * sum;
+    return sum;
+  };
+  constexpr auto kStep = std::numbers::ln2 / (1U << DecayTable::kBits);
+  table.power[0] = 0xFFFFFFFFU;
+  for (std::size_t i = 1; i < table.power.size(); ++i) {
+    table.power[i] = nearest(0x1p32 * series(kStep * static_cast<int>(i)));
   }
-  return terms;
+  auto term = 0x1p37;
+  for (std::size_t k = 1; k < table.term.size(); ++k) {
+    term *= kStep / static_cast<int>(k);
+    table.term[k] = nearest(term);
+  }
+  return table;
 }();
 
 /// 1 - e^-x for x clamped to [0, kDecayHigh]; error below 2.5 ulp.
 ///
-/// Method: e^-x = 2^-t with t = x log2 e, t = n + 1/2 + z with |z| <= 1/2, and 2^-z by its Taylor polynomial of degree 8
-/// (remainder below ulp) in 32 bit products.
+/// Method: e^-x = 2^-t with t = x log2 e = n + i/32 + y/32, 2^-(i/32) by a table, and 1 - 2^-(y/32) by its Taylor polynomial of
+/// degree 4 (remainder 4e-11) in 32 bit products.
 constexpr Fixed decay(Fixed x) noexcept {
-  constexpr auto kFirst = static_cast<std::uint64_t>(0x1p63 / std::numbers::sqrt2);
-  // below 2^32
-  constexpr auto kHalfLog2e =
-      static_cast<std::uint64_t>(0x1p31 * std::numbers::log2e + 0.5);  // NOLINT(bugprone-incorrect-roundings)
-
+  // below 2^32; NOLINTNEXTLINE(bugprone-incorrect-roundings)
+  constexpr auto kHalfLog2e = static_cast<std::uint64_t>(0x1p31 * std::numbers::log2e + 0.5);
   constexpr Fixed kOne = 1;
   if (x <= Fixed(0)) return Fixed(0);
   if (x >= Fixed(kDecayHigh)) return kOne;
   const auto raw = static_cast<std::uint64_t>(x.raw());
   const std::uint64_t t = (raw >> 32U) * kHalfLog2e * 2 + ((raw & 0xFFFFFFFFU) * kHalfLog2e >> 31U);
   const auto n = static_cast<unsigned>(t >> 32U);
-  if (n > 32) return kOne;
-  const auto z = static_cast<std::int32_t>(static_cast<std::uint32_t>(t) - 0x80000000U);
-  std::int32_t sum = kDecayTerms.back();
-  for (std::size_t k = kDecayTerms.size() - 2; k > 0; --k) {
-    constexpr std::int64_t kHalf = std::int64_t{1} << 31U;
-    sum = kDecayTerms[k] + static_cast<std::int32_t>((std::int64_t{sum} * z + kHalf) >> 32U);
-  }
-  const std::uint64_t power =
-      kFirst + static_cast<std::uint64_t>(std::int64_t{sum} * z);  // 2^-(z + 1/2) in units of 2^-63
-  const unsigned shift = n + 31;
-  const std::uint64_t left = (power + (std::uint64_t{1} << (shift - 1))) >> shift;
-  return Fixed::from_raw(kOne.raw() - static_cast<std::int64_t>(left));
+  if (n > 31) return kOne;
+  const auto fraction = static_cast<std::uint32_t>(t);
+  const std::uint32_t y = fraction << DecayTable::kBits;
+  const auto times = [](std::uint32_t a, std::uint32_t b) noexcept {
+    return static_cast<std::uint32_t>(std::uint64_t{a} * b >> 32U);
+  };
+  const auto& term = kDecay.term;
+  const std::uint32_t done = times(y, term[1] - times(y, term[2] - times(y, term[3] - times(y, term[4]))));
+  const std::uint32_t power = kDecay.power[fraction >> (32 - DecayTable::kBits)];
+  const std::uint32_t left = power - (times(power, done) >> DecayTable::kBits);
+  return Fixed::from_raw(kOne.raw() - static_cast<std::int64_t>(left >> n));
 }
 
 /// Of x > 0; the mantissa to an ulp.
