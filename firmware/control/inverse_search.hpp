@@ -39,19 +39,21 @@ std::uint64_t nodes_where(const AtNodes& value, Which which) noexcept {
   return nodes;
 }
 
-/// The first of the nodes that come closest.
-inline std::size_t nearest_node(const AtNodes& miss_kPa) noexcept {
+/// The first of the nodes that come closest, where they miss on one side all: above (x > 0) or not.
+inline std::size_t nearest_node(const AtNodes& miss_kPa, bool above) noexcept {
   constexpr std::size_t kLanes = CommandCurve::kLanes;
-  std::array<Scalar, kLanes> least;  // squares: no branch, and no bit of a float is looked at
-  least.fill(miss_kPa[0] * miss_kPa[0]);
-  for (std::size_t first = 0; first < CommandCurve::kNodes; first += kLanes) {
-    for (std::size_t k = 0; k < kLanes; ++k) {
-      least[k] = numeric::min(least[k], miss_kPa[first + k] * miss_kPa[first + k]);
+  const auto first_of = [&miss_kPa](auto nearer) noexcept {
+    std::array<Scalar, kLanes> nearest;
+    for (std::size_t k = 0; k < kLanes; ++k) nearest[k] = miss_kPa[k];
+    for (std::size_t first = kLanes; first < CommandCurve::kNodes; first += kLanes) {
+      for (std::size_t k = 0; k < kLanes; ++k) nearest[k] = nearer(nearest[k], miss_kPa[first + k]);
     }
-  }
-  const Scalar best = numeric::min(numeric::min(least[0], least[1]), numeric::min(least[2], least[3]));
-  const std::uint64_t where = nodes_where(miss_kPa, [best](Scalar x) noexcept { return x * x <= best; });
-  return where == 0 ? 0 : static_cast<std::size_t>(std::countr_zero(where));
+    Scalar best = nearest[0];
+    for (std::size_t k = 1; k < kLanes; ++k) best = nearer(best, nearest[k]);
+    const std::uint64_t where = nodes_where(miss_kPa, [best](Scalar x) noexcept { return x == best; });
+    return where == 0 ? 0 : static_cast<std::size_t>(std::countr_zero(where));
+  };
+  return above ? first_of(numeric::min<Scalar>) : first_of(numeric::max<Scalar>);
 }
 
 template <class Law>
@@ -225,7 +227,7 @@ Inverse InverseSearch<Law>::find(Scalar near_V) const noexcept {
   if (const std::size_t below = crossing(miss_kPa, near_V); below < kNodes) {
     found = refine(at_node(below), at_node(below + 1));
   } else {
-    const std::size_t nearest = nearest_node(miss_kPa);
+    const std::size_t nearest = nearest_node(miss_kPa, miss_kPa[0] > Scalar(0));
     found = at_node(nearest);
     const bool short_of = found.kPa < Scalar(0);
     const std::size_t other = beside(nearest, (found.by_V > Scalar(0)) == short_of);

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <concepts>
+#include <cstddef>
 
 #include "firmware/numeric/fixed_scalar.hpp"
 #include "firmware/numeric/float_scalar.hpp"
@@ -27,6 +28,10 @@ using Scalar = float;
 /// What the functions below take.
 template <class Real>
 concept Number = std::same_as<Real, float> || std::same_as<Real, Fixed> || std::same_as<Real, Scalar>;
+
+/// How many numbers a processor may compute with side by side: vectors of four, but of integers of 64 bits none.
+template <Number Real>
+inline constexpr std::size_t kLanes = std::same_as<Real, Fixed> ? 1 : 4;
 
 /// The mean over [0, x] of e^-t, that is (1 - e^-x)/x, given `done` = decay(x); 1 at x = 0.
 ///
