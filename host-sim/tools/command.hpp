@@ -39,5 +39,6 @@ Command add_demo(CLI::App& program);
 Command add_blind(CLI::App& program);
 Command add_reproduce(CLI::App& program);
 Command add_acceptance(CLI::App& program);
+Command add_calibrate(CLI::App& program);
 
 }  // namespace plenum::host::tools

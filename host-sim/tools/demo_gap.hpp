@@ -34,7 +34,7 @@ struct DemoGap {
 /// What the diagnosis names first, "nothing" where it names none.
 std::string named_by(const DemoGap& gap);
 
-/// All machines, one for each effect that a board's model carries; `seed` of their sensors and excitation.
+/// All machines, one for each effect that a board answers by its model, or by the calibration of its sensors; `seed` of their sensors and excitation.
 std::vector<DemoGap> close_gaps(const trace::RigDescription& sheet, std::uint32_t seed,
                                 const std::function<void(double done)>& progress);
 

@@ -94,11 +94,26 @@ void print_report(const Output& output, const GapReport& report) {
   if (report.next) output.print("next      {}\n", next_text(report));
 }
 
+/// A sensor's error is no model's: with it in the calibration, bus, log and limits show true pressures.
+void print_calibration(const Options& options, const trace::RigDescription& found) {
+  const auto bias = found.effects.find("sensor_bias");
+  if (bias == found.effects.end()) return;
+  const auto figure = [&](const char* name) {
+    const auto at = bias->second.find(name);
+    return at != bias->second.end() ? at->second : 0.0;
+  };
+  options.output.print(
+      "calibration: plenum calibrate --chamber {} --offset {:.5g} --gain-error {:.5g} --ambient {:g}\n",
+      chamber_in_name(options.logs.front()).value_or(1), figure("offset_kPa"), figure("gain_error"),
+      found.ambient.pressure_Pa / 1e3);
+}
+
 void save_model(const Options& options, const trace::RigDescription& found) {
   const identify::GreyboxModel model = identify::greybox_of(found, chamber_in_name(options.logs.front()));
   trace::write_model(options.save_model, model.file);
   options.output.print("model: {}{}\n", options.save_model,
                        model.left_out.empty() ? "" : ", without " + listed(model.left_out, "and"));
+  print_calibration(options, found);
 }
 
 int run(const Options& options) {
@@ -169,7 +184,7 @@ Command add_diagnose(CLI::App& program) {
   app->add_option(
          "--save-model", options->save_model,
          "Write the board's grey-box model with the valve as fitted and the effects found that it has "
-         "parameters for: area_shape, flow_function, volume_error (default: do not)")
+         "parameters for, and say what becomes of a sensor_bias (default: do not)")
       ->type_name("MODEL.json");
   options->output.add_to(*app);
   app->footer(

@@ -121,6 +121,23 @@ class Keeping(BoardCommands):
             self.write("bad.json", json.dumps(content | change))
             self.refused(2, "restore", "bad.json", says=["bad.json", *says])
 
+    def test_what_a_sensor_is_off_goes_into_the_calibration_and_stays_there_when_kept(self):
+        options = ["--chamber", 2, "--offset", 2, "--gain-error", 0.05, "--ambient", 100]
+        found = self.json_of("calibrate", "--store", "board", *options)
+        # z = p + 2 + 0.05 (p - 100) = 1.05 p - 3
+        self.assertEqual(found["before"], {"pressure_gain_kPa_per_V": 100.0, "pressure_offset_kPa": 0.0})
+        self.assertAlmostEqual(found["after"]["pressure_gain_kPa_per_V"], 100 / 1.05, places=4)
+        self.assertAlmostEqual(found["after"]["pressure_offset_kPa"], 3 / 1.05, places=4)
+        again = self.json_of("calibrate", "--store", "board", *options, "--keep")
+        self.assertEqual(again["before"], found["before"], "not kept the first time")
+        kept = self.json_of("calibrate", "--store", "board", "--chamber", 2)
+        self.assertEqual(kept["before"], found["after"])
+        ran = self.plenum("calibrate", "--store", "board", "--gain-error", 0.3)
+        self.assertEqual((ran.returncode, ran.stdout), (1, ""))
+        self.assertRegex(ran.stderr, "chamber 1: over_pressure_kPa = 910, expected 700 to 76[0-9.]+ with the other settings")
+        self.refused(2, "calibrate", "--store", "board", "--offset", 101, says=["--offset", "100"])
+        self.refused(2, "calibrate", "--offset", 1, says=["--store"])
+
     def test_models_of_another_schema_are_left_alone_only_when_asked(self):
         self.done("backup", "-o", "b.json")
         content = json.loads((self.folder / "b.json").read_text())

@@ -1,0 +1,78 @@
+#include "host-sim/client/calibration.hpp"
+
+#include <fmt/format.h>
+
+#include <string>
+#include <vector>
+
+#include "firmware/canopen/objects.hpp"
+#include "host-sim/client/board_facts.hpp"
+
+namespace plenum::host::client {
+namespace {
+
+namespace object = canopen::object;
+
+constexpr std::uint8_t kGain = 1;
+constexpr std::uint8_t kOffset = 2;
+
+std::uint16_t settings_of(std::uint8_t chamber) {
+  return static_cast<std::uint16_t>(object::kChamberSettings + chamber);
+}
+
+void write(Session& session, std::uint8_t chamber, const PressureCalibration& wanted) {
+  session.write(settings_of(chamber), kGain, static_cast<float>(wanted.gain_kPa_per_V));
+  session.write(settings_of(chamber), kOffset, static_cast<float>(wanted.offset_kPa));
+}
+
+/// The setting of this chamber that the board has refused last, why, and the range that it must lie in (241Ah); empty where it
+/// tells none.
+std::string last_refusal(Session& session, std::uint8_t chamber) {
+  const auto of = session.read<std::uint8_t>(object::kSettingRefusal, 1);
+  if (of != chamber + 1 || session.read<std::uint8_t>(object::kSettingRefusal, 2) == 0) return {};
+  const std::vector<std::uint8_t> field = session.sdo_read(object::kSettingRefusal, 3);
+  return fmt::format(
+      "node {}: chamber {}: {} = {:g}, expected {:g} to {:g} with the other settings as they are",
+      session.node_id(), chamber + 1, std::string(field.begin(), field.end()),
+      session.read<float>(object::kSettingRefusal, 4), session.read<float>(object::kSettingRefusal, 5),
+      session.read<float>(object::kSettingRefusal, 6));
+}
+
+}  // namespace
+
+/// p = (z - offset + gain_error ambient)/(1 + gain_error), z = now.offset + now.gain V.
+PressureCalibration corrected(const PressureCalibration& now, const SensorError& error) {
+  const double span = 1.0 + error.gain_error;
+  return {.gain_kPa_per_V = now.gain_kPa_per_V / span,
+          .offset_kPa = (now.offset_kPa - error.offset_kPa + error.gain_error * error.ambient_kPa) / span};
+}
+
+PressureCalibration read_calibration(Session& session, std::uint8_t chamber) {
+  return {.gain_kPa_per_V = static_cast<double>(session.read<float>(settings_of(chamber), kGain)),
+          .offset_kPa = static_cast<double>(session.read<float>(settings_of(chamber), kOffset))};
+}
+
+PressureCalibration write_calibration(Session& session, std::uint8_t chamber,
+                                      const PressureCalibration& wanted) {
+  const std::uint16_t status = session.status_word();
+  if (is_regulating(status)) {
+    throw Refused(
+        fmt::format("node {}: chamber {}: the board regulates (status word {:04X}h), expected it at rest: "
+                    "a pressure that jumps would move its valves",
+                    session.node_id(), chamber + 1, status));
+  }
+  // the only states in which a board takes settings
+  if ((status & canopen::word::kStateMask) != 0) session.request_state(0);
+  const PressureCalibration before = read_calibration(session, chamber);
+  try {
+    write(session, chamber, wanted);
+  } catch (const SdoAbort&) {
+    const std::string why = last_refusal(session, chamber);
+    write(session, chamber, before);
+    if (why.empty()) throw;
+    throw Refused(why);
+  }
+  return read_calibration(session, chamber);
+}
+
+}  // namespace plenum::host::client

@@ -1,0 +1,80 @@
+#include <memory>
+
+#include "host-sim/client/board_facts.hpp"
+#include "host-sim/client/calibration.hpp"
+#include "host-sim/client/settings.hpp"
+#include "host-sim/tools/board_access.hpp"
+#include "host-sim/tools/command.hpp"
+#include "host-sim/tools/output.hpp"
+
+namespace plenum::host::tools {
+namespace {
+
+struct Options {
+  BoardChoice board;
+  unsigned chamber = 1;
+  client::SensorError error{.ambient_kPa = 101.325};
+  bool keep = false;
+  Output output;
+};
+
+Json json_of(const client::PressureCalibration& calibration) {
+  return {{"pressure_gain_kPa_per_V", calibration.gain_kPa_per_V},
+          {"pressure_offset_kPa", calibration.offset_kPa}};
+}
+
+int run(const Options& options) {
+  options.board.require_store();
+  BoardAccess access(options.board);
+  client::Session& session = access.session();
+  client::require_compatible(session);
+  const auto chamber = static_cast<std::uint8_t>(options.chamber - 1);
+  const client::PressureCalibration before = client::read_calibration(session, chamber);
+  const client::PressureCalibration after =
+      client::write_calibration(session, chamber, client::corrected(before, options.error));
+  options.output.print(
+      "chamber {}: absolute pressure = {:.6g} kPa + {:.6g} kPa/V; it was {:.6g} kPa + {:.6g} kPa/V\n",
+      options.chamber, after.offset_kPa, after.gain_kPa_per_V, before.offset_kPa, before.gain_kPa_per_V);
+  if (options.keep) {
+    if (!client::store_settings(session))
+      throw client::Refused("the board has no place to keep its settings");
+    options.output.print("kept\n");
+  } else {
+    options.output.print("in force until the board starts anew; --keep stores it\n");
+  }
+  options.output.finish({{"chamber", options.chamber},
+                         {"before", json_of(before)},
+                         {"after", json_of(after)},
+                         {"kept", options.keep}});
+  return kDone;
+}
+
+}  // namespace
+
+Command add_calibrate(CLI::App& program) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* app = program.add_subcommand(
+      "calibrate",
+      "Take the error of a pressure sensor, as `diagnose` found it, out of a board's calibration");
+  options->board.add_to(*app);
+  app->add_option("--chamber", options->chamber, "Whose sensor")
+      ->check(CLI::Range(1, 8))
+      ->capture_default_str();
+  app->add_option("--offset", options->error.offset_kPa,
+                  "Reading at ambient pressure less ambient pressure [kPa]")
+      ->check(CLI::Range(-100.0, 100.0))
+      ->capture_default_str();
+  app->add_option("--gain-error", options->error.gain_error, "Relative, of the pressure above ambient [1]")
+      ->check(CLI::Range(-0.3, 0.3))
+      ->capture_default_str();
+  app->add_option("--ambient", options->error.ambient_kPa, "Of the rig that was diagnosed [kPa, absolute]")
+      ->check(CLI::Range(10.0, 200.0))
+      ->capture_default_str();
+  app->add_flag("--keep", options->keep, "Store the board's settings (1010h)");
+  options->output.add_to(*app);
+  app->footer(example(
+      "  plenum calibrate --bus can:can0 --node 5 --chamber 3 --offset 5.07 --gain-error -0.0005 --keep"));
+  return {app, [options] { return run(*options); }};
+}
+
+}  // namespace plenum::host::tools
