@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 #include "tests/firmware/board/bench.hpp"
 
@@ -231,6 +232,32 @@ TEST(Board, ChamberNotInUseIsLeftAtNullWhateverItsInputsSay) {
   EXPECT_EQ(bench.state(), safety::State::active);
   EXPECT_FLOAT_EQ(bench.analog_out.held_V[7], 5.0F);
   EXPECT_NEAR(bench.chamber[6].pressure_kPa, 300.0, 0.05);
+}
+
+// c4 v' of a volume that jumps by a hundred litres a tick, with the largest c4 there is: 1e10 kPa, which only float holds.
+TEST(Board, TellsOnTheBusHowOftenFixedPointHadToCutANumberOff) {
+  constexpr std::size_t kC4 = 3;
+  constexpr std::uint8_t kSaturations = 12;
+  Settings settings = bench_settings();
+  settings.chamber[0].volume_gain_mL_per_V = 10000.0F;
+  std::array<float, 12> model = kValve;
+  model[kC4] = 1000.0F;
+  Bench bench(settings);
+  bench.store_models({image_of(model)});
+  bench.board.start();
+  bench.put(0, {1, 0});
+  bench.run(20);
+  const auto count = [&] { return bench.session.read<std::uint32_t>(object::kHealth, kSaturations); };
+  EXPECT_EQ(count(), 0U) << "of volumes that stand still";
+  for (const float position_V : {0.0F, 10.0F, 0.0F, 10.0F}) {
+    bench.forced[kChambers] = ports::AnalogReading{position_V, true};
+    bench.tick();
+  }
+  if constexpr (std::is_same_v<numeric::Scalar, numeric::Fixed>) {
+    EXPECT_GT(count(), 0U);
+  } else {
+    EXPECT_EQ(count(), 0U);
+  }
 }
 
 }  // namespace
