@@ -16,6 +16,9 @@ constexpr Scalar kSteepestFall = Scalar(0.5);
 void CommandTrim::configure(const Config& config) noexcept {
   config_ = config;
   nodes_per_V_ = static_cast<Scalar>(kNodes - 1) / (config.high_V - config.low_V);
+  const Scalar spacing_V = Scalar(1) / nodes_per_V_;
+  most_V_ = kSteepestRise * spacing_V;
+  least_V_ = -kSteepestFall * spacing_V;
 }
 
 CommandTrim::Place CommandTrim::place(Scalar model_V) const noexcept {
@@ -48,22 +51,23 @@ void CommandTrim::move(Scalar model_V, Scalar step_V) noexcept {
 }
 
 void CommandTrim::level(std::size_t below) noexcept {
-  // Between two nodes the correction may rise by `most` and fall by `least`; the taught pair gives way
-  // together, the nodes on either side follow it.
-  const Scalar spacing_V = Scalar(1) / nodes_per_V_;
-  const Scalar most_V = kSteepestRise * spacing_V;
-  const Scalar least_V = -kSteepestFall * spacing_V;
+  // The taught pair gives way together, the nodes on either side follow it: those beyond one that need not have not moved.
   Scalar& low_V = correction_V_[below];
   Scalar& high_V = correction_V_[below + 1];
   const Scalar rise_V = high_V - low_V;
-  const Scalar excess_V = Scalar(0.5) * (rise_V - clamp(rise_V, least_V, most_V));
+  const Scalar excess_V = Scalar(0.5) * (rise_V - clamp(rise_V, least_V_, most_V_));
   low_V += excess_V;
   high_V -= excess_V;
+  const auto follow = [this](std::size_t node, Scalar from_V, Scalar to_V) noexcept {
+    const Scalar before_V = correction_V_[node];
+    correction_V_[node] = clamp(before_V, from_V, to_V);
+    return correction_V_[node] != before_V;
+  };
   for (std::size_t i = below; i > 0; --i) {
-    correction_V_[i - 1] = clamp(correction_V_[i - 1], correction_V_[i] - most_V, correction_V_[i] - least_V);
+    if (!follow(i - 1, correction_V_[i] - most_V_, correction_V_[i] - least_V_)) break;
   }
   for (std::size_t i = below + 2; i < kNodes; ++i) {
-    correction_V_[i] = clamp(correction_V_[i], correction_V_[i - 1] + least_V, correction_V_[i - 1] + most_V);
+    if (!follow(i, correction_V_[i - 1] + least_V_, correction_V_[i - 1] + most_V_)) break;
   }
 }
 

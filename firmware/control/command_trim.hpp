@@ -51,6 +51,8 @@ class CommandTrim {
 
   Config config_;
   Scalar nodes_per_V_ = Scalar(4);
+  Scalar most_V_ = Scalar(0.25);     ///< from node to node the correction rises by so much at most ...
+  Scalar least_V_ = Scalar(-0.125);  ///< ... and by so much at least
   std::array<Scalar, kNodes> correction_V_{};
 };
 

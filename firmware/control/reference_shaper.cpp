@@ -4,6 +4,11 @@
 
 namespace plenum::control {
 
+void ReferenceShaper::configure(const Config& config) noexcept {
+  config_ = config;
+  step_kPa_ = config.ramp_kPa_s * Scalar(config::kTick_s);
+}
+
 void ReferenceShaper::reset(Scalar pressure_kPa) noexcept {
   reference_.kPa.fill(pressure_kPa);
   latched_kPa_.fill(pressure_kPa);
@@ -18,12 +23,11 @@ const ReferenceShaper::Reference& ReferenceShaper::step(Scalar setpoint_kPa, std
   // from now was latched N - i ticks ago. Without preview the newest set point is wanted as soon as can be: at this tick's
   // end.
   const std::size_t preview = preview_ticks < kMaxPreview ? preview_ticks : kMaxPreview;
-  const Scalar step_kPa = config_.ramp_kPa_s * Scalar(config::kTick_s);
   std::array<Scalar, kMostAhead + 1>& kPa = reference_.kPa;
   kPa[0] = kPa[1];
   for (std::size_t i = 1; i <= ahead; ++i) {
     const Scalar wanted_kPa = latched_kPa_[i < preview ? preview - i : 0];
-    kPa[i] = numeric::clamp(wanted_kPa, kPa[i - 1] - step_kPa, kPa[i - 1] + step_kPa);
+    kPa[i] = numeric::clamp(wanted_kPa, kPa[i - 1] - step_kPa_, kPa[i - 1] + step_kPa_);
   }
   return reference_;
 }

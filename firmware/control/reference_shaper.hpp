@@ -36,7 +36,7 @@ class ReferenceShaper {
     }
   };
 
-  void configure(const Config& config) noexcept { config_ = config; }
+  void configure(const Config& config) noexcept;
 
   /// The reference stands at `pressure_kPa`; set points move it from there at the ramp's rate.
   void reset(Scalar pressure_kPa) noexcept;
@@ -47,6 +47,7 @@ class ReferenceShaper {
 
  private:
   Config config_;
+  Scalar step_kPa_ = Scalar(1000);                     ///< what the ramp allows in a tick
   std::array<Scalar, kMaxPreview + 1> latched_kPa_{};  ///< the newest first
   Reference reference_;
 };

@@ -13,10 +13,10 @@ constexpr Scalar kResidualForgetting = Scalar(0.2);
 /// Below this slope a correction in volts means nothing: the ports are sealed.
 constexpr Scalar kLeastSlope_kPa_V = Scalar(1);
 
-/// The pressure that compression adds in a tick, were the chamber sealed and isothermal: -p v' h/v.
-Scalar compression_kPa(Scalar pressure_kPa, const ChamberMotion& motion) noexcept {
+/// The share of its pressure that compression adds in a tick, were the chamber sealed and isothermal: -v' h/v.
+Scalar compressed(const ChamberMotion& motion) noexcept {
   constexpr Scalar kSmallestVolume_mL = Scalar(1);
-  return -pressure_kPa * motion.volume_rate_mL_s * kTick_s / max(motion.volume_mL, kSmallestVolume_mL);
+  return -motion.volume_rate_mL_s * kTick_s / max(motion.volume_mL, kSmallestVolume_mL);
 }
 
 /// No gas has less, no chamber has more. Without bounds a volume signal that jumps about multiplies the
@@ -62,22 +62,24 @@ void Regulator::sent(Scalar command_V) noexcept {
   planned_ = false;
 }
 
-Scalar Regulator::disturbance_kPa(Scalar pressure_kPa, const ChamberMotion& motion) const noexcept {
-  return steady_kPa_ + compression_ * compression_kPa(pressure_kPa, motion);
+Scalar Regulator::disturbance_kPa(Scalar compression_kPa) const noexcept {
+  return steady_kPa_ + compression_ * compression_kPa;
 }
 
-Prediction Regulator::past_tick(const PressureModel& model, const ChamberMotion& past) const noexcept {
+Prediction Regulator::past_tick(const PressureModel& model, const ChamberMotion& past,
+                                Scalar compression_kPa) const noexcept {
   const Prediction undisturbed = sent_.past_tick(model, pressure_kPa_, past);
-  const Scalar disturbed_kPa = disturbance_kPa(pressure_kPa_, past);
+  const Scalar disturbed_kPa = disturbance_kPa(compression_kPa);
   return {.end_kPa = undisturbed.end_kPa + disturbed_kPa,
           .mean_kPa = undisturbed.mean_kPa + Scalar(0.5) * disturbed_kPa};
 }
 
 Scalar Regulator::observe(const PressureModel& model, Scalar measured_kPa,
                           const ChamberMotion& past) noexcept {
-  const Prediction predicted = past_tick(model, past);
+  const Scalar compression_kPa = pressure_kPa_ * compressed(past);
+  const Prediction predicted = past_tick(model, past, compression_kPa);
   const Scalar residual_kPa = sensor_.observe(pressure_kPa_, predicted, measured_kPa);
-  learn(residual_kPa, past);
+  learn(residual_kPa, compression_kPa);
   residual_level_kPa_ += kResidualForgetting * (numeric::abs(residual_kPa) - residual_level_kPa_);
   // what a sensor says that lags is weighed already
   const Scalar gain = sensor_.lags() ? Scalar(1) : config_.pressure_gain;
@@ -86,16 +88,16 @@ Scalar Regulator::observe(const PressureModel& model, Scalar measured_kPa,
 }
 
 void Regulator::coast(const PressureModel& model, const ChamberMotion& past) noexcept {
-  const Prediction predicted = past_tick(model, past);
+  const Prediction predicted = past_tick(model, past, pressure_kPa_ * compressed(past));
   sensor_.pass(pressure_kPa_, predicted);
   pressure_kPa_ = believable_kPa(predicted.end_kPa);
 }
 
-void Regulator::learn(Scalar residual_kPa, const ChamberMotion& past) noexcept {
+void Regulator::learn(Scalar residual_kPa, Scalar compression_kPa) noexcept {
   const auto square = [](Scalar x) noexcept { return x * x; };
   // The mean over a tick moves by about half of what its end does.
   constexpr Scalar kMeanOfEnd = Scalar(0.5);
-  const Scalar by_compression = kMeanOfEnd * compression_kPa(pressure_kPa_, past);
+  const Scalar by_compression = kMeanOfEnd * compression_kPa;
   const SentCommands::Sent& acted = sent_.acted();
   const Scalar by_trim = acted.planned ? -kMeanOfEnd * acted.by_command_kPa_V : Scalar(0);
   const Scalar steady_weight = square(config_.disturbance_deviation_kPa);
@@ -121,9 +123,9 @@ Regulator::Span Regulator::acting_span(const ReferenceShaper::Reference& referen
 
 Regulator::Acting Regulator::when_it_acts(const PressureModel& model,
                                           const ChamberMotion& next) const noexcept {
-  Acting acting{.pressure_kPa = pressure_kPa_, .motion = next};
+  Acting acting{.pressure_kPa = pressure_kPa_, .motion = next, .compressed = compressed(next)};
   const auto advance = [&](std::size_t sent_ticks_ago, Scalar ticks) noexcept {
-    const Scalar disturbed_kPa = disturbance_kPa(acting.pressure_kPa, acting.motion);
+    const Scalar disturbed_kPa = disturbance_kPa(acting.pressure_kPa * acting.compressed);
     acting.pressure_kPa =
         model.step(acting.pressure_kPa, sent_.ago(sent_ticks_ago).model_V, acting.motion, ticks).end_kPa +
         ticks * disturbed_kPa;
@@ -132,6 +134,7 @@ Regulator::Acting Regulator::when_it_acts(const PressureModel& model,
   for (std::size_t ago = sent_.whole_ticks(); ago > 0; --ago) {
     advance(ago, Scalar(1));
     acting.motion.volume_mL += acting.motion.volume_rate_mL_s * kTick_s;
+    acting.compressed = compressed(acting.motion);
   }
   return acting;
 }
@@ -145,7 +148,7 @@ Regulator::Command Regulator::regulate(const PressureModel& model,
                                    config_.error_left_most);
   const Scalar left_kPa = clamp(left * (start.pressure_kPa - wanted.from_kPa), -config_.error_left_limit_kPa,
                                 config_.error_left_limit_kPa);
-  const Scalar target_kPa = wanted.to_kPa + left_kPa - disturbance_kPa(pressure_kPa_, start.motion);
+  const Scalar target_kPa = wanted.to_kPa + left_kPa - disturbance_kPa(pressure_kPa_ * start.compressed);
   plan_ = model.inverse(start.pressure_kPa, target_kPa, start.motion, sent_.ago(1).model_V);
   const Inverse& inverse = plan_;
 

@@ -118,16 +118,19 @@ class Regulator {
   };
   /// The reference over the tick in which a command given now acts.
   Span acting_span(const ReferenceShaper::Reference& reference) const noexcept;
-  Scalar disturbance_kPa(Scalar pressure_kPa, const ChamberMotion& motion) const noexcept;
+  /// In a tick, given what an isothermal compression would add in it.
+  Scalar disturbance_kPa(Scalar compression_kPa) const noexcept;
   /// Step 2: the pressure when a command given now begins to act, and the motion then.
   struct Acting {
     Scalar pressure_kPa;
     ChamberMotion motion;
+    Scalar compressed;  ///< by that motion, -v' h/v
   };
   Acting when_it_acts(const PressureModel& model, const ChamberMotion& next) const noexcept;
   /// The tick just past, from the estimate at its start and the commands that acted.
-  Prediction past_tick(const PressureModel& model, const ChamberMotion& past) const noexcept;
-  void learn(Scalar residual_kPa, const ChamberMotion& past) noexcept;
+  Prediction past_tick(const PressureModel& model, const ChamberMotion& past,
+                       Scalar compression_kPa) const noexcept;
+  void learn(Scalar residual_kPa, Scalar compression_kPa) noexcept;
 
   Config config_;
   CommandTrim trim_;

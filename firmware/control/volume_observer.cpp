@@ -39,12 +39,14 @@ void VolumeObserver::reset(Scalar volume_mL) noexcept {
 }
 
 ChamberMotion VolumeObserver::step(Scalar measured_mL) noexcept {
-  Vector3 in_ticks(state_[0], state_[1] * kTick_s, state_[2] * kTick_s * kTick_s);
-  in_ticks = predict(in_ticks);
-  in_ticks += gain_ * (measured_mL - in_ticks[0]);
-  const Vector3 ahead = predict(in_ticks);
-  state_ = Vector3(in_ticks[0], in_ticks[1] / kTick_s, in_ticks[2] / (kTick_s * kTick_s));
-  return {.volume_mL = ahead[0], .volume_rate_mL_s = ahead[1] / kTick_s};
+  state_ = predict(state_);
+  state_ += gain_ * (measured_mL - state_[0]);
+  return motion(predict(state_));
+}
+
+ChamberMotion VolumeObserver::motion(const State& state) noexcept {
+  constexpr Scalar kPerSecond = Scalar(1) / kTick_s;
+  return {.volume_mL = state[0], .volume_rate_mL_s = state[1] * kPerSecond};
 }
 
 }  // namespace plenum::control

@@ -36,11 +36,15 @@ class VolumeObserver {
   ChamberMotion step(Scalar measured_mL) noexcept;
 
   /// Volume and rate of the tick just past, as known after its measurement.
-  ChamberMotion past() const noexcept { return {.volume_mL = state_[0], .volume_rate_mL_s = state_[1]}; }
+  ChamberMotion past() const noexcept { return motion(state_); }
 
  private:
-  Eigen::Matrix<Scalar, 3, 1> gain_ = Eigen::Matrix<Scalar, 3, 1>::Zero();
-  Eigen::Matrix<Scalar, 3, 1> state_ = Eigen::Matrix<Scalar, 3, 1>::Zero();
+  /// In units of ticks, so that the filter's matrices are of order one and single precision suffices: (v, v' h, v'' h^2).
+  using State = Eigen::Matrix<Scalar, 3, 1>;
+  static ChamberMotion motion(const State& state) noexcept;
+
+  State gain_ = State::Zero();
+  State state_ = State::Zero();
 };
 
 }  // namespace plenum::control
