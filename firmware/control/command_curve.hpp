@@ -91,7 +91,7 @@ class CommandCurve {
   Point at(Scalar command_V) const noexcept {
     const Scalar u = command_V - of_.c1;  // (10a)
     const Scalar x = argument(u);
-    const Scalar g = x / numeric::sqrt(x * x + Scalar(1));  // (8)
+    const Scalar g = x * numeric::inverse_sqrt(x * x + Scalar(1));  // (8)
     const Scalar root = numeric::sqrt(u * u + of_.c_gamma * of_.c_gamma);
     return {.steady_kPa = c_b_ + c_s_ * g, .opening_V = root - of_.c_gamma + of_.c9 + of_.c8 * u};
   }
@@ -99,7 +99,7 @@ class CommandCurve {
   Tangent tangent(Scalar command_V) const noexcept {
     const Scalar u = command_V - of_.c1;
     const Scalar x = argument(u);
-    const Scalar inverse_root = Scalar(1) / numeric::sqrt(x * x + Scalar(1));
+    const Scalar inverse_root = numeric::inverse_sqrt(x * x + Scalar(1));
     const Scalar root = numeric::sqrt(u * u + of_.c_gamma * of_.c_gamma);
     // g' = (x^2+1)^(-3/2)
     const Scalar g_by_u = (of_.c2 + Scalar(3) * of_.c3 * u * u) * inverse_root * inverse_root * inverse_root;
@@ -109,10 +109,9 @@ class CommandCurve {
   }
 
  private:
-  /// Of (10b). With the largest c2 and c3 it comes to half a million; from 2^15 on, whose square is below 2^31, g is 1 but for
-  /// 2^-31.
+  /// Of (10b). With the largest c2 and c3 it comes to half a million; from 2^11 on g is 1 but for 2^-23.
   Scalar argument(Scalar u) const noexcept {
-    constexpr Scalar kMost = Scalar(32768);
+    constexpr Scalar kMost = Scalar(2048);
     return numeric::clamp((of_.c2 + of_.c3 * u * u) * u, -kMost, kMost);
   }
 

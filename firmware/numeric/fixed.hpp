@@ -7,6 +7,7 @@
 //   + - == < conversion of a whole number   exact
 //   * / conversion of a float               1/2 ulp
 //   sqrt                                    1/2 ulp below 2^24, 16 ulp from there on
+//   inverse_sqrt                            2^-28 of it, and 1 ulp
 //
 // Nothing traps: x/0 is the end of the range on x's side, 0/0 and not-a-number are 0, the root of a negative number is 0; each
 // is counted.
@@ -102,6 +103,7 @@ class Fixed {
   }
 
   friend constexpr Fixed sqrt(Fixed x) noexcept;
+  friend constexpr Fixed inverse_sqrt(Fixed x) noexcept;
 
   constexpr Fixed& operator+=(Fixed x) noexcept {
     return *this = *this + x;
@@ -150,6 +152,13 @@ class Fixed {
   static constexpr std::int64_t nearest(Real real) noexcept;
   static constexpr std::int64_t ratio(std::int64_t a, std::int64_t b) noexcept;
   static constexpr std::int64_t root(std::uint64_t raw) noexcept;
+  /// A number d 2^(64 - 2 half_shift), d from 1/4 to 1 in units of 2^-32, and 1/sqrt(d) in units of 2^-30.
+  struct InverseRoot {
+    unsigned half_shift;
+    std::uint32_t d;
+    std::uint32_t y;
+  };
+  static constexpr InverseRoot inverse_root(std::uint64_t raw) noexcept;
   static constexpr std::uint64_t quotient(std::uint64_t a, std::uint64_t b) noexcept;
   static constexpr std::uint32_t reciprocal(std::uint32_t d) noexcept;
   [[gnu::cold]] static constexpr std::int64_t any_product_by_parts(std::int64_t a, std::int64_t b) noexcept;
@@ -279,10 +288,8 @@ constexpr std::int64_t Fixed::ratio(std::int64_t a, std::int64_t b) noexcept {
   return with_sign(quotient(x, y), negative);
 }
 
-/// The root of `raw` 2^32, for 0 < raw < 2^56.
-constexpr std::int64_t Fixed::root(std::uint64_t raw) noexcept {
-  // d, the number moved to 1/4 .. 1 by an even shift, in 32 bits; y = 1/sqrt(d) by Newton's method from a straight line that
-  // is within a tenth of it
+/// Of raw > 0. By Newton's method from a straight line that is within a tenth of it.
+constexpr Fixed::InverseRoot Fixed::inverse_root(std::uint64_t raw) noexcept {
   const unsigned half_shift = static_cast<unsigned>(std::countl_zero(raw | 1U)) / 2;
   const auto d = static_cast<std::uint32_t>(raw << (2 * half_shift) >> 32U);
   constexpr std::uint32_t kOne = std::uint32_t{1} << 30U, kSlope = kOne / 10 * 13, kStart = kOne / 10 * 22;
@@ -292,6 +299,12 @@ constexpr std::int64_t Fixed::root(std::uint64_t raw) noexcept {
     const auto d_y_y = static_cast<std::uint32_t>(wide(d_y, y) >> 30U);
     y = static_cast<std::uint32_t>(wide(y, 3 * kOne - d_y_y) >> 31U);
   }
+  return {.half_shift = half_shift, .d = d, .y = y};
+}
+
+/// The root of `raw` 2^32, for 0 < raw < 2^56.
+constexpr std::int64_t Fixed::root(std::uint64_t raw) noexcept {
+  const auto [half_shift, d, y] = inverse_root(raw);
   // d y to 32 bits, moved back; and one step of Newton's for the rest, and what that rounded off
   std::uint64_t root = wide(d, y) >> 30U;
   root = half_shift < 16 ? root << (16 - half_shift) : root >> (half_shift - 16);
@@ -322,6 +335,16 @@ constexpr Fixed sqrt(Fixed x) noexcept {
   }
   const auto of = static_cast<std::uint64_t>(raw);
   return Fixed::from_raw(of >> 56U != 0 ? Fixed::root(of >> 8U) * 16 : Fixed::root(of));
+}
+
+/// 1/sqrt(x): its error is in the table above; 0 for x <= 0, which is counted.
+constexpr Fixed inverse_sqrt(Fixed x) noexcept {
+  if (x.raw_ <= 0) {
+    Fixed::count_saturation();
+    return 0;
+  }
+  const auto [half_shift, d, y] = Fixed::inverse_root(static_cast<std::uint64_t>(x.raw_));
+  return Fixed::from_raw(static_cast<std::int64_t>(std::uint64_t{y} << half_shift >> 14U));
 }
 
 }  // namespace plenum::numeric

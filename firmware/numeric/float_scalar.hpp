@@ -13,9 +13,15 @@ inline float sqrt(float x) noexcept {
   return __builtin_sqrtf(x);
 }
 
+/// 1/sqrt(x) of x > 0.
+inline float inverse_sqrt(float x) noexcept {
+  return 1.0F / sqrt(x);
+}
+
 /// True for a number, false for infinities and not-a-number.
 constexpr bool is_finite(float x) noexcept {
-  return x - x == 0.0F;
+  constexpr std::uint32_t kExponent = 0x7F800000U;
+  return (std::bit_cast<std::uint32_t>(x) & kExponent) != kExponent;
 }
 
 /// 1 - e^-x for x clamped to [0, kDecayHigh]; relative error below 3e-7, also for x near 0, where 1 - expf(-x) would cancel.

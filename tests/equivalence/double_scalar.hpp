@@ -13,6 +13,9 @@ namespace plenum::numeric {
 inline double sqrt(double x) noexcept {
   return std::sqrt(x);
 }
+inline double inverse_sqrt(double x) noexcept {
+  return 1.0 / std::sqrt(x);
+}
 inline bool is_finite(double x) noexcept {
   return std::isfinite(x);
 }

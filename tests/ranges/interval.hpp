@@ -129,6 +129,10 @@ constexpr Interval abs(Interval x) {
 inline Interval sqrt(Interval x) {
   return Interval(std::sqrt(std::max(x.low(), 0.0)), std::sqrt(x.high())) * Interval(1);
 }
+/// Of x > 0.
+inline Interval inverse_sqrt(Interval x) {
+  return Interval(1) / sqrt(x);
+}
 inline bool is_finite(Interval x) {
   return std::isfinite(x.low()) && std::isfinite(x.high());
 }

@@ -82,7 +82,7 @@ TEST(SameBits, OfTheNineParameterModelOnEveryArchitecture) {
     model.configure(scalars(parameters), 0.0F, 10.0F);
     crc = crc_of(model, random, crc);
   }
-  EXPECT_EQ(crc, of_scalar(0x1D72BAB9U, 0x0AA4CD61U)) << std::hex << "found " << crc;
+  EXPECT_EQ(crc, of_scalar(0xFCF93FACU, 0x3E1E798BU)) << std::hex << "found " << crc;
 }
 
 TEST(SameBits, OfTheRepairedFormOnEveryArchitecture) {
@@ -96,7 +96,7 @@ TEST(SameBits, OfTheRepairedFormOnEveryArchitecture) {
     model.configure(scalars(without_c4), 0.0F, 10.0F);
     crc = crc_of(model, random, crc);
   }
-  EXPECT_EQ(crc, of_scalar(0x38CE4CFEU, 0x13C72C97U)) << std::hex << "found " << crc;
+  EXPECT_EQ(crc, of_scalar(0x6A7D3A29U, 0x61FFF494U)) << std::hex << "found " << crc;
 }
 
 TEST(SameBits, OfTheGreyBoxModelOnEveryArchitecture) {

@@ -88,6 +88,17 @@ TEST(Fixed, AtTheEndsOfTheRangeNothingGoesRound) {
 }
 #endif
 
+TEST(Fixed, InverseRootsAreWithinWhatIsStated) {
+  std::mt19937_64 random(7);
+  for (int i = 0; i < 2'000'000; ++i) {
+    const auto raw = static_cast<std::int64_t>(random() >> 1U >> random() % 62 | 1U);
+    const long double exact = kUlps * std::sqrt(kUlps / static_cast<long double>(raw));
+    ASSERT_NEAR(static_cast<double>(inverse_sqrt(Fixed::from_raw(raw)).raw() - exact), 0.0,
+                static_cast<double>(exact * 0x1p-28L + 1.0L))
+        << raw;
+  }
+}
+
 TEST(Fixed, WhatDoesNotFitIsCountedAndWhatFitsIsNot) {
   volatile std::int64_t most = kMost;  // seen at run time
   const Fixed largest = Fixed::from_raw(most);
@@ -104,6 +115,7 @@ TEST(Fixed, NothingIsDividedByNothingAndNoRootIsTakenOfLess) {
   EXPECT_TRUE(counts([] { EXPECT_EQ((Fixed(-3) / Fixed(0)).raw(), kLeast); }));
   EXPECT_TRUE(counts([] { EXPECT_EQ((Fixed(0) / Fixed(0)).raw(), 0); }));
   EXPECT_TRUE(counts([] { EXPECT_EQ(sqrt(Fixed(-1)).raw(), 0); }));
+  EXPECT_TRUE(counts([] { EXPECT_EQ(inverse_sqrt(Fixed(0)).raw(), 0); }));
   EXPECT_FALSE(counts([] { EXPECT_EQ((Fixed(0) / Fixed(3)).raw(), 0); }));
   EXPECT_FALSE(counts([] { EXPECT_EQ(sqrt(Fixed(0)).raw(), 0); }));
 }
