@@ -73,12 +73,15 @@ class CommandCurve {
   static constexpr std::size_t place(std::size_t node) noexcept {
     return kLanes * (node % kPerLane) + node / kPerLane;
   }
+  /// A quantity at every node.
+  template <class Number>
+  using At = std::array<Number, kNodes>;
   /// Commands in rising order; the nodes beyond an end of the command range lie on it.
   struct Nodes {
-    std::array<Scalar, kNodes> command_V{};
-    std::array<Scalar, kNodes> steady_kPa{};  ///< these two in lanes
-    std::array<Scalar, kNodes> opening_V{};
-    std::array<Slopes, kNodes> by_V{};
+    At<Scalar> command_V{};
+    At<Scalar> steady_kPa{};  ///< these two in lanes
+    At<Scalar> opening_V{};
+    At<Slopes> by_V{};
     std::uint64_t apart = 0;  ///< bit i: nodes i and i + 1 differ
   };
 

@@ -2,9 +2,11 @@
 // CommandCurve alone.
 //
 // Such a model is a Law: one tick with pressure and motion put in, so that a command is all that is left open.
-//   Scalar response(Scalar opening_V)                              what the rise needs of the time, without a branch
+//   Scalar response(Scalar opening_V)                              what the rise needs of the time
 //   Scalar rise_kPa(CommandCurve::Point, Scalar response)          p(t+h) - p(t)
 //   Scalar slope_kPa_V(CommandCurve::Tangent, Scalar response)     and its derivative by the command
+//   void misses(nodes, wanted_kPa, response, miss_kPa)             at every node the response, and the rise less the one wanted,
+//                                                                  without a branch; the responses are of a type Response
 //
 // README.md of this room says why it looks at a table first. At most kExtremumSteps + kRefinements evaluations of the rise
 // with its slope, besides those at the nodes.
@@ -20,8 +22,7 @@
 
 namespace plenum::control {
 
-/// A quantity at every node, in lanes.
-using AtNodes = std::array<Scalar, CommandCurve::kNodes>;
+using AtNodes = CommandCurve::At<Scalar>;  // here in lanes
 
 /// Bit i: which(value of node i). The lanes run side by side, each through its nodes from the last to the
 /// first.
@@ -210,12 +211,9 @@ Inverse InverseSearch<Law>::find(Scalar near_V) const noexcept {
   // How far each tabulated command misses. p(t+h) rises with the command almost everywhere, but near the null
   // the rate may fall faster than s rises: up to a few stretches of either slope, told apart here by their signs at
   // the nodes.
-  AtNodes response;
-  for (std::size_t i = 0; i < kNodes; ++i) response[i] = law_.response(nodes.opening_V[i]);
+  CommandCurve::At<typename Law::Response> response;
   AtNodes miss_kPa;
-  for (std::size_t i = 0; i < kNodes; ++i) {
-    miss_kPa[i] = law_.rise_kPa({nodes.steady_kPa[i], nodes.opening_V[i]}, response[i]) - wanted_kPa_;
-  }
+  law_.misses(nodes, wanted_kPa_, response, miss_kPa);
   const auto at_node = [&](std::size_t i) noexcept -> Miss {
     const std::size_t k = CommandCurve::place(i);
     const CommandCurve::Tangent of{{nodes.steady_kPa[k], nodes.opening_V[k]}, nodes.by_V[i]};

@@ -56,9 +56,15 @@ class Tassa9 final : public PressureModel {
 
     Scalar rate(Scalar opening_V) const noexcept { return rate_gain * opening_V + rate_shift; }  ///< r h
     Scalar steady_kPa(CommandCurve::Point at) const noexcept { return at.steady_kPa + steady_shift_kPa; }
+    using Response = numeric::PartOf<Scalar>;
     Scalar response(Scalar opening_V) const noexcept { return numeric::decay(rate(opening_V)); }
     Scalar rise_kPa(CommandCurve::Point at, Scalar done) const noexcept {
       return (steady_kPa(at) - pressure_kPa) * done;
+    }
+    void misses(const CommandCurve::Nodes& at, Scalar wanted_kPa, CommandCurve::At<Response>& done,
+                CommandCurve::At<Scalar>& miss_kPa) const noexcept {
+      numeric::decays(rate_gain, rate_shift, at.opening_V, done);
+      numeric::shares(at.steady_kPa, steady_shift_kPa - pressure_kPa, done, wanted_kPa, miss_kPa);
     }
     Scalar by_rate_kPa(CommandCurve::Point at, Scalar done) const noexcept;
     Scalar slope_kPa_V(const CommandCurve::Tangent& of, Scalar done) const noexcept;

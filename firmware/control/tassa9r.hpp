@@ -67,8 +67,16 @@ class Tassa9r final : public PressureModel {
       const Scalar a = flow(at.opening_V);
       return a * (at.steady_kPa - pressure_kPa) - moved_beside(a) * pressure_kPa;
     }
+    using Response = Scalar;
     Scalar response(Scalar opening_V) const noexcept { return numeric::phi_1(x(opening_V)); }
     Scalar rise_kPa(CommandCurve::Point at, Scalar phi_1) const noexcept { return speed_kPa(at) * phi_1; }
+    void misses(const CommandCurve::Nodes& at, Scalar wanted_kPa, CommandCurve::At<Response>& phi_1,
+                CommandCurve::At<Scalar>& miss_kPa) const noexcept {
+      for (std::size_t i = 0; i < phi_1.size(); ++i) phi_1[i] = response(at.opening_V[i]);
+      for (std::size_t i = 0; i < phi_1.size(); ++i) {
+        miss_kPa[i] = rise_kPa({at.steady_kPa[i], at.opening_V[i]}, phi_1[i]) - wanted_kPa;
+      }
+    }
     Scalar by_x_kPa(CommandCurve::Point at, Scalar phi_1) const noexcept;
     Scalar slope_kPa_V(const CommandCurve::Tangent& of, Scalar phi_1) const noexcept;
   };

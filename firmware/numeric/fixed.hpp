@@ -347,4 +347,24 @@ constexpr Fixed inverse_sqrt(Fixed x) noexcept {
   return Fixed::from_raw(static_cast<std::int64_t>(std::uint64_t{y} << half_shift >> 14U));
 }
 
+/// A part of a whole, from 0 to 1 - 2^-32 in units of 2^-32: as a factor it costs half of what a Fixed does, and nothing is cut off.
+class Fraction {
+ public:
+  constexpr Fraction() noexcept = default;
+  constexpr explicit Fraction(std::uint32_t raw) noexcept : raw_(raw) {}
+
+  constexpr operator Fixed() const noexcept { return Fixed::from_raw(raw_); }
+
+  /// To the nearest, a tie up.
+  friend constexpr Fixed operator*(Fixed of, Fraction part) noexcept {
+    const std::int64_t raw = of.raw();
+    const auto high = static_cast<std::int32_t>(raw >> 32U);
+    const std::uint64_t below = std::uint64_t{static_cast<std::uint32_t>(raw)} * part.raw_ + 0x80000000U;
+    return Fixed::from_raw(std::int64_t{high} * part.raw_ + static_cast<std::int64_t>(below >> 32U));
+  }
+
+ private:
+  std::uint32_t raw_;
+};
+
 }  // namespace plenum::numeric

@@ -45,30 +45,61 @@ inline constexpr DecayTable kDecay = [] {
   return table;
 }();
 
-/// 1 - e^-x for x clamped to [0, kDecayHigh]; error below 2.5 ulp.
+/// log2 e in units of 2^-31. NOLINTNEXTLINE(bugprone-incorrect-roundings)
+inline constexpr auto kLog2eRaw = static_cast<std::uint32_t>(0x1p31 * std::numbers::log2e + 0.5);
+
+/// 2^-t in units of 2^-32, one less for t = 0, for t in units of 2^-32 below 32.
 ///
-/// Method: e^-x = 2^-t with t = x log2 e = n + i/32 + y/32, 2^-(i/32) by a table, and 1 - 2^-(y/32) by its Taylor polynomial of
-/// degree 4 (remainder 4e-11) in 32 bit products.
+/// Method: t = n + i/32 + y/32, 2^-(i/32) by a table, and 1 - 2^-(y/32) by its Taylor polynomial of degree 4 (remainder 4e-11) in
+/// 32 bit products.
+constexpr std::uint32_t power_of_half(std::uint64_t t) noexcept {
+  const auto times = [](std::uint32_t a, std::uint32_t b) noexcept {
+    return static_cast<std::uint32_t>(std::uint64_t{a} * b >> 32U);
+  };
+  const auto fraction = static_cast<std::uint32_t>(t);
+  const std::uint32_t y = fraction << DecayTable::kBits;
+  const auto& term = kDecay.term;
+  const std::uint32_t done = times(y, term[1] - times(y, term[2] - times(y, term[3] - times(y, term[4]))));
+  const std::uint32_t power = kDecay.power[fraction >> (32 - DecayTable::kBits)];
+  return (power - (times(power, done) >> DecayTable::kBits)) >> (t >> 32U);
+}
+
+/// 1 - e^-x for x clamped to [0, kDecayHigh]; error below 2.5 ulp. Method: e^-x = 2^-t with t = x log2 e.
 constexpr Fixed decay(Fixed x) noexcept {
-  // below 2^32; NOLINTNEXTLINE(bugprone-incorrect-roundings)
-  constexpr auto kHalfLog2e = static_cast<std::uint64_t>(0x1p31 * std::numbers::log2e + 0.5);
   constexpr Fixed kOne = 1;
   if (x <= Fixed(0)) return Fixed(0);
   if (x >= Fixed(kDecayHigh)) return kOne;
   const auto raw = static_cast<std::uint64_t>(x.raw());
-  const std::uint64_t t = (raw >> 32U) * kHalfLog2e * 2 + ((raw & 0xFFFFFFFFU) * kHalfLog2e >> 31U);
-  const auto n = static_cast<unsigned>(t >> 32U);
-  if (n > 31) return kOne;
-  const auto fraction = static_cast<std::uint32_t>(t);
-  const std::uint32_t y = fraction << DecayTable::kBits;
-  const auto times = [](std::uint32_t a, std::uint32_t b) noexcept {
-    return static_cast<std::uint32_t>(std::uint64_t{a} * b >> 32U);
-  };
-  const auto& term = kDecay.term;
-  const std::uint32_t done = times(y, term[1] - times(y, term[2] - times(y, term[3] - times(y, term[4]))));
-  const std::uint32_t power = kDecay.power[fraction >> (32 - DecayTable::kBits)];
-  const std::uint32_t left = power - (times(power, done) >> DecayTable::kBits);
-  return Fixed::from_raw(kOne.raw() - static_cast<std::int64_t>(left >> n));
+  const std::uint64_t t = (raw >> 32U) * kLog2eRaw * 2 + ((raw & 0xFFFFFFFFU) * kLog2eRaw >> 31U);
+  if (t >> 37U != 0) return kOne;
+  return Fixed::from_raw(kOne.raw() - static_cast<std::int64_t>(power_of_half(t)));
+}
+
+/// done = decay(gain k + shift) for many k: error below 3 ulp and what an ulp of gain and shift makes of it.
+template <std::size_t kCount>
+constexpr void decays(Fixed gain, Fixed shift, const std::array<Fixed, kCount>& k,
+                      std::array<Fraction, kCount>& done) noexcept {
+  constexpr Fixed kPerOne = Fixed::from_raw(std::int64_t{kLog2eRaw} * 2);
+  const Fixed t_gain = gain * kPerOne, t_shift = shift * kPerOne;  // of powers of a half
+  for (std::size_t i = 0; i < kCount; ++i) {
+    const Fixed t = t_gain * k[i] + t_shift;
+    done[i] = t <= Fixed(0)    ? Fraction()
+              : t >= Fixed(32) ? Fraction(0xFFFFFFFFU)
+                               : Fraction(~power_of_half(static_cast<std::uint64_t>(t.raw())));
+  }
+}
+
+/// share = (of + shift) part - less for many, |of| below 2^30: the nearest, a tie up. `shift` and `less` count as 2^29 beyond that,
+/// so that nothing passes the range.
+template <std::size_t kCount>
+constexpr void shares(const std::array<Fixed, kCount>& of, Fixed shift,
+                      const std::array<Fraction, kCount>& part, Fixed less,
+                      std::array<Fixed, kCount>& share) noexcept {
+  constexpr Fixed kMost = 1 << 29;
+  const std::int64_t add = clamp(shift, -kMost, kMost).raw(), subtract = clamp(less, -kMost, kMost).raw();
+  for (std::size_t i = 0; i < kCount; ++i) {
+    share[i] = Fixed::from_raw((Fixed::from_raw(of[i].raw() + add) * part[i]).raw() - subtract);
+  }
 }
 
 /// Of x > 0; the mantissa to an ulp.

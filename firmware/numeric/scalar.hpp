@@ -8,8 +8,10 @@
 // multiply-add where the processor has it), and the core promises the same bits everywhere.
 #pragma once
 
+#include <array>
 #include <concepts>
 #include <cstddef>
+#include <type_traits>
 
 #include "firmware/numeric/fixed_scalar.hpp"
 #include "firmware/numeric/float_scalar.hpp"
@@ -32,6 +34,24 @@ concept Number = std::same_as<Real, float> || std::same_as<Real, Fixed> || std::
 /// How many numbers a processor may compute with side by side: vectors of four, but of integers of 64 bits none.
 template <Number Real>
 inline constexpr std::size_t kLanes = std::same_as<Real, Fixed> ? 1 : 4;
+
+/// What holds a part of a whole, from 0 to 1.
+template <Number Real>
+using PartOf = std::conditional_t<std::same_as<Real, Fixed>, Fraction, Real>;
+
+/// done = decay(gain k + shift) for many k.
+template <Number Real, std::size_t kCount>
+inline void decays(Real gain, Real shift, const std::array<Real, kCount>& k,
+                   std::array<Real, kCount>& done) noexcept {
+  for (std::size_t i = 0; i < kCount; ++i) done[i] = decay(gain * k[i] + shift);
+}
+
+/// share = (of + shift) part - less for many.
+template <Number Real, std::size_t kCount>
+inline void shares(const std::array<Real, kCount>& of, Real shift, const std::array<Real, kCount>& part,
+                   Real less, std::array<Real, kCount>& share) noexcept {
+  for (std::size_t i = 0; i < kCount; ++i) share[i] = (of[i] + shift) * part[i] - less;
+}
 
 /// The mean over [0, x] of e^-t, that is (1 - e^-x)/x, given `done` = decay(x); 1 at x = 0.
 ///

@@ -82,7 +82,7 @@ TEST(SameBits, OfTheNineParameterModelOnEveryArchitecture) {
     model.configure(scalars(parameters), 0.0F, 10.0F);
     crc = crc_of(model, random, crc);
   }
-  EXPECT_EQ(crc, of_scalar(0xFCF93FACU, 0x3E1E798BU)) << std::hex << "found " << crc;
+  EXPECT_EQ(crc, of_scalar(0xEC4A7BA1U, 0xBCE3A0D6U)) << std::hex << "found " << crc;
 }
 
 TEST(SameBits, OfTheRepairedFormOnEveryArchitecture) {

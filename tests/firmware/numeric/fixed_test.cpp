@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -69,6 +70,16 @@ TEST(Fixed, RootsAreTheNearest) {
     const Wide half = raw < std::int64_t{1} << 56 ? 1 : 32;  // an ulp or 16, of twice the root
     ASSERT_LE(twice < half ? 0 : (twice - half) * (twice - half), 4 * of) << raw;
     ASSERT_GE((twice + half) * (twice + half), 4 * of) << raw;
+  }
+}
+
+TEST(Fixed, PartsOfANumberAreTheExactOnesRounded) {
+  std::mt19937_64 random(6);
+  for (int i = 0; i < 2'000'000; ++i) {
+    const std::int64_t a = any_raw(random);
+    const auto part = static_cast<std::uint32_t>(random() >> 32U >> random() % 32);
+    const auto exact = static_cast<std::int64_t>((Wide{a} * part + (Wide{1} << 31)) >> 32);
+    ASSERT_EQ((Fixed::from_raw(a) * Fraction(part)).raw(), exact) << a << " * " << part;
   }
 }
 
@@ -172,6 +183,38 @@ TEST(FixedDecay, IsClampedAtTheEndsOfItsRange) {
   EXPECT_EQ(decay(Fixed(-1)), Fixed(0)) << "a negative rate does nothing";
   EXPECT_EQ(decay(Fixed(kDecayHigh)), Fixed(1));
   EXPECT_EQ(decay(Fixed::from_raw(kMost)), Fixed(1));
+}
+
+TEST(FixedDecay, OfManyIsThatOfEach) {
+  std::mt19937_64 random(8);
+  std::uniform_real_distribution<double> gain(-6.0, 4.0), shift(-2.0, 2.0), k(0.0, 20.0);
+  std::array<Fixed, 32> of;
+  std::array<Fraction, 32> done;
+  for (int i = 0; i < 50'000; ++i) {
+    const Fixed a = std::exp(gain(random)), b = shift(random);
+    for (Fixed& x : of) x = k(random);
+    decays(a, b, of, done);
+    for (std::size_t n = 0; n < of.size(); ++n) {
+      const auto exactly = [](Fixed x) { return static_cast<long double>(x.raw()) / kUlps; };
+      const long double x = exactly(a) * exactly(of[n]) + exactly(b);
+      const long double exact = x < 0 ? 0.0L : -std::expm1(-x) * kUlps;
+      ASSERT_NEAR(static_cast<double>(Fixed(done[n]).raw() - exact), 0.0,
+                  3.0 + 0.5 * static_cast<double>(of[n]))
+          << "ulp, of " << static_cast<double>(a) << " * " << static_cast<double>(of[n]) << " + "
+          << static_cast<double>(b);
+    }
+  }
+}
+
+TEST(FixedShares, AreTheProductsLessAnotherAndPassNoRange) {
+  const std::array<Fixed, 2> of = {Fixed(300), Fixed(-(1 << 29))};
+  const std::array<Fraction, 2> part = {Fraction(0x80000000U), Fraction(0xFFFFFFFFU)};
+  std::array<Fixed, 2> share;
+  shares(of, Fixed(-100.5), part, Fixed(0.25), share);
+  EXPECT_EQ(share[0], Fixed(99.5));
+  EXPECT_FALSE(counts([&] { shares(of, Fixed::from_raw(kLeast), part, Fixed::from_raw(kMost), share); }));
+  EXPECT_LT(share[0], Fixed(-(1 << 28)));
+  EXPECT_LT(share[1], Fixed(-(1 << 30)));
 }
 
 TEST(FixedLog, IsTheLogarithmOfWhateverIsPositive) {
