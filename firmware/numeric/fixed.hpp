@@ -38,6 +38,9 @@ inline constexpr auto kReciprocal = [] {
 }();
 
 class Fixed {
+  template <std::floating_point Real>
+  using BitsOf = std::conditional_t<sizeof(Real) == 4, std::uint32_t, std::uint64_t>;
+
  public:
   static constexpr int kFractionBits = 32;
 
@@ -61,10 +64,12 @@ class Fixed {
   /// In units of 2^-32.
   constexpr std::int64_t raw() const noexcept { return raw_; }
 
-  /// The nearest one.
+  /// The nearest one. (2^-32 is taken off the exponent: a board without floating point would spend a call on the product.)
   template <std::floating_point Real>
   constexpr explicit operator Real() const noexcept {
-    return static_cast<Real>(raw_) * static_cast<Real>(0x1p-32F);
+    using Bits = BitsOf<Real>;
+    constexpr Bits kOff = Bits{kFractionBits} << (std::numeric_limits<Real>::digits - 1);
+    return raw_ == 0 ? Real{0} : std::bit_cast<Real>(std::bit_cast<Bits>(static_cast<Real>(raw_)) - kOff);
   }
   /// Without its fraction: towards zero.
   template <std::integral Whole>
@@ -177,7 +182,7 @@ class Fixed {
 template <class Real>
 constexpr std::int64_t Fixed::nearest(Real real) noexcept {
   using Limits = std::numeric_limits<Real>;
-  using Bits = std::conditional_t<sizeof(Real) == 4, std::uint32_t, std::uint64_t>;
+  using Bits = BitsOf<Real>;
   static_assert(Limits::is_iec559 && sizeof(Real) == sizeof(Bits));
   constexpr int kMantissaBits = Limits::digits - 1;
   constexpr int kBias = Limits::max_exponent - 1;
