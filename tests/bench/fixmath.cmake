@@ -1,0 +1,6 @@
+find_path(libfixmath_folder libfixmath/fixmath.h REQUIRED)
+find_library(libfixmath_archive libfixmath REQUIRED)
+add_executable(plenum_fixmath_bench ${CMAKE_CURRENT_LIST_DIR}/fixmath.cpp)
+target_include_directories(plenum_fixmath_bench SYSTEM PRIVATE ${libfixmath_folder})
+target_link_libraries(plenum_fixmath_bench PRIVATE plenum_firmware plenum_warnings ${libfixmath_archive})
+plenum_bench(NAME fixed.operation COMMAND ${Python3_EXECUTABLE} -B ${CMAKE_CURRENT_LIST_DIR}/fixmath.py $<TARGET_FILE:plenum_fixmath_bench>)
