@@ -366,12 +366,17 @@ Greybox::Ports Greybox::conductances(std::size_t segment, Scalar command_V) cons
           node_[segment].exhaust + slope_[segment].exhaust * along_V};
 }
 
-Prediction Greybox::step(Scalar pressure_kPa, Scalar command_V, const ChamberMotion& motion,
-                         Scalar ticks) const noexcept {
+Opening Greybox::opening(Scalar command_V) const noexcept {
   const Scalar command = clamp(command_V, node_V_.front(), node_V_.back());
+  const Ports open = conductances(segment(command), command);
+  return {.first = open.inlet, .second = open.exhaust};
+}
+
+Prediction Greybox::step(Scalar pressure_kPa, const Opening& open, const ChamberMotion& motion,
+                         Scalar ticks) const noexcept {
   const Tick now = tick(pressure_kPa, motion);
   MeanRise rise;
-  const Scalar end_kPa = travel(now, conductances(segment(command), command), ticks, rise);
+  const Scalar end_kPa = travel(now, {.inlet = open.first, .exhaust = open.second}, ticks, rise);
   const Scalar risen_kPa = ticks > Scalar(0) ? rise.kPa_ticks() / ticks : Scalar(0);
   return {.end_kPa = end_kPa, .mean_kPa = now.pressure_kPa + risen_kPa};
 }

@@ -42,11 +42,24 @@ struct Inverse {
   bool saturated = false;       ///< no command in the range reaches the target; this one comes closest
 };
 
+/// What a command does to the valve, as its model has computed it and alone can read it: s and k of the formulas, the conductances
+/// of the grey-box model.
+struct Opening {
+  Scalar first = 0;
+  Scalar second = 0;
+};
+
 class PressureModel {
  public:
+  virtual Opening opening(Scalar command_V) const noexcept = 0;
+
   /// Pressure after `ticks` of a tick (0 to 1) and its mean over that time. Finite for every finite input.
-  virtual Prediction step(Scalar pressure_kPa, Scalar command_V, const ChamberMotion& motion,
+  virtual Prediction step(Scalar pressure_kPa, const Opening& open, const ChamberMotion& motion,
                           Scalar ticks) const noexcept = 0;
+  Prediction step(Scalar pressure_kPa, Scalar command_V, const ChamberMotion& motion,
+                  Scalar ticks) const noexcept {
+    return step(pressure_kPa, opening(command_V), motion, ticks);
+  }
 
   /// The command within the model's command range whose step() ends nearest to `target_kPa`.
   ///

@@ -67,7 +67,7 @@ Scalar Regulator::disturbance_kPa(Scalar compression_kPa) const noexcept {
 }
 
 Prediction Regulator::past_tick(const PressureModel& model, const ChamberMotion& past,
-                                Scalar compression_kPa) const noexcept {
+                                Scalar compression_kPa) noexcept {
   const Prediction undisturbed = sent_.past_tick(model, pressure_kPa_, past);
   const Scalar disturbed_kPa = disturbance_kPa(compression_kPa);
   return {.end_kPa = undisturbed.end_kPa + disturbed_kPa,
@@ -121,13 +121,12 @@ Regulator::Span Regulator::acting_span(const ReferenceShaper::Reference& referen
           .to_kPa = reference.at(sent_.whole_ticks() + 1, sent_.part_ticks())};
 }
 
-Regulator::Acting Regulator::when_it_acts(const PressureModel& model,
-                                          const ChamberMotion& next) const noexcept {
+Regulator::Acting Regulator::when_it_acts(const PressureModel& model, const ChamberMotion& next) noexcept {
   Acting acting{.pressure_kPa = pressure_kPa_, .motion = next, .compressed = compressed(next)};
   const auto advance = [&](std::size_t sent_ticks_ago, Scalar ticks) noexcept {
     const Scalar disturbed_kPa = disturbance_kPa(acting.pressure_kPa * acting.compressed);
     acting.pressure_kPa =
-        model.step(acting.pressure_kPa, sent_.ago(sent_ticks_ago).model_V, acting.motion, ticks).end_kPa +
+        model.step(acting.pressure_kPa, sent_.opening(model, sent_ticks_ago), acting.motion, ticks).end_kPa +
         ticks * disturbed_kPa;
   };
   advance(sent_.whole_ticks() + 1, sent_.part_ticks());

@@ -126,10 +126,10 @@ class Regulator {
     ChamberMotion motion;
     Scalar compressed;  ///< by that motion, -v' h/v
   };
-  Acting when_it_acts(const PressureModel& model, const ChamberMotion& next) const noexcept;
+  Acting when_it_acts(const PressureModel& model, const ChamberMotion& next) noexcept;
   /// The tick just past, from the estimate at its start and the commands that acted.
   Prediction past_tick(const PressureModel& model, const ChamberMotion& past,
-                       Scalar compression_kPa) const noexcept;
+                       Scalar compression_kPa) noexcept;
   void learn(Scalar residual_kPa, Scalar compression_kPa) noexcept;
 
   Config config_;

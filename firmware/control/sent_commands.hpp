@@ -18,6 +18,8 @@ class SentCommands {
     Scalar model_V = 0;
     bool planned = false;  ///< as the regulator had planned it, by an inverse that found this slope:
     Scalar by_command_kPa_V = 0;
+    bool opened = false;  ///< a model has said what it does:
+    Opening opening{};
   };
 
   /// `delay_ticks`: 0 to ValvePath::kMostDelay_ticks.
@@ -37,23 +39,34 @@ class SentCommands {
   }
 
   /// Of `ticks` ago, 1 to n + 2; 1: the last.
-  const Sent& ago(std::size_t ticks) const noexcept { return sent_[(newest_ + kRing + 1 - ticks) % kRing]; }
+  const Sent& ago(std::size_t ticks) const noexcept { return sent_[place(ticks)]; }
+
+  /// What the command of `ticks` ago does, of the model that has been in force since reset(): computed once.
+  const Opening& opening(const PressureModel& model, std::size_t ticks) noexcept {
+    Sent& of = sent_[place(ticks)];
+    if (!of.opened) of.opening = model.opening(of.model_V);
+    of.opened = true;
+    return of.opening;
+  }
 
   /// The one that acted last over the tick just past.
   const Sent& acted() const noexcept { return ago(whole_ticks_ + 1); }
 
   /// The tick just past, from the pressure at its start.
-  Prediction past_tick(const PressureModel& model, Scalar pressure_kPa,
-                       const ChamberMotion& past) const noexcept {
+  Prediction past_tick(const PressureModel& model, Scalar pressure_kPa, const ChamberMotion& past) noexcept {
     const Scalar rest = Scalar(1) - part_ticks_;
-    const Prediction first = model.step(pressure_kPa, ago(whole_ticks_ + 2).model_V, past, part_ticks_);
-    const Prediction second = model.step(first.end_kPa, acted().model_V, past, rest);
+    const Prediction first = model.step(pressure_kPa, opening(model, whole_ticks_ + 2), past, part_ticks_);
+    const Prediction second = model.step(first.end_kPa, opening(model, whole_ticks_ + 1), past, rest);
     return {.end_kPa = second.end_kPa, .mean_kPa = part_ticks_ * first.mean_kPa + rest * second.mean_kPa};
   }
 
  private:
   static constexpr std::size_t kRing = 16;
   static_assert(kRing >= static_cast<std::size_t>(ValvePath::kMostDelay_ticks) + 2);
+
+  std::size_t place(std::size_t ticks_ago) const noexcept {
+    return (newest_ + kRing + 1 - ticks_ago) % kRing;
+  }
 
   std::array<Sent, kRing> sent_{};
   std::size_t newest_ = 0;

@@ -39,10 +39,15 @@ Scalar Tassa9::Tick::slope_kPa_V(const CommandCurve::Tangent& of, Scalar done) c
   return of.by_V.steady_kPa_V * done + by_rate_kPa(of.at, done) * rate_gain * of.by_V.opening;
 }
 
-Prediction Tassa9::step(Scalar pressure_kPa, Scalar command_V, const ChamberMotion& motion,
+Opening Tassa9::opening(Scalar command_V) const noexcept {
+  const CommandCurve::Point at = curve_.at(command_V);
+  return {.first = at.steady_kPa, .second = at.opening_V};
+}
+
+Prediction Tassa9::step(Scalar pressure_kPa, const Opening& open, const ChamberMotion& motion,
                         Scalar ticks) const noexcept {
   const Tick now = tick(pressure_kPa, motion);
-  const CommandCurve::Point at = curve_.at(command_V);
+  const CommandCurve::Point at{.steady_kPa = open.first, .opening_V = open.second};
   const Scalar steady = now.steady_kPa(at);
   const Scalar rh = now.rate(at.opening_V) * ticks;
   const Scalar done = numeric::decay(rh);

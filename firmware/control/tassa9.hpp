@@ -40,7 +40,9 @@ class Tassa9 final : public PressureModel {
   void configure(std::span<const Scalar, kParameters> parameters, Scalar command_low_V,
                  Scalar command_high_V) noexcept;
 
-  Prediction step(Scalar pressure_kPa, Scalar command_V, const ChamberMotion& motion,
+  using PressureModel::step;
+  Opening opening(Scalar command_V) const noexcept override;
+  Prediction step(Scalar pressure_kPa, const Opening& open, const ChamberMotion& motion,
                   Scalar ticks) const noexcept override;
   /// As InverseSearch.
   Inverse inverse(Scalar pressure_kPa, Scalar target_kPa, const ChamberMotion& motion,

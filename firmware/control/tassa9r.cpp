@@ -52,10 +52,15 @@ Scalar Tassa9r::Tick::slope_kPa_V(const CommandCurve::Tangent& of, Scalar phi_1)
   return speed_by_V * phi_1 + by_x_kPa(of.at, phi_1) * a_by_V;
 }
 
-Prediction Tassa9r::step(Scalar pressure_kPa, Scalar command_V, const ChamberMotion& motion,
+Opening Tassa9r::opening(Scalar command_V) const noexcept {
+  const CommandCurve::Point at = curve_.at(within_range(command_V));
+  return {.first = at.steady_kPa, .second = at.opening_V};
+}
+
+Prediction Tassa9r::step(Scalar pressure_kPa, const Opening& open, const ChamberMotion& motion,
                          Scalar ticks) const noexcept {
   const Tick now = tick(pressure_kPa, motion);
-  const CommandCurve::Point at = curve_.at(within_range(command_V));
+  const CommandCurve::Point at{.steady_kPa = open.first, .opening_V = open.second};
   const Scalar x = now.x(at.opening_V) * ticks;
   const Scalar phi_1 = numeric::phi_1(x);
   const Scalar speed_kPa = now.speed_kPa(at) * ticks;
