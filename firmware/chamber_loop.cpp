@@ -28,9 +28,30 @@ void ChamberLoop::configure(const config::ChamberSettings& settings,
   valve_delay_ticks_ = regulator.valve_delay_ticks;
   farthest_mL_ = kFarthest * numeric::abs(settings.volume_gain_mL_per_V *
                                           (settings.position_valid_high_V - settings.position_valid_low_V));
+  settings_seal_ = config::sum_of_object(settings_);
+  rests_by_settings_ = false;
   if (has_commanded_) return;
-  resting_ = settings;
+  rest_by_settings();
   command_V_ = settings.null_V;
+}
+
+void ChamberLoop::rest_by_settings() noexcept {
+  resting_ = settings_;
+  resting_seal_ = config::sum_of_object(resting_);
+  rests_by_settings_ = true;
+}
+
+bool ChamberLoop::intact() noexcept {
+  const bool model_intact = model_seal_.look(known_.memory());
+  const bool settings_intact = settings_seal_ == config::sum_of_object(settings_);
+  const bool resting_intact = resting_seal_ == config::sum_of_object(resting_);
+  // One copy mends the other: what the outputs rest at counts most while a fault stands.
+  if (settings_intact && !resting_intact) rest_by_settings();
+  if (!settings_intact && resting_intact && rests_by_settings_) {
+    settings_ = resting_;
+    settings_seal_ = config::sum_of_object(settings_);
+  }
+  return model_intact && settings_intact && resting_intact;
 }
 
 void ChamberLoop::take_over(const config::ModelParameters& parameters) noexcept {
@@ -38,6 +59,7 @@ void ChamberLoop::take_over(const config::ModelParameters& parameters) noexcept 
   // is a mean, and half a tick older.
   const numeric::Scalar pressure_now_kPa = has_model() ? regulator_.pressure_kPa() : pressure_kPa_;
   known_.take_over(parameters, settings_.command_low_V, settings_.command_high_V);
+  model_seal_.close(known_.memory());
   const control::ModelPaths paths = control::paths_of(parameters, valve_delay_ticks_);
   regulator_.take_over(paths.valve, paths.sensor_lag_ticks);
   // What had been learned was the old model's faults. Pressure and command stay: no bump.
@@ -95,7 +117,7 @@ safety::FaultSet ChamberLoop::measure(const Measured& readings, bool regulation_
 }
 
 float ChamberLoop::command(const Order& order, canopen::ChamberImage& image) noexcept {
-  if (order.commanded) resting_ = settings_;
+  if (order.commanded && !rests_by_settings_) rest_by_settings();
   has_commanded_ = true;
   numeric::Scalar driven = driven_V(order, image);
   if (!numeric::is_finite(driven)) {

@@ -6,6 +6,7 @@
 #include "firmware/canopen/process_image.hpp"
 #include "firmware/config/chamber_settings.hpp"
 #include "firmware/config/model_image.hpp"
+#include "firmware/config/seal.hpp"
 #include "firmware/control/any_model.hpp"
 #include "firmware/control/excitation.hpp"
 #include "firmware/control/model_paths.hpp"
@@ -34,6 +35,10 @@ class ChamberLoop {
   /// A usable pressure has come this tick.
   bool pressure_fresh() const noexcept { return pressure_fresh_; }
 
+  /// No bit has flipped in the settings, nor in the piece of the model that is looked at with this call. Settings of which the
+  /// other copy is whole are mended.
+  bool intact() noexcept;
+
   struct Measured {
     ports::AnalogReading pressure;
     ports::AnalogReading position;
@@ -61,6 +66,7 @@ class ChamberLoop {
   numeric::Scalar driven_V(const Order& order, canopen::ChamberImage& image) noexcept;
   void begin_excitation(const Order& order) noexcept;
   numeric::Scalar regulated_V(const Order& order, canopen::ChamberImage& image) noexcept;
+  void rest_by_settings() noexcept;
   void observe_volume(numeric::Scalar measured_mL) noexcept;
   void begin_anew() noexcept;
 
@@ -73,16 +79,20 @@ class ChamberLoop {
   control::Regulator regulator_;
   control::Excitation excitation_;
   control::AnyModel known_;
+  config::LongSeal model_seal_;  ///< of the one in force
+  std::uint64_t settings_seal_ = 0;
+  std::uint64_t resting_seal_ = 0;
   numeric::Scalar valve_delay_ticks_ = 0;  ///< the installer's, for a model that states none
 
   numeric::Scalar farthest_mL_ = 0;   ///< that a believed estimate of the volume is off its measurement
   numeric::Scalar pressure_kPa_ = 0;  ///< last usable measurement
   control::ChamberMotion motion_;     ///< of the tick at hand
   numeric::Scalar residual_kPa_ = 0;
-  numeric::Scalar command_V_ = 0;  ///< held over the tick just past
-  bool has_commanded_ = false;     ///< an output stands, and no setting alone moves it
-  bool pressure_fresh_ = false;    ///< a usable measurement has come this tick
-  bool pressure_seen_ = false;     ///< a usable measurement has come since the start
+  numeric::Scalar command_V_ = 0;   ///< held over the tick just past
+  bool rests_by_settings_ = false;  ///< resting_ is settings_
+  bool has_commanded_ = false;      ///< an output stands, and no setting alone moves it
+  bool pressure_fresh_ = false;     ///< a usable measurement has come this tick
+  bool pressure_seen_ = false;      ///< a usable measurement has come since the start
   bool volume_seen_ = false;
   bool was_regulating_ = false;
   bool was_exciting_ = false;

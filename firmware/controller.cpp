@@ -57,15 +57,32 @@ void Controller::take_over(std::uint8_t changed) noexcept {
   }
 }
 
+/// Looks at one chamber a tick and at what is short every time, before anything of it is used or written anew.
+bool Controller::memory_upset() noexcept {
+  const std::size_t c = image_.tick_count % config::kChambers;
+  const bool chamber_intact = chamber_[c].intact();
+  const bool kept_intact = settings_.intact(c) && slots_.intact(c);
+  const unsigned others = damaged_ & ~(1U << c);
+  damaged_ = static_cast<std::uint8_t>(chamber_intact && kept_intact ? others : others | 1U << c);
+  const bool orders_intact = image_.control_word.intact() && image_.control_mode.intact();
+  if (!orders_intact) {  // nobody has given them
+    image_.control_word = 0;
+    image_.control_mode = canopen::ControlMode::pressure_closed_loop;
+  }
+  return damaged_ != 0 || !settings_.intact(config::kChambers) || !supervisor_.intact() ||
+         !faults_.intact() || !orders_intact;
+}
+
 Outputs Controller::step(const Inputs& inputs) noexcept {
   const std::uint32_t saturations_before = numeric::Fixed::saturations();
+  const bool upset = memory_upset();
   const std::uint8_t reset = settings_.take_changed();
   const std::uint8_t changed = slots_.apply_at_tick_edge();
   configure(reset);
   take_over(static_cast<std::uint8_t>(changed | reset));  // a model is bound to the range of commands
   changed_ = static_cast<std::uint8_t>(changed_ | changed);
 
-  const safety::FaultReport report = judge(inputs);
+  const safety::FaultReport report = judge(inputs, upset);
   bool models_ready = true;
   for (const ChamberLoop& chamber : chamber_) {
     models_ready = models_ready && (!chamber.in_use() || chamber.has_model() || !model_needed());
@@ -99,12 +116,13 @@ Outputs Controller::step(const Inputs& inputs) noexcept {
   return outputs;
 }
 
-safety::FaultReport Controller::judge(const Inputs& inputs) noexcept {
+safety::FaultReport Controller::judge(const Inputs& inputs, bool upset) noexcept {
   // In excitation there are no set points: there the master shows by its SYNC that it is still there.
   const std::uint32_t master_count = model_needed() ? image_.setpoint_count : image_.sync_count;
   const safety::FaultSet board_causes =
       monitor_.step(settings_.board(), {.emergency_stop = inputs.digital.emergency_stop,
                                         .outputs_ok = inputs.outputs_ok,
+                                        .memory_upset = upset,
                                         .tick_late = inputs.timing.overrun == Overrun::fault,
                                         .supply_V = inputs.supply.mean_V,
                                         .supply_fresh = inputs.supply.fresh,

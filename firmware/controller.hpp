@@ -105,7 +105,8 @@ class Controller {
  private:
   void configure(std::uint8_t changed) noexcept;
   void take_over(std::uint8_t changed) noexcept;
-  safety::FaultReport judge(const Inputs& inputs) noexcept;
+  bool memory_upset() noexcept;
+  safety::FaultReport judge(const Inputs& inputs, bool upset) noexcept;
   Outputs drive(safety::Drive drive, bool powered) noexcept;
   void record(safety::Drive drive) noexcept;
   bool model_needed() const noexcept { return image_.control_mode != canopen::ControlMode::excitation; }
@@ -124,6 +125,7 @@ class Controller {
   safety::Supervisor supervisor_;
   safety::Drive last_drive_ = safety::Drive::vent;
   std::uint8_t changed_ = 0;
+  std::uint8_t damaged_ = 0;  ///< bit c: in what is constant of chamber c a bit has flipped
 };
 
 }  // namespace plenum

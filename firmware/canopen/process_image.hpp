@@ -10,6 +10,7 @@
 #include "firmware/canopen/objects.hpp"
 #include "firmware/config/limits.hpp"
 #include "firmware/config/record_store.hpp"
+#include "firmware/config/twice.hpp"
 #include "firmware/telemetry/latency_histogram.hpp"
 
 namespace plenum::canopen {
@@ -69,9 +70,9 @@ struct StoreImage {
 
 struct ProcessImage {
   // from the bus
-  std::uint16_t control_word = 0;                                ///< 6040h
-  ControlMode control_mode = ControlMode::pressure_closed_loop;  ///< 6043h
-  ExcitationImage excitation;                                    ///< 2310h
+  config::Twice<std::uint16_t> control_word{0};                                ///< 6040h
+  config::Twice<ControlMode> control_mode{ControlMode::pressure_closed_loop};  ///< 6043h
+  ExcitationImage excitation;                                                  ///< 2310h
   std::uint32_t sync_count = 0;  ///< counts SYNCs taken while operational: the watchdog's food in excitation
   std::uint32_t setpoint_count = 0;  ///< counts set-point PDOs accepted: the watchdog's food
   bool setpoint_lost = false;        ///< the RPDO event timer (1400h:5) ran out while 6040h asks for ACTIVE

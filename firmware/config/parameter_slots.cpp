@@ -132,12 +132,14 @@ CommitResult ParameterSlots::commit(std::uint8_t mask, std::uint32_t crc, std::u
 
 std::uint8_t ParameterSlots::apply_at_tick_edge() noexcept {
   session_.tick();
+  if (!pending_.intact()) pending_ = 0;  // a commit that nobody has made
   const std::uint8_t changed = pending_;
   if (changed != 0) ++generation_;
   for (std::size_t chamber = 0; chamber < kChambers; ++chamber) {
     if (!names(changed, chamber)) continue;
     Slot& slot = slots_[chamber];
-    slot.active = 1 - slot.active;
+    slot.active = ~slot.active & 1U;
+    slot.seal.close(slot.active_memory());
     slot.staged_set().size = 0;
     slot.generation = generation_;
   }

@@ -19,6 +19,8 @@
 #include "firmware/config/model_desk.hpp"
 #include "firmware/config/model_image.hpp"
 #include "firmware/config/model_set.hpp"
+#include "firmware/config/seal.hpp"
+#include "firmware/config/twice.hpp"
 
 namespace plenum::config {
 
@@ -42,7 +44,9 @@ struct Serials {
 class ParameterSlots final : public ModelDesk {
  public:
   /// Without a trial nothing is compared. It must outlive the slots.
-  explicit ParameterSlots(ModelTrial* trial = nullptr) noexcept : trial_(trial) {}
+  explicit ParameterSlots(ModelTrial* trial = nullptr) noexcept : trial_(trial) {
+    for (Slot& slot : slots_) slot.seal.close(slot.active_memory());
+  }
 
   /// Images that state other serial numbers will be doubted. `chamber` < kChambers.
   void expect(std::size_t chamber, const Serials& serials) noexcept { slots_[chamber].serials = serials; }
@@ -74,6 +78,13 @@ class ParameterSlots final : public ModelDesk {
   /// kChambers.
   const ModelParameters& active(std::size_t chamber) const noexcept;
 
+  /// No bit has flipped in the commit that waits, and none in the piece of the active set that is looked at with this call.
+  /// `chamber` < kChambers.
+  bool intact(std::size_t chamber) noexcept {
+    Slot& slot = slots_[chamber];
+    return slot.seal.look(slot.active_memory()) && pending_.intact();
+  }
+
   /// Commits applied since start.
   std::uint32_t generation() const noexcept { return generation_; }
 
@@ -83,11 +94,14 @@ class ParameterSlots final : public ModelDesk {
     std::array<std::uint8_t, kMaxImageBytes> image{};
     std::size_t size = 0;  // 0: empty
 
-    std::span<const std::uint8_t> bytes() const noexcept { return std::span(image).first(size); }
+    std::span<const std::uint8_t> bytes() const noexcept {
+      return std::span(image).first(size <= image.size() ? size : 0);  // not beyond it, whatever has flipped
+    }
   };
   struct Slot {
     std::array<Set, 2> set;
-    std::size_t active = 0;  // index into set; the other one is staged
+    std::size_t active = 0;  // its last bit: index into set; the other one is staged
+    LongSeal seal;           // of the active set
     std::uint32_t generation = 0;
     ImageVerdict refusal;  // of the image handed in last
     ImageVerdict doubt;    // of the image staged
@@ -95,9 +109,12 @@ class ParameterSlots final : public ModelDesk {
     Serials serials;
     std::uint32_t expected_serial = 0;
 
-    const Set& active_set() const noexcept { return set[active]; }
-    const Set& staged_set() const noexcept { return set[1 - active]; }
-    Set& staged_set() noexcept { return set[1 - active]; }
+    std::span<const std::byte> active_memory() const noexcept {
+      return std::as_bytes(std::span(&active_set(), 1));
+    }
+    const Set& active_set() const noexcept { return set[active & 1U]; }
+    const Set& staged_set() const noexcept { return set[~active & 1U]; }
+    Set& staged_set() noexcept { return set[~active & 1U]; }
   };
 
   ImageVerdict check_and_stage(Slot& slot, bool pending, std::span<const std::uint8_t> image) noexcept;
@@ -113,7 +130,7 @@ class ParameterSlots final : public ModelDesk {
   ModelSet set_;
   std::uint8_t staged_of_set_ = 0;  // mask: staged so far
   std::uint8_t refused_of_set_ = 0;
-  std::uint8_t pending_ = 0;  // mask of the accepted commit that waits for the tick's edge
+  Twice<std::uint8_t> pending_{0};  // mask of the accepted commit that waits for the tick's edge
   std::uint32_t generation_ = 0;
 };
 

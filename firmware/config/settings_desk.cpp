@@ -11,6 +11,7 @@ SettingVerdict SettingsDesk::set(const BoardSettings& settings) noexcept {
   const SettingVerdict verdict = validate(settings);
   if (verdict) {
     board_ = settings;
+    seal(kChambers);
   } else {
     refusal_ = {0, verdict};
   }
@@ -26,6 +27,7 @@ SettingVerdict SettingsDesk::set(std::size_t chamber, const ChamberSettings& set
   const SettingVerdict verdict = validate(settings);
   if (verdict) {
     chamber_[chamber] = settings;
+    seal(chamber);
     changed_ = static_cast<std::uint8_t>(changed_ | 1U << chamber);
   } else {
     refusal_ = {static_cast<std::uint8_t>(chamber + 1), verdict};
@@ -57,6 +59,7 @@ bool SettingsDesk::take_restored(std::size_t owner) noexcept {
   const SettingVerdict verdict =
       of_board ? settle(board_, restored_board_, installed_board_)
                : settle(chamber_[owner], restored_chamber_[owner], installed_chamber_[owner]);
+  seal(owner);
   if (!verdict) refusal_ = {static_cast<std::uint8_t>(of_board ? 0 : owner + 1), verdict};
   return static_cast<bool>(verdict);
 }

@@ -10,6 +10,7 @@
 
 #include "firmware/config/chamber_settings.hpp"
 #include "firmware/config/limits.hpp"
+#include "firmware/config/seal.hpp"
 
 namespace plenum::config {
 
@@ -24,14 +25,19 @@ class SettingsDesk {
   using Chambers = std::array<ChamberSettings, kChambers>;
 
   /// Defaults for everything.
-  SettingsDesk() noexcept = default;
+  SettingsDesk() noexcept : SettingsDesk(BoardSettings{}, Chambers{}) {}
   /// The installer's settings, which have passed validate().
   SettingsDesk(const BoardSettings& board, const Chambers& chamber) noexcept
-      : installed_board_(board), installed_chamber_(chamber), board_(board), chamber_(chamber) {}
+      : installed_board_(board), installed_chamber_(chamber), board_(board), chamber_(chamber) {
+    for (std::size_t owner = 0; owner <= kChambers; ++owner) seal(owner);
+  }
 
   const BoardSettings& board() const noexcept { return board_; }
   /// `chamber` < kChambers, here and below.
   const ChamberSettings& chamber(std::size_t chamber) const noexcept { return chamber_[chamber]; }
+
+  /// No bit has flipped in the settings in force of a chamber, or with kChambers of the board, since they were written.
+  bool intact(std::size_t owner) const noexcept { return seal_[owner] == sum_in_force(owner); }
 
   /// Refused settings change nothing; why they were refused is kept as refusal().
   SettingVerdict set(const BoardSettings& settings) noexcept;
@@ -62,10 +68,16 @@ class SettingsDesk {
   std::uint8_t take_changed() noexcept;
 
  private:
+  std::uint64_t sum_in_force(std::size_t owner) const noexcept {
+    return owner == kChambers ? sum_of_object(board_) : sum_of_object(chamber_[owner]);
+  }
+  void seal(std::size_t owner) noexcept { seal_[owner] = sum_in_force(owner); }
+
   BoardSettings installed_board_;
   Chambers installed_chamber_{};
   BoardSettings board_;
   Chambers chamber_{};
+  std::array<std::uint64_t, kChambers + 1> seal_{};  ///< of chambers and board, in force
   bool restoring_ = false;
   BoardSettings restored_board_;  ///< while restoring_, as the next
   Chambers restored_chamber_{};

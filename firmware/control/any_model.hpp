@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <span>
 
 #include "firmware/config/model_image.hpp"
@@ -50,6 +51,22 @@ class AnyModel {
         return &tassa9r_;
     }
     return nullptr;
+  }
+
+  /// Its memory, which nothing writes between two take_over().
+  std::span<const std::byte> memory() const noexcept {
+    const auto of = [](const auto& model) noexcept { return std::as_bytes(std::span(&model, 1)); };
+    switch (kind_) {
+      case config::ModelKind::none:
+        break;
+      case config::ModelKind::tassa9:
+        return of(tassa9_);
+      case config::ModelKind::greybox:
+        return of(greybox_);
+      case config::ModelKind::tassa9r:
+        return of(tassa9r_);
+    }
+    return {};
   }
 
  private:

@@ -27,8 +27,9 @@ class SentCommands {
     whole_ticks_ = static_cast<std::size_t>(delay_ticks);
     part_ticks_ = delay_ticks - static_cast<Scalar>(whole_ticks_);
   }
-  std::size_t whole_ticks() const noexcept { return whole_ticks_; }  ///< n
-  Scalar part_ticks() const noexcept { return part_ticks_; }         ///< f
+  /// n; not above what the tables hold, whatever has flipped.
+  std::size_t whole_ticks() const noexcept { return whole_ticks_ <= kMost ? whole_ticks_ : kMost; }
+  Scalar part_ticks() const noexcept { return part_ticks_; }  ///< f
 
   /// The same command has been sent for long.
   void reset(Scalar model_V) noexcept { sent_.fill({.model_V = model_V, .planned = false}); }
@@ -50,19 +51,20 @@ class SentCommands {
   }
 
   /// The one that acted last over the tick just past.
-  const Sent& acted() const noexcept { return ago(whole_ticks_ + 1); }
+  const Sent& acted() const noexcept { return ago(whole_ticks() + 1); }
 
   /// The tick just past, from the pressure at its start.
   Prediction past_tick(const PressureModel& model, Scalar pressure_kPa, const ChamberMotion& past) noexcept {
     const Scalar rest = Scalar(1) - part_ticks_;
-    const Prediction first = model.step(pressure_kPa, opening(model, whole_ticks_ + 2), past, part_ticks_);
-    const Prediction second = model.step(first.end_kPa, opening(model, whole_ticks_ + 1), past, rest);
+    const Prediction first = model.step(pressure_kPa, opening(model, whole_ticks() + 2), past, part_ticks_);
+    const Prediction second = model.step(first.end_kPa, opening(model, whole_ticks() + 1), past, rest);
     return {.end_kPa = second.end_kPa, .mean_kPa = part_ticks_ * first.mean_kPa + rest * second.mean_kPa};
   }
 
  private:
   static constexpr std::size_t kRing = 16;
-  static_assert(kRing >= static_cast<std::size_t>(ValvePath::kMostDelay_ticks) + 2);
+  static constexpr std::size_t kMost = static_cast<std::size_t>(ValvePath::kMostDelay_ticks);
+  static_assert(kRing >= kMost + 2);
 
   std::size_t place(std::size_t ticks_ago) const noexcept {
     return (newest_ + kRing + 1 - ticks_ago) % kRing;

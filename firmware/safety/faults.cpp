@@ -19,6 +19,8 @@ constexpr std::array<FaultSpec, kFaults> kTable = {{
      "an output or converter refused a write: valve supply, device of the board's configuration"},
     {Fault::over_pressure, "over-pressure", 0x8302, kProfile, Reaction::vent, Scope::chamber, Clears::by_reset,
      "over_pressure_kPa, supply regulator, pressure sensor calibration"},
+    {Fault::memory_upset, "memory upset", 0xFF09, kOwn, Reaction::safe, Scope::board, Clears::by_reset,
+     "start the board again, or write the settings and upload the models anew; if it comes back, the board's memory"},
     {Fault::tick_overrun, "tick overrun", 0xFF01, kOwn, Reaction::safe, Scope::board, Clears::by_reset,
      "overrun_limit_ticks, load of the processor, priority of the loop"},
     {Fault::pressure_not_finite, "pressure not finite", 0xFF04, kOwn, Reaction::safe, Scope::chamber, Clears::by_reset,
@@ -114,6 +116,12 @@ FaultReport FaultRegister::step(const ChamberFaults& chamber_causes, FaultSet bo
     report.chamber = static_cast<std::uint8_t>(c + 1);
   }
   return report;
+}
+
+bool FaultRegister::intact() const noexcept {
+  bool intact = board_.intact();
+  for (const auto& chamber : chamber_) intact = intact && chamber.intact();
+  return intact;
 }
 
 bool FaultRegister::must_vent(std::size_t chamber) const noexcept {

@@ -19,6 +19,7 @@ enum class Fault : std::uint8_t {
   emergency_stop,
   hardware,
   over_pressure,
+  memory_upset,
   tick_overrun,
   pressure_not_finite,
   pressure_out_of_range,
@@ -38,7 +39,7 @@ enum class Fault : std::uint8_t {
   can_passive,
 };
 
-inline constexpr std::size_t kFaults = 20;
+inline constexpr std::size_t kFaults = 21;
 
 /// A set of faults, bit f for fault f.
 using FaultSet = std::uint32_t;
@@ -104,6 +105,9 @@ using ChamberFaults = std::array<FaultSet, config::kChambers>;
 
 class FaultRegister {
  public:
+  /// No bit has flipped in what stands.
+  bool intact() const noexcept;
+
   /// Takes in the causes present in this tick. `reset`: clear what is latched and has no cause any more. A
   /// fault whose cause is present stands, reset or not; and so does one that a flipped bit has left in one copy only.
   FaultReport step(const ChamberFaults& chamber_causes, FaultSet board_causes, bool reset) noexcept;

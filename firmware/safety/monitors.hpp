@@ -58,6 +58,7 @@ class BoardMonitor {
   struct Input {
     bool emergency_stop = false;  ///< its circuit is open
     bool outputs_ok = true;       ///< every output took the last write
+    bool memory_upset = false;    ///< a bit has flipped in what decides what may move
     bool tick_late = false;       ///< this tick began later than its deadline
     float supply_V = 0.0F;        ///< mean at the supply sensor's pin
     bool supply_fresh = true;     ///< a sample arrived in the tick; an old one vouches for no supply

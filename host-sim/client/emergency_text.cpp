@@ -32,6 +32,7 @@ constexpr std::array kOfBoard = std::to_array<Row>({
     {0xFF06, "position stale"},
     {0xFF07, "position not finite"},
     {0xFF08, "position sensor out of range"},
+    {0xFF09, "memory upset"},
 });
 
 // The high byte, or its first digit where the second is 0.

@@ -45,6 +45,16 @@ inline Abort read_error_code(const Device& device, Place, std::uint32_t& bits) n
   return Abort::none;
 }
 
+inline Abort write_control_word(Device& device, Place, std::uint32_t bits) noexcept {
+  device.image.control_word = static_cast<std::uint16_t>(bits);
+  return Abort::none;
+}
+
+inline Abort read_control_mode(const Device& device, Place, std::uint32_t& bits) noexcept {
+  bits = static_cast<std::uint32_t>(device.image.control_mode.value());
+  return Abort::none;
+}
+
 /// While ACTIVE the mode stands: a change would be a step of the command that nobody asked for.
 inline Abort write_control_mode(Device& device, Place, std::uint32_t bits) noexcept {
   const auto mode = static_cast<ControlMode>(static_cast<std::int8_t>(bits));
@@ -71,13 +81,13 @@ using Limits = config::ChamberSettings;
 
 inline constexpr Entry kFluidPowerRows[] = {
     value(0x6040, 0, kOnce, "Control word", unsigned16, read_write, receive_and_transmit, kAny,
-          read_image<&ProcessImage::control_word>, write_image<&ProcessImage::control_word>),
+          read_image<&ProcessImage::control_word>, write_control_word),
     value(0x6041, 0, kOnce, "Status word", unsigned16, read_only, transmit, kAny,
           read_image<&ProcessImage::status_word>),
     value(0x6042, 0, kOnce, "Device mode", integer8, read_write, no, {1.0F, 1.0F, true}, fixed<1>,
           accept_device_mode),
-    value(0x6043, 0, kOnce, "Control mode", integer8, read_write, no, kAny,
-          read_image<&ProcessImage::control_mode>, write_control_mode),
+    value(0x6043, 0, kOnce, "Control mode", integer8, read_write, no, kAny, read_control_mode,
+          write_control_mode),
     value(0x604E, 0, kOnce, "Error code", unsigned16, read_only, transmit, kAny, read_error_code),
     value(0x604F, 0, kOnce, "Local (0: the bus has control)", integer8, constant, no, kAny, fixed<0>),
 
