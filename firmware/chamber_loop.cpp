@@ -93,6 +93,8 @@ safety::FaultSet ChamberLoop::measure(const Measured& readings, bool regulation_
                                 .position_V = readings.position.mean_V,
                                 .position_fresh = readings.position.fresh,
                                 .residual_kPa = static_cast<float>(residual_kPa_),
+                                .command_V = static_cast<float>(command_V_),
+                                .driven = was_regulating_ || was_exciting_,
                                 .regulation_asked = regulation_asked,
                                 .model_ready = has_model() || !model_needed});
   if (seen.position_usable) {

@@ -24,6 +24,7 @@ enum class Fault : std::uint8_t {
   pressure_not_finite,
   pressure_out_of_range,
   pressure_stale,
+  pressure_stuck,
   position_not_finite,
   position_out_of_range,
   position_stale,
@@ -39,7 +40,7 @@ enum class Fault : std::uint8_t {
   can_passive,
 };
 
-inline constexpr std::size_t kFaults = 21;
+inline constexpr std::size_t kFaults = 22;
 
 /// A set of faults, bit f for fault f.
 using FaultSet = std::uint32_t;

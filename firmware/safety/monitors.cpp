@@ -49,6 +49,15 @@ ChamberMonitor::Output ChamberMonitor::step(const config::ChamberSettings& setti
   out.causes |=
       if_so(in.position_fresh && position.finite && !position.in_range, Fault::position_out_of_range);
 
+  // Air in motion and a converter's noise let no two ticks agree for long.
+  const bool stands_still = in.driven && in.pressure_fresh && in.pressure_V == pressure_before_V_;
+  pressure_before_V_ = in.pressure_V;
+  lowest_V_ = stands_still ? numeric::min(lowest_V_, in.command_V) : in.command_V;
+  highest_V_ = stands_still ? numeric::max(highest_V_, in.command_V) : in.command_V;
+  const bool valve_moved =
+      highest_V_ - lowest_V_ > kStuckMoved * (settings.command_high_V - settings.command_low_V);
+  out.causes |= if_so(still_.step(stands_still) >= kStuckTicks && valve_moved, Fault::pressure_stuck);
+
   // Once tripped, the cause lasts until the pressure is back among the admissible references. A tick without
   // a usable pressure says nothing for or against. A reading above the valid range still counts as too much
   // pressure.

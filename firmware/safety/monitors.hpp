@@ -27,6 +27,12 @@ class TickCount {
   std::uint16_t count_ = 0;
 };
 
+/// A pressure sensor is stuck whose reading equals the one before to the bit for this many ticks on end, while the command went
+/// over this share of the installer's range. With the least noise of a converter ten equal readings do not come; without any, as in a
+/// simulation, a chamber that is at rest has a command at rest, or one that stays within a valve's dead band.
+inline constexpr std::uint16_t kStuckTicks = 10;
+inline constexpr float kStuckMoved = 0.125F;
+
 class ChamberMonitor {
  public:
   struct Input {
@@ -35,7 +41,9 @@ class ChamberMonitor {
     float position_V = 0.0F;
     bool position_fresh = false;
     float residual_kPa =
-        0.0F;  ///< measured minus predicted, as known a tick ago; 0 while nothing is predicted
+        0.0F;                ///< measured minus predicted, as known a tick ago; 0 while nothing is predicted
+    float command_V = 0.0F;  ///< held over the tick
+    bool driven = false;     ///< regulated or excited over the tick
     bool regulation_asked = false;  ///< 6040h asks for HOLD or ACTIVE
     bool model_ready = false;       ///< this chamber has a model, or the control mode needs none
   };
@@ -50,6 +58,9 @@ class ChamberMonitor {
 
  private:
   TickCount pressure_stale_, position_stale_, over_pressure_, residual_;
+  float pressure_before_V_ = 0.0F;
+  float lowest_V_ = 0.0F, highest_V_ = 0.0F;  ///< commands while it stood still
+  TickCount still_;
   bool over_pressure_tripped_ = false;
 };
 

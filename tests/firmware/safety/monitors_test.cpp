@@ -53,6 +53,28 @@ TEST(ChamberMonitor, RaisesNothingOfAHealthyChamber) {
   }
 }
 
+// The first of 40 ticks that raises it; 0: none. The command goes up and down by `stroke_V`, the reading by `noise_V`.
+int stuck_tick(float stroke_V, float noise_V, bool driven = true) {
+  ChamberMonitor monitor;
+  for (int tick = 1; tick <= 40; ++tick) {
+    auto in = healthy();
+    in.driven = driven;
+    in.command_V = tick % 4 < 2 ? 5.0F : 5.0F + stroke_V;
+    in.pressure_V += tick % 8 == 0 ? noise_V : 0.0F;
+    if (holds(monitor.step({}, in).causes, Fault::pressure_stuck)) return tick;
+  }
+  return 0;
+}
+
+// An eighth of 3 to 7 V is 0.5 V; the first of the eleven readings has none before it.
+TEST(ChamberMonitor, RaisesAStuckSensorOnceTenReadingsEqualTheOneBeforeWhileTheValveMoves) {
+  EXPECT_EQ(stuck_tick(0.6F, 0.0F), 11);
+  EXPECT_EQ(stuck_tick(-2.0F, 0.0F), 11);
+  EXPECT_EQ(stuck_tick(0.4F, 0.0F), 0) << "the valve hardly moves";
+  EXPECT_EQ(stuck_tick(0.6F, 1e-4F), 0) << "the reading moves now and then";
+  EXPECT_EQ(stuck_tick(0.6F, 0.0F, false), 0) << "nobody drives the valve";
+}
+
 TEST(ChamberMonitor, RaisesAStaleSensorInTheTickOfItsLimit) {
   config::ChamberSettings settings;
   settings.stale_limit_ticks = 4;
