@@ -62,8 +62,11 @@ void ChamberLoop::take_over(const config::ModelParameters& parameters) noexcept 
   model_seal_.close(known_.memory());
   const control::ModelPaths paths = control::paths_of(parameters, valve_delay_ticks_);
   regulator_.take_over(paths.valve, paths.sensor_lag_ticks);
-  // What had been learned was the old model's faults. Pressure and command stay: no bump.
-  regulator_.reset(pressure_now_kPa, command_V_);
+  if (pressure_seen_) {
+    regulator_.go_on(pressure_now_kPa);  // no bump
+  } else {
+    regulator_.reset(pressure_now_kPa, command_V_);
+  }
 }
 
 /// What is no number never becomes one again by itself, and from far off a filter takes seconds to come back.

@@ -42,21 +42,32 @@ void Regulator::take_over(const ValvePath::Config& valve, Scalar sensor_lag_tick
 }
 
 void Regulator::reset(Scalar pressure_kPa, Scalar command_V) noexcept {
-  trim_.reset();
+  forget(pressure_kPa);
   valve_.reset(command_V);
+  sent_.reset(command_V);
+}
+
+void Regulator::go_on(Scalar pressure_kPa) noexcept {
+  forget(pressure_kPa);
+  sent_.pass_again(valve_);
+}
+
+/// All but what has been sent.
+void Regulator::forget(Scalar pressure_kPa) noexcept {
+  trim_.reset();
   sensor_.reset(pressure_kPa);
   pressure_kPa_ = pressure_kPa;
   steady_kPa_ = Scalar(0);
   residual_level_kPa_ = Scalar(0);
   compression_ = Scalar(0);
-  sent_.reset(command_V);
   planned_ = false;
 }
 
 void Regulator::sent(Scalar command_V) noexcept {
   const Scalar place_V = valve_.sent(command_V);
   const bool as_planned = planned_ && command_V == planned_V_;
-  sent_.push({.model_V = as_planned ? plan_.command_V : place_V - trim_.at(place_V),
+  sent_.push({.command_V = command_V,
+              .model_V = as_planned ? plan_.command_V : place_V - trim_.at(place_V),
               .planned = as_planned,
               .by_command_kPa_V = plan_.by_command_kPa_V});
   planned_ = false;

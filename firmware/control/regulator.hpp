@@ -76,7 +76,7 @@ class Regulator {
 
   void configure(const Config& config) noexcept;
 
-  /// Valve and sensor as a model knows them. Before reset(): what had been sent is forgotten.
+  /// Valve and sensor as a model knows them. go_on() or reset() follows.
   void take_over(const ValvePath::Config& valve, Scalar sensor_lag_ticks) noexcept;
 
   /// How many ticks of reference regulate() and feedforward() look at.
@@ -84,6 +84,9 @@ class Regulator {
 
   /// The chamber stands at `pressure_kPa`, the valve at `command_V`; nothing is known of the model's faults.
   void reset(Scalar pressure_kPa, Scalar command_V) noexcept;
+
+  /// Another model: what had been learned was the old one's faults. The commands that are still on their way stay.
+  void go_on(Scalar pressure_kPa) noexcept;
 
   /// Step 1. Returns the model residual: measured minus predicted mean of the tick just past [kPa]; where the sensor lags,
   /// what that says of the pressure at its end.
@@ -130,6 +133,7 @@ class Regulator {
   /// The tick just past, from the estimate at its start and the commands that acted.
   Prediction past_tick(const PressureModel& model, const ChamberMotion& past,
                        Scalar compression_kPa) noexcept;
+  void forget(Scalar pressure_kPa) noexcept;
   void learn(Scalar residual_kPa, Scalar compression_kPa) noexcept;
 
   Config config_;

@@ -15,7 +15,8 @@ namespace plenum::control {
 class SentCommands {
  public:
   struct Sent {
-    Scalar model_V = 0;
+    Scalar command_V = 0;  ///< as it was sent
+    Scalar model_V = 0;    ///< as a model takes it
     bool planned = false;  ///< as the regulator had planned it, by an inverse that found this slope:
     Scalar by_command_kPa_V = 0;
     bool opened = false;  ///< a model has said what it does:
@@ -32,7 +33,16 @@ class SentCommands {
   Scalar part_ticks() const noexcept { return part_ticks_; }  ///< f
 
   /// The same command has been sent for long.
-  void reset(Scalar model_V) noexcept { sent_.fill({.model_V = model_V, .planned = false}); }
+  void reset(Scalar command_V) noexcept { sent_.fill({.command_V = command_V, .model_V = command_V}); }
+
+  /// Another model, and another path of the valve: the same commands go through it once more, the oldest of them sent for long.
+  void pass_again(ValvePath& valve) noexcept {
+    valve.reset(ago(kRing).command_V);
+    for (std::size_t ticks = kRing; ticks > 0; --ticks) {
+      Sent& of = sent_[place(ticks)];
+      of = {.command_V = of.command_V, .model_V = valve.sent(of.command_V)};
+    }
+  }
 
   void push(const Sent& sent) noexcept {
     newest_ = (newest_ + 1) % kRing;

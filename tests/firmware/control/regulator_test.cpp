@@ -88,6 +88,29 @@ TEST(Regulator, OnItsOwnModelItFollowsASineWithPreviewToTheResolutionOfTheInvers
   EXPECT_LT(worst, 0.05) << "kPa, 2 Hz";
 }
 
+// A valve that answers after four ticks and a third: were they forgotten, the error would go from 0.5 to 3 kPa.
+TEST(Regulator, AModelThatComesIntoForceAtWorkKnowsOfTheCommandsOnTheirWay) {
+  const auto reference = [](double t) { return 300 + 120 * std::sin(2 * std::numbers::pi * 0.02 * t); };
+  const ValvePath::Config valve{.dead_ticks = 4.3F, .lag_ticks = 0, .play_V = 0};
+  const auto worst_kPa = [&](bool comes_anew) {
+    Loop loop(without_learning());
+    loop.chamber.delay_ticks = 4.3;
+    loop.regulator.take_over(valve, Scalar(0));
+    loop.regulator.reset(300, 5);
+    double worst = 0;
+    for (int t = 0; t < 250; ++t) {
+      if (comes_anew && t == 200) {
+        loop.regulator.take_over(valve, Scalar(0));
+        loop.regulator.go_on(loop.regulator.pressure_kPa());
+      }
+      const double end = loop.tick(reference, t);
+      if (t >= 195) worst = std::max(worst, std::fabs(end - reference(t + 1)));
+    }
+    return worst;
+  };
+  EXPECT_LT(worst_kPa(true), worst_kPa(false) + 0.05) << "kPa";
+}
+
 TEST(Regulator, AnUnknownLeakLeavesNoSteadyError) {
   Loop loop;
   loop.chamber.leak_kPa_s = -200;
