@@ -46,6 +46,8 @@ struct ChamberSettings {
   std::uint16_t residual_ticks = 50;      ///< ... for this many ticks on end; 0: not watched
   std::uint16_t over_pressure_ticks = 2;  ///< over-pressure must last this long [ticks]
   std::uint16_t stale_limit_ticks = 3;  ///< this many ticks on end without a fresh sample are a fault [ticks]
+  std::uint16_t stuck_ticks =
+      10;  ///< fault FF0Ah: readings alike while the valve moves [ticks]; 0: not watched
 };
 
 struct BoardSettings {

@@ -41,6 +41,7 @@ inline constexpr SettingField<ChamberSettings, std::uint16_t> kChamberTicks[] = 
     {"residual_ticks", &ChamberSettings::residual_ticks, 0.0F, 60000.0F},
     {"over_pressure_ticks", &ChamberSettings::over_pressure_ticks, 1.0F, 100.0F},
     {"stale_limit_ticks", &ChamberSettings::stale_limit_ticks, 1.0F, 100.0F},
+    {"stuck_ticks", &ChamberSettings::stuck_ticks, 0.0F, 60000.0F},
 };
 
 inline constexpr SettingField<BoardSettings, float> kBoardFloats[] = {

@@ -30,7 +30,7 @@ constexpr std::array<FaultSpec, kFaults> kTable = {{
     {Fault::pressure_stale, "pressure stale", 0xFF03, kOwn, Reaction::safe, Scope::chamber, Clears::by_reset,
      "converter stopped, stale_limit_ticks"},
     {Fault::pressure_stuck, "pressure sensor stuck", 0xFF0A, kOwn, Reaction::safe, Scope::chamber, Clears::by_reset,
-     "pressure sensor and its converter: the reading does not change while the valve moves"},
+     "pressure sensor and its converter, stuck_ticks: the reading does not change while the valve moves"},
     {Fault::position_not_finite, "position not finite", 0xFF07, kOwn, Reaction::safe, Scope::chamber, Clears::by_reset,
      "position converter's driver, volume_gain_mL_per_V"},
     {Fault::position_out_of_range, "position sensor out of range", 0xFF08, kOwn, Reaction::safe, Scope::chamber, Clears::by_reset,

@@ -27,10 +27,9 @@ class TickCount {
   std::uint16_t count_ = 0;
 };
 
-/// A pressure sensor is stuck whose reading equals the one before to the bit for this many ticks on end, while the command went
-/// over this share of the installer's range. With the least noise of a converter ten equal readings do not come; without any, as in a
-/// simulation, a chamber that is at rest has a command at rest, or one that stays within a valve's dead band.
-inline constexpr std::uint16_t kStuckTicks = 10;
+/// A pressure sensor is stuck whose reading equals the one before to the bit for ChamberSettings::stuck_ticks on end, while the
+/// command went over this share of the installer's range. With the least noise of a converter ten equal readings do not come; without
+/// any, as in a simulation, a chamber that is at rest has a command at rest, or one that stays within a valve's dead band.
 inline constexpr float kStuckMoved = 0.125F;
 
 class ChamberMonitor {

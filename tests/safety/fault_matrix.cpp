@@ -117,7 +117,7 @@ float no_number(Random& random) {
   return draw < 0.34 ? std::numeric_limits<float>::quiet_NaN() : draw < 0.67 ? kInf : -kInf;
 }
 
-// Ticks: stale_limit_ticks 3, over_pressure_ticks 2, residual_ticks 50, overrun_limit_ticks 3, supply_ticks 20,
+// Ticks: stale_limit_ticks 3, stuck_ticks 10, over_pressure_ticks 2, residual_ticks 50, overrun_limit_ticks 3, supply_ticks 20,
 // setpoint_watchdog_ticks 10. The answer to a write is known in the tick after; what the node sees, too.
 // clang-format off
 const std::vector<Row>& table() {

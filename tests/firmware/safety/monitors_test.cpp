@@ -54,14 +54,15 @@ TEST(ChamberMonitor, RaisesNothingOfAHealthyChamber) {
 }
 
 // The first of 40 ticks that raises it; 0: none. The command goes up and down by `stroke_V`, the reading by `noise_V`.
-int stuck_tick(float stroke_V, float noise_V, bool driven = true) {
+int stuck_tick(float stroke_V, float noise_V, bool driven = true,
+               const config::ChamberSettings& settings = {}) {
   ChamberMonitor monitor;
   for (int tick = 1; tick <= 40; ++tick) {
     auto in = healthy();
     in.driven = driven;
     in.command_V = tick % 4 < 2 ? 5.0F : 5.0F + stroke_V;
     in.pressure_V += tick % 8 == 0 ? noise_V : 0.0F;
-    if (holds(monitor.step({}, in).causes, Fault::pressure_stuck)) return tick;
+    if (holds(monitor.step(settings, in).causes, Fault::pressure_stuck)) return tick;
   }
   return 0;
 }
@@ -73,6 +74,11 @@ TEST(ChamberMonitor, RaisesAStuckSensorOnceTenReadingsEqualTheOneBeforeWhileTheV
   EXPECT_EQ(stuck_tick(0.4F, 0.0F), 0) << "the valve hardly moves";
   EXPECT_EQ(stuck_tick(0.6F, 1e-4F), 0) << "the reading moves now and then";
   EXPECT_EQ(stuck_tick(0.6F, 0.0F, false), 0) << "nobody drives the valve";
+  config::ChamberSettings settings;
+  settings.stuck_ticks = 20;
+  EXPECT_EQ(stuck_tick(0.6F, 0.0F, true, settings), 21);
+  settings.stuck_ticks = 0;
+  EXPECT_EQ(stuck_tick(0.6F, 0.0F, true, settings), 0) << "not watched";
 }
 
 TEST(ChamberMonitor, RaisesAStaleSensorInTheTickOfItsLimit) {
