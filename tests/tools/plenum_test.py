@@ -306,6 +306,12 @@ class Demo(Plenum):
             self.assertRegex(page, "<figure><h3>[^<]*" + re.escape(figure))
         self.assertNotRegex(page, r"<(script|link|img)[^>]+(src|href)=.?https?:", "the page needs no network")
 
+    def test_every_rig_that_the_readme_tells_of_is_shown(self):
+        for plant in ("thin-plate", "mpye"):
+            for swing in (0, 0.2):
+                self.assertIn("report: page.html", self.done("demo", "--no-gaps", "--plant", plant, "--volume-swing", swing,
+                                                             "--report", "page.html"))
+
     def test_effects_withheld_from_the_diagnosis_are_named_and_their_models_regulate_better(self):
         self.done("demo", "--seconds", 4, *SMALL, "--report", "page.html", "--json", "demo.json")
         gaps = json.loads((self.folder / "demo.json").read_text())["gaps"]
