@@ -52,7 +52,7 @@ class SentCommands {
   /// Of `ticks` ago, 1 to n + 2; 1: the last.
   const Sent& ago(std::size_t ticks) const noexcept { return sent_[place(ticks)]; }
 
-  /// What the command of `ticks` ago does, of the model that has been in force since reset(): computed once.
+  /// What the command of `ticks` ago does, of the model in force since reset() or pass_again(): computed once.
   const Opening& opening(const PressureModel& model, std::size_t ticks) noexcept {
     Sent& of = sent_[place(ticks)];
     if (!of.opened) of.opening = model.opening(of.model_V);
