@@ -48,12 +48,16 @@ bool go_on(std::uint8_t& done, unsigned step, unsigned steps, bool matches) {
 
 }  // namespace
 
+bool LssSlave::switches_to_waiting(const Bytes& request) noexcept {
+  return request[0] == kSwitchGlobally && request[1] == 0;
+}
+
 bool LssSlave::request(Device& device, const Bytes& request, Bytes& response) noexcept {
   const unsigned command = request[0];
   if (command == kSwitchGlobally) {
     if (request[1] > 1) return false;
-    state_ = request[1] == 0 ? State::waiting : State::configuration;
-    selected_ = 0;
+    wait();
+    if (request[1] == 1) state_ = State::configuration;
     return false;
   }
   if (command >= kIdentify && command < kIdentify + 6) return identify(device, request, response);

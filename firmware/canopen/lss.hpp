@@ -20,6 +20,13 @@ class LssSlave {
   /// malformed, or not for this state, is left alone, as CiA 305 has it.
   bool request(Device& device, const Bytes& request, Bytes& response) noexcept;
 
+  /// "Switch state global" to waiting: the one request that counts also where no other is served.
+  static bool switches_to_waiting(const Bytes& request) noexcept;
+  void wait() noexcept {
+    state_ = State::waiting;
+    selected_ = 0;
+  }
+
   /// Time passes. Returns true when `response`, the answer to a "store configuration", is to be sent.
   bool elapse(Device& device, std::uint32_t elapsed_us, Bytes& response) noexcept;
 

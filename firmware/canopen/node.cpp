@@ -68,9 +68,9 @@ Node::Node(const Config& config, ProcessImage& image, config::ModelDesk& desk, c
 void Node::receive(const CanFrame& frame) noexcept {
   if (frame.extended || frame.remote) return;
   if (frame.id == cob::kNmt) return receive_nmt(frame);
+  if (frame.id == cob::kLssRequest) return receive_lss(frame);
   if (reset_ != Reset::none) return;
   if (frame.id > cob::kHeartbeat && frame.id <= cob::kHeartbeat + kMaxNodeId) return receive_heartbeat(frame);
-  if (frame.id == cob::kLssRequest) return receive_lss(frame);
   if (state_ == NmtState::stopped || state_ == NmtState::initialising) return;
   if (frame.id == cob::kSdoRequest + config_.node_id) return receive_sdo(frame);
   if (frame.id == device_.communication.sync_cob_id) return receive_sync(frame);
@@ -255,7 +255,11 @@ void Node::boot_up() noexcept {
 void Node::receive_lss(const CanFrame& frame) noexcept {
   // who regulates is not renamed, and HOLD regulates in PRE-OPERATIONAL, too
   const bool past_init = (device_.image.status_word & word::kStateMask) != 0;
-  if (state_ == NmtState::operational || past_init) return;
+  if (state_ == NmtState::operational || past_init || reset_ != Reset::none) {
+    // whoever is not served must hear all the same that the configuration of others begins
+    if (frame.length == 8 && LssSlave::switches_to_waiting(frame.data)) lss_.wait();
+    return;
+  }
   if (frame.length != 8) {
     ++device_.counters.rejected;
     return;

@@ -33,7 +33,7 @@ class Node {
   /// Takes one frame, at any time between ticks. Bounded work: an SDO request finds its
   /// object by halving the table. A frame that is foreign, malformed, remote, extended or carries a refused value changes
   /// nothing but a counter. A reset is noted here and worked off by tick(), however many have come; until its boot-up message
-  /// the node hears nothing else.
+  /// the node hears nothing else but that LSS goes back to waiting.
   void receive(const ports::CanFrame& frame) noexcept;
 
   /// `elapsed_us` has passed: reset, watchdog, emergency, heartbeat, TPDOs, SDO time-out. A reset of the node takes 6040h back as it

@@ -174,6 +174,32 @@ TEST(Lss, KeepsOutOfABoardThatIsPastInit) {
   EXPECT_EQ(bench.answer(kInquireNodeId), "7E4 5E 05 00 00 00 00 00 00");
 }
 
+// Otherwise it would take the next board's configuration for its own, as soon as it is back in INIT.
+TEST(Lss, IsSwitchedBackToWaitingInEveryState) {
+  const auto regulates = [](Bench& bench) { bench.image.status_word = word::kReady | word::kActive; };
+  const auto is_operational = [](Bench& bench) { bench.send("000 01 05"); };
+  const auto resets = [](Bench& bench) { bench.send("000 82 05"); };
+  for (const auto& [state, enter] : {std::pair<const char*, void (*)(Bench&)>{"regulating", regulates},
+                                     {"operational", is_operational},
+                                     {"in a reset", resets}}) {
+    Bench bench;
+    bench.answer(kConfiguration);
+    enter(bench);
+    const std::uint32_t rejected = bench.node.counters().rejected;
+    EXPECT_EQ(bench.answer(kInquireNodeId), "") << state;
+    EXPECT_EQ(bench.answer("7E5 04 00"), "") << state;  // too short
+    EXPECT_EQ(bench.answer(kWaiting), "") << state;
+    EXPECT_EQ(bench.answer(kConfiguration), "") << state;
+    EXPECT_EQ(bench.node.counters().rejected, rejected) << state << ": what is not served is not judged";
+    bench.image.status_word = word::kReady;
+    bench.tick();
+    bench.send("000 80 05");
+    bench.drain();
+    EXPECT_EQ(bench.answer(kInquireNodeId), "") << state;
+    EXPECT_EQ(bench.answer("605 40 00 10 00 00 00 00 00"), "585 43 00 10 00 98 01 FF FF") << state;
+  }
+}
+
 TEST(Lss, NewNodeIdTakesTheControlWordBack) {
   for (const auto& [id, expected] :
        {std::pair{"05", word::kHold}, std::pair{"09", std::uint16_t{0}}, std::pair{"FF", std::uint16_t{0}}}) {
