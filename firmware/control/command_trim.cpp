@@ -23,7 +23,8 @@ void CommandTrim::configure(const Config& config) noexcept {
 
 CommandTrim::Place CommandTrim::place(Scalar model_V) const noexcept {
   const Scalar last = static_cast<Scalar>(kNodes - 1);
-  const Scalar at = clamp((model_V - config_.low_V) * nodes_per_V_, Scalar(0), last);
+  // written so that what is no number is at the first
+  const Scalar at = numeric::min(numeric::max(Scalar(0), (model_V - config_.low_V) * nodes_per_V_), last);
   const std::size_t floor = static_cast<std::size_t>(at);
   const std::size_t below = floor < kNodes - 1 ? floor : kNodes - 2;
   return {.below = below, .above_share = at - static_cast<Scalar>(below)};

@@ -25,11 +25,12 @@ constexpr bool is_finite(float x) noexcept {
 }
 
 /// 1 - e^-x for x clamped to [0, kDecayHigh]; relative error below 3e-7, also for x near 0, where 1 - expf(-x) would cancel.
+/// 0 of not-a-number, whose conversion to an integer would be undefined.
 ///
 /// Method: -x = n ln2 + f with |f| <= ln2/2, e^f - 1 by its Taylor polynomial of degree 7 (remainder f^8/8! < 6e-9 of f), and
 /// e^-x - 1 = 2^n (e^f - 1) + (2^n - 1), exact in its last term. No branch, so that a loop over an array of x vectorises.
 inline float decay(float x) noexcept {
-  const float y = -clamp(x, 0.0F, float{kDecayHigh});
+  const float y = -min(max(0.0F, x), float{kDecayHigh});
   constexpr float kLog2e = 1.44269504F;
   constexpr float kLn2High =
       0.693359375F;  // exact in 10 bits: n * kLn2High has no rounding error for |n| < 2^14

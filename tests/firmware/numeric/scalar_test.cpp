@@ -38,6 +38,7 @@ TEST(Decay, IsClampedAtTheEndsOfItsRange) {
   EXPECT_EQ(decay(std::numeric_limits<float>::infinity()), 1.0F);
   EXPECT_EQ(decay(-1e-3F), 0.0F) << "a negative rate does nothing";
   EXPECT_EQ(decay(-1e30F), 0.0F);
+  EXPECT_EQ(decay(std::numeric_limits<float>::quiet_NaN()), 0.0F) << "a converted not-a-number is undefined";
 }
 
 TEST(Decay, RisesEverywhere) {
