@@ -23,6 +23,11 @@ class Timeout : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// Another master uses the board's SDO channel, which has room for one.
+class ChannelTaken : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 /// What came back is no CANopen, or not what was asked for.
 class ProtocolError : public std::runtime_error {
   using std::runtime_error::runtime_error;

@@ -152,6 +152,14 @@ std::uint8_t await_outcome(Session& session, double timeout_s) {
   }
 }
 
+bool are_staged(Session& session, const OfChamber& uploads) {
+  return std::all_of(uploads.begin(), uploads.end(), [&](const ModelUpload* upload) {
+    return upload == nullptr ||
+           session.read<std::uint32_t>(chamber_index(object::kSetState, upload->chamber), 12) ==
+               plenum::config::trailing_crc(upload->image);
+  });
+}
+
 /// All images in one transfer: alone, each would take the five frames around it that a block transfer always has.
 void stage(Session& session, const OfChamber& uploads, double timeout_s) {
   std::vector<std::uint8_t> set{mask_of(uploads)};
@@ -167,6 +175,8 @@ void stage(Session& session, const OfChamber& uploads, double timeout_s) {
                                 abort.code));
     }
     if (is(abort, Abort::device_state)) {
+      // a transfer that was begun again, because another master spoke into its end, may have done all the first time
+      if (await_outcome(session, timeout_s) == 0 && are_staged(session, uploads)) return;
       throw Refused(fmt::format("node {}: models refused: the set {} (abort {:08X}h)", session.node_id(),
                                 plenum::config::describe(ImageError::staged_by_another), abort.code));
     }

@@ -96,6 +96,8 @@ std::vector<ScannedNode> scan(Link& link, double timeout_s) {
       node.trouble = error.what();
     } catch (const ProtocolError& error) {
       node.trouble = error.what();
+    } catch (const ChannelTaken& error) {
+      node.trouble = error.what();
     }
     found.push_back(node);
   }

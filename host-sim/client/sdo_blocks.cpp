@@ -173,7 +173,7 @@ bool SdoClient::write_blocks(const Object& object, std::span<const std::uint8_t>
   try {
     answer = exchange(object, request, true);
   } catch (const SdoAbort& refusal) {
-    if (refusal.code != static_cast<std::uint32_t>(Abort::unknown_command)) throw;
+    if (disturbance_.heard || refusal.code != static_cast<std::uint32_t>(Abort::unknown_command)) throw;
     server_knows_blocks_ = false;
     return false;
   }

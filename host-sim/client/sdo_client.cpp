@@ -15,7 +15,11 @@ namespace cob = canopen::cob;
 
 SdoClient::SdoClient(Link& link, std::uint8_t node_id, const SdoConfig& config,
                      std::function<void(const CanFrame&)> heard)
-    : link_(link), node_id_(node_id), config_(config), heard_(std::move(heard)) {}
+    : link_(link),
+      node_id_(node_id),
+      config_(config),
+      heard_(std::move(heard)),
+      random_(config.seed != 0 ? config.seed : std::random_device{}()) {}
 
 void SdoClient::send(const Bytes& data) {
   link_.send({.id = cob::kSdoRequest + node_id_, .length = 8, .data = data});
@@ -30,13 +34,13 @@ std::optional<SdoClient::Bytes> SdoClient::next(const Object& object, bool initi
     const std::optional<CanFrame> frame = link_.receive(left_s);
     if (!frame) return std::nullopt;
     left_s = std::max(0.0, end_s - link_.now_s());
-    if (frame->extended || frame->remote || frame->id != cob::kSdoResponse + node_id_ || frame->length != 8) {
-      if (heard_) heard_(*frame);
+    hear(*frame);
+    if (frame->extended || frame->remote || frame->id != cob::kSdoResponse + node_id_ || frame->length != 8)
       continue;
-    }
     const Bytes& data = frame->data;
     const bool names_object = std::equal(named.begin() + 1, named.begin() + 4, data.begin() + 1);
     if (initiate && !names_object) continue;
+    ++answers_;
     if (data[0] == sdo::kAbort) {
       const std::uint32_t code = canopen::load_le(std::span(data).subspan<4, 4>());
       throw SdoAbort(fmt::format("node {}: {} {:04X}h:{} was aborted with {:08X}h, {}", node_id_,
@@ -55,6 +59,7 @@ SdoClient::Bytes SdoClient::exchange(const Object& object, const Bytes& request,
 }
 
 void SdoClient::abort(const Object& object, Abort abort) {
+  if (answers_ == 0 && disturbance_.heard) return;  // what the server has open is not ours
   Bytes request = sdo::request(sdo::kAbort, object.index, object.sub);
   canopen::store_le(static_cast<std::uint32_t>(abort), std::span(request).subspan<4, 4>());
   send(request);
@@ -77,14 +82,23 @@ void SdoClient::fail(const Object& object, Abort code, const std::string& found)
 
 std::vector<std::uint8_t> SdoClient::read(std::uint16_t index, std::uint8_t sub) {
   const Object object{index, sub, "reading"};
-  return read_answered(object, exchange(object, sdo::request(0x40, index, sub), true));
+  std::vector<std::uint8_t> bytes;
+  share(object, Outcome::read,
+        [&] { bytes = read_answered(object, exchange(object, sdo::request(0x40, index, sub), true)); });
+  return bytes;
 }
 
 std::vector<std::uint8_t> SdoClient::read_domain(std::uint16_t index, std::uint8_t sub,
                                                  const TransferProgress& progress) {
   const Object object{index, sub, "reading"};
+  std::vector<std::uint8_t> bytes;
+  share(object, Outcome::read, [&] { bytes = read_long(object, progress); });
+  return bytes;
+}
+
+std::vector<std::uint8_t> SdoClient::read_long(const Object& object, const TransferProgress& progress) {
   if (server_knows_blocks_) {
-    Bytes request = sdo::request(0xA4, index, sub);
+    Bytes request = sdo::request(0xA4, object.index, object.sub);
     request[4] = config_.block_size;
     request[5] =
         static_cast<std::uint8_t>(config_.block_from_bytes - 1);  // up to these the server may use segments
@@ -93,11 +107,11 @@ std::vector<std::uint8_t> SdoClient::read_domain(std::uint16_t index, std::uint8
       return (first[0] & 0xE0U) == 0x40U ? read_answered(object, first)
                                          : read_blocks(object, first, progress);
     } catch (const SdoAbort& abort) {
-      if (abort.code != static_cast<std::uint32_t>(Abort::unknown_command)) throw;
+      if (disturbance_.heard || abort.code != static_cast<std::uint32_t>(Abort::unknown_command)) throw;
       server_knows_blocks_ = false;
     }
   }
-  return read(index, sub);
+  return read_answered(object, exchange(object, sdo::request(0x40, object.index, object.sub), true));
 }
 
 /// After the answer to an initiate upload.
@@ -143,11 +157,16 @@ std::vector<std::uint8_t> SdoClient::read_answered(const Object& object, const B
 void SdoClient::write(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> bytes,
                       const TransferProgress& progress) {
   const Object object{index, sub, "writing"};
+  share(object, Outcome::written, [&] { write_any(object, bytes, progress); });
+}
+
+void SdoClient::write_any(const Object& object, std::span<const std::uint8_t> bytes,
+                          const TransferProgress& progress) {
   const bool expedited = !bytes.empty() && bytes.size() <= 4;
   if (bytes.size() >= config_.block_from_bytes && server_knows_blocks_ &&
       write_blocks(object, bytes, progress))
     return;
-  Bytes request = sdo::request(0x21, index, sub);
+  Bytes request = sdo::request(0x21, object.index, object.sub);
   if (expedited) {
     request[0] = sdo::byte(0x23U | static_cast<unsigned>(4 - bytes.size()) << 2);
     std::copy(bytes.begin(), bytes.end(), request.begin() + 4);

@@ -3,18 +3,23 @@
 // Whatever a link does to frames (loses, doubles, delays them), a transfer ends with the right bytes or with an error,
 // within the time-outs of its answers. Lost segments of a block are sent again; where a CRC watches over it, a block
 // that falls silent in the middle is asked for again, once. After an error the server is told by an abort.
+//
+// Another master on the same channel is heard (foreign_transfer.hpp). A transfer begins when none of its is under way; one into which
+// it spoke all the same is begun again after a random pause, until it has gone through undisturbed or is given up.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <random>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "firmware/canopen/cia301.hpp"
 #include "host-sim/client/errors.hpp"
+#include "host-sim/client/foreign_transfer.hpp"
 #include "host-sim/client/link.hpp"
 
 namespace plenum::host::client {
@@ -32,6 +37,10 @@ struct SdoConfig {
   std::size_t block_from_bytes = 28;  ///< from here on blocks take fewer frames than segments
   std::uint8_t block_size = 127;      ///< segments a block that this client asks for; 1..127
   std::size_t largest_bytes = std::size_t{64} << 20U;  ///< a value that goes on beyond this is given up
+  double taken_timeout_s = 10.0;  ///< how long to wait for the channel while another master has it
+  /// How long to listen before the first request: on a bus that others may use, who joins it may come into a transfer.
+  double listen_first_s = 0.0;
+  std::uint32_t seed = 0;  ///< of the pauses after a disturbance; 0: of this machine's random numbers
 };
 
 class SdoClient {
@@ -42,7 +51,10 @@ class SdoClient {
   SdoClient(Link& link, std::uint8_t node_id, const SdoConfig& config,
             std::function<void(const CanFrame&)> heard);
 
-  /// Expedited or segmented, as the server has it. Throws SdoAbort, Timeout, ProtocolError, as all of them.
+  /// A frame that the link's owner took himself.
+  void observe(const CanFrame& frame);
+
+  /// Expedited or segmented, as the server has it. Throws SdoAbort, Timeout, ProtocolError, ChannelTaken, as all of them.
   std::vector<std::uint8_t> read(std::uint16_t index, std::uint8_t sub);
   /// By blocks; in segments from a server that knows no blocks, and for values too short for them.
   std::vector<std::uint8_t> read_domain(std::uint16_t index, std::uint8_t sub,
@@ -67,6 +79,25 @@ class SdoClient {
   [[noreturn]] void time_out(const Object& object, double timeout_s);
   void abort(const Object& object, canopen::Abort abort);
 
+  // another master: sdo_sharing.cpp
+  enum class Outcome : std::uint8_t { read, written, aborted, failed };
+  /// What it said while a transfer of ours was under way.
+  struct Disturbance {
+    bool heard = false;
+    bool downloads = false;      ///< it began one that is not expedited
+    bool of_our_object = false;  ///< so that its answer could be taken for ours
+  };
+  /// Runs `transfer`, and again when another master came between.
+  void share(const Object& object, Outcome wanted, const std::function<void()>& transfer);
+  bool is_spoilt(Outcome outcome) const;
+  void await_channel(const Object& object);
+  void pause(double shortest_s, double longest_s);
+  void listen(double duration_s);
+  void hear(const CanFrame& frame);
+  [[noreturn]] void give_up(const Object& object, const std::string& what) const;
+
+  std::vector<std::uint8_t> read_long(const Object& object, const TransferProgress& progress);
+  void write_any(const Object& object, std::span<const std::uint8_t> bytes, const TransferProgress& progress);
   std::vector<std::uint8_t> read_answered(const Object& object, const Bytes& first);
   void write_segments(const Object& object, std::span<const std::uint8_t> bytes,
                       const TransferProgress& progress);
@@ -86,6 +117,13 @@ class SdoClient {
   SdoConfig config_;
   std::function<void(const CanFrame&)> heard_;
   bool server_knows_blocks_ = true;  ///< until it says otherwise
+
+  ForeignTransfer foreign_;
+  std::minstd_rand random_;
+  std::optional<Object> under_way_;  ///< our transfer
+  int answers_ = 0;                  ///< to it, so far
+  Disturbance disturbance_;          ///< of it
+  bool listened_ = false;            ///< the first request may be sent
 };
 
 }  // namespace plenum::host::client

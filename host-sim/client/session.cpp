@@ -48,6 +48,11 @@ Session::Session(Link& link, std::uint8_t node_id, const SessionConfig& config)
   }
 }
 
+void Session::hear(const CanFrame& frame) {
+  sdo_.observe(frame);
+  dispatch(frame);
+}
+
 void Session::dispatch(const CanFrame& frame) {
   if (subscriber_) subscriber_({link_.now_s(), frame});
 }
@@ -57,7 +62,7 @@ void Session::listen(double duration_s) {
   for (double left_s = duration_s; left_s > 0.0; left_s = end_s - link_.now_s()) {
     const std::optional<CanFrame> frame = link_.receive(left_s);
     if (!frame) return;
-    dispatch(*frame);
+    hear(*frame);
   }
 }
 
@@ -67,7 +72,7 @@ bool Session::listen_until(const std::function<bool()>& done, double timeout_s) 
     const double left_s = end_s - link_.now_s();
     const std::optional<CanFrame> frame = left_s > 0.0 ? link_.receive(left_s) : std::nullopt;
     if (!frame) return false;
-    dispatch(*frame);
+    hear(*frame);
   }
   return true;
 }
@@ -91,7 +96,7 @@ NmtState Session::wait_heartbeat(double timeout_s) {
   for (double left_s = timeout_s; left_s > 0.0; left_s = end_s - link_.now_s()) {
     const std::optional<CanFrame> frame = link_.receive(left_s);
     if (!frame) break;
-    dispatch(*frame);
+    hear(*frame);
     if (!frame->extended && !frame->remote && frame->id == cob::kHeartbeat + node_id_ && frame->length == 1) {
       return static_cast<NmtState>(frame->data[0] & 0x7FU);
     }

@@ -70,7 +70,7 @@ class Session {
   void subscribe(std::function<void(const Arrival&)> subscriber) { subscriber_ = std::move(subscriber); }
 
   /// Hands a frame that somebody else took from the link to the subscriber.
-  void hear(const CanFrame& frame) { dispatch(frame); }
+  void hear(const CanFrame& frame);
 
   /// Hands on what arrives for `duration_s`.
   void listen(double duration_s);
@@ -86,7 +86,7 @@ class Session {
   canopen::NmtState wait_heartbeat(double timeout_s);
   void send_sync();
 
-  // ---- objects: SdoAbort, Timeout, ProtocolError ----
+  // ---- objects: SdoAbort, Timeout, ProtocolError, ChannelTaken ----
 
   std::vector<std::uint8_t> sdo_read(std::uint16_t index, std::uint8_t sub) { return sdo_.read(index, sub); }
   /// For DOMAINs and other long values: by blocks where the board knows them.

@@ -125,7 +125,8 @@ int run(const Options& options) {
   if (!options.report.empty()) require_writable(options.report);
   BoardAccess access(options.board);
   MeteredLink link(access.link());
-  client::Session session(link, static_cast<std::uint8_t>(options.board.node));
+  client::Session session(link, static_cast<std::uint8_t>(options.board.node),
+                          options.board.session_config());
   client::require_compatible(session);
   const client::Identity identity = client::read_identity(session);
   const client::Versions versions = client::read_versions(session);

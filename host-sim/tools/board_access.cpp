@@ -36,6 +36,11 @@ std::string BoardChoice::name() const {
   return simulated() ? store.empty() ? "--store is not given" : store : fmt::format("{} node {}", bus, node);
 }
 
+client::SessionConfig BoardChoice::session_config() const {
+  constexpr double kListen_s = 0.05;  // several ticks, in each of which a transfer under way shows itself
+  return {.sdo = {.listen_first_s = simulated() ? 0.0 : kListen_s}};
+}
+
 void BoardChoice::require_store() const {
   if (!simulated() || !store.empty()) return;
   throw std::invalid_argument(
@@ -65,7 +70,7 @@ BoardAccess::BoardAccess(const BoardChoice& choice) {
     }
     link_ = client::open_link(address);
   }
-  session_.emplace(*link_, static_cast<std::uint8_t>(choice.node));
+  session_.emplace(*link_, static_cast<std::uint8_t>(choice.node), choice.session_config());
 }
 
 BoardAccess::BoardAccess(const rig::RigConfig& config)

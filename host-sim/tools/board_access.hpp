@@ -24,6 +24,8 @@ struct BoardChoice {
   bool simulated() const { return bus == "inproc"; }
   /// The board, for a message: the folder of its models, or the bus and its node id.
   std::string name() const;
+  /// Of a session with the board: on a bus there may be other masters.
+  client::SessionConfig session_config() const;
   /// Throws std::invalid_argument when a simulated board has no --store: it would keep nothing.
   void require_store() const;
   /// Throws as require_store(), and InputError when there is no such folder: a simulated board without models is no use

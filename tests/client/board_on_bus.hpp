@@ -18,6 +18,7 @@ namespace plenum::host::client {
 class BoardOnBus : public Link {
  public:
   static constexpr std::uint64_t kTick_ns = 10'000'000;
+  static constexpr std::size_t kDepth = ports::SimulatedBus::Config{}.transmit_depth;
 
   explicit BoardOnBus(std::uint8_t node_id = 5)
       : pc(bus.attach("pc")),
@@ -54,7 +55,8 @@ class BoardOnBus : public Link {
       control();
       node.tick(kTick_ns / 1000);
     }
-    for (CanFrame frame; node.next_frame(frame);) {
+    // what the controller has no room for stays with the node
+    for (CanFrame frame; board.waiting_to_send() < kDepth && node.next_frame(frame);) {
       if (!deaf) board.send(frame);
     }
   }
