@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "host-sim/client/patient_link.hpp"
 #include "host-sim/tools/rig_link.hpp"
 #include "host-sim/trace/input_error.hpp"
 
@@ -27,6 +28,13 @@ void BoardChoice::add_to(CLI::App& app) {
       ->capture_default_str();
   app.add_option("--node", node, "Node id of the board; a simulated one has this")
       ->check(CLI::Range(1U, kLastNode))
+      ->capture_default_str();
+  app.add_option("--patience", patience,
+                 "How many times as long to wait for a board on a bus, whatever for: one in an emulator, "
+                 "say, whose second is "
+                 "longer than this PC's")
+      ->check(CLI::Range(1.0, 1000.0))
+      ->type_name("FACTOR")
       ->capture_default_str();
   app.add_option("--store", store, "Folder that keeps the models of the simulated board")->type_name("DIR");
   rig.add_to(app);
@@ -57,6 +65,10 @@ void BoardChoice::require_stored() const {
 BoardAccess::BoardAccess(const BoardChoice& choice) {
   const client::BusAddress address = client::parse_bus(choice.bus);
   if (choice.simulated()) {
+    if (choice.patience != 1.0) {
+      throw std::invalid_argument(
+          "--patience with --bus inproc: a simulated rig makes nobody wait, expected a board on a bus");
+    }
     rig::RigConfig config =
         choice.rig.config(choice.store.empty() ? std::nullopt : std::optional(choice.store));
     config.board.front().settings.node.node_id = static_cast<std::uint8_t>(choice.node);
@@ -68,7 +80,7 @@ BoardAccess::BoardAccess(const BoardChoice& choice) {
       throw std::invalid_argument(fmt::format(
           "{} with --bus {}: only a simulated rig has it, expected --bus inproc", option, choice.bus));
     }
-    link_ = client::open_link(address);
+    link_ = std::make_unique<client::PatientLink>(client::open_link(address), choice.patience);
   }
   session_.emplace(*link_, static_cast<std::uint8_t>(choice.node), choice.session_config());
 }

@@ -13,10 +13,11 @@
 
 namespace plenum::host::tools {
 
-/// --bus, --node, --store, and the options of the simulated rig, which are refused on any other bus.
+/// --bus, --node, --patience, --store, and the options of the simulated rig, which are refused on any other bus.
 struct BoardChoice {
   std::string bus = "inproc";
   unsigned node = 1;
+  double patience = 1.0;  ///< of a board on a bus: how many times as long it is waited for
   std::string store;
   RigChoice rig;  ///< of a board on a bus: how many chambers it has, and what is known of its rig
 

@@ -97,6 +97,7 @@ class Usage(Plenum):
         self.write("m.json", model(1))
         for option in [["--store", "board"], ["--effect", "spool_lag=10"], ["--plant", "mpye"], ["--no-spool"]]:
             self.refused(2, "upload", *bus, *option, "m.json", says=["only a simulated rig", "--bus inproc"])
+        self.refused(2, "capture", "--patience", 2, says=["--patience with --bus inproc", "expected a board on a bus"])
 
     def test_a_rig_is_served_on_a_bus_that_others_reach_or_writes_logs(self):
         self.refused(2, "sim", "--bus", "inproc", says=["--bus inproc", "expected socketcand:HOST:PORT/CHANNEL"])
