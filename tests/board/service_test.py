@@ -31,8 +31,8 @@ class PlenumdService(unittest.TestCase):
         said = [line for line in run.stderr.splitlines() if "plenumd.service" in line and "not executable" not in line]
         self.assertEqual(said, [])
 
-    def test_the_outputs_go_safe_however_it_ends(self):
-        self.assertRegex(text(), r"(?m)^ExecStopPost=/usr/bin/plenumd .*--safe$")
+    def test_the_outputs_go_safe_however_it_ends_and_wait_for_no_sandbox(self):
+        self.assertRegex(text(), r"(?m)^ExecStopPost=[+]/usr/bin/plenumd .*--safe$")
 
     def test_it_is_not_root_and_holds_no_capability(self):
         self.assertRegex(text(), r"(?m)^User=(?!root$).+$")
