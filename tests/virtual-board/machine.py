@@ -88,7 +88,7 @@ class Machine:
     FIRMWARE = "/usr/share/qemu-efi-aarch64/QEMU_EFI.fd"
 
     START_s = 10.0  # qemu's own start
-    BOOT_s = 300.0
+    BOOT_s = 600.0
     COMMAND_s = 120.0
 
     def __init__(self, disk=None, firmware=False, boot_s=BOOT_s):
@@ -97,8 +97,8 @@ class Machine:
         self.console = self.folder / "console"
         command = [
             "qemu-system-aarch64", "-nodefaults", "-display", "none", "-M", "virt,gic-version=3", "-cpu", "cortex-a53", "-smp", "1", "-m", "512",
-            # Time goes by instructions, 8 ns each, and waits for a PC that is slower: README.md.
-            "-icount", "shift=3,sleep=on",
+            # Time goes by instructions, 4 ns each, and waits for a PC that is slower: README.md.
+            "-icount", "shift=2,sleep=on",
             "-no-reboot", "-serial", "chardev:serial",
             "-qmp", f"unix:{self.folder}/qmp,server=on,wait=off",
             "-device", "virtio-serial-pci", "-chardev", f"socket,id=agent,path={self.folder}/agent,server=on,wait=off",

@@ -21,7 +21,7 @@ struct plant_door_board {
 	__u64 elapsed_ns; /* whole conversion periods since the last read, 0 at the first */
 	__u16 output[PLANT_DOOR_OUTPUTS]; /* code at the pin; 0 while the channel is powered down */
 	__u32 valve_power; /* 1: the line that switches the valves' supply is high */
-	__u32 reserved; /* 0 */
+	__u32 emergency_stop; /* 1: the line of the emergency stop is high */
 };
 
 /* What write() takes. */

@@ -43,6 +43,9 @@ MODULE_PARM_DESC(power_chip, "label of the gpiochip whose line switches the valv
 static unsigned int power_line;
 module_param(power_line, uint, 0444);
 MODULE_PARM_DESC(power_line, "offset of that line");
+static unsigned int stop_line = 3;
+module_param(stop_line, uint, 0444);
+MODULE_PARM_DESC(stop_line, "offset of the line of the emergency stop, which is only looked at");
 static bool stalled;
 module_param(stalled, bool, 0644);
 MODULE_PARM_DESC(stalled, "1: no conversion is made");
@@ -412,6 +415,7 @@ static ssize_t door_read(struct file *file, char __user *to, size_t size, loff_t
 	if (ret)
 		return ret;
 	board.valve_power = front.power->get(front.power, power_line) > 0;
+	board.emergency_stop = front.power->get(front.power, stop_line) > 0;
 	return copy_to_user(to, &board, sizeof(board)) ? -EFAULT : sizeof(board);
 }
 
@@ -502,8 +506,8 @@ static int __init frontend_init(void)
 	int ret;
 
 	front.power = gpiochip_find(power_chip, is_power_chip);
-	if (!front.power || power_line >= front.power->ngpio) {
-		pr_err("plenum_frontend: no gpiochip '%s' with a line %u\n", power_chip, power_line);
+	if (!front.power || max(power_line, stop_line) >= front.power->ngpio) {
+		pr_err("plenum_frontend: no gpiochip '%s' with a line %u\n", power_chip, max(power_line, stop_line));
 		return -ENODEV;
 	}
 	init_waitqueue_head(&front.converted);
