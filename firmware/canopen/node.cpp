@@ -468,15 +468,15 @@ void Node::transmit_pdo(std::size_t number, std::uint32_t elapsed_us) noexcept {
 
   CanFrame frame;
   pack(device_, parameters.mapping, frame.data);
-  const bool changed = !tpdo.ever_sent || frame.data != tpdo.last;
+  const auto changed = [&]() noexcept { return !tpdo.ever_sent || frame.data != tpdo.last; };
   if (synchronous) {
     tpdo.due = false;
-    if (parameters.transmission_type == 0 && !changed) return;
+    if (parameters.transmission_type == 0 && !changed()) return;
   } else {
     const bool inhibited = tpdo.ever_sent && tpdo.since_sent_us < 100U * parameters.inhibit_100us;
     const bool expired =
         parameters.event_timer_ms != 0 && tpdo.since_sent_us >= 1000U * parameters.event_timer_ms;
-    if (inhibited || !(changed || expired)) return;
+    if (inhibited || !(expired || changed())) return;
   }
   frame.id = parameters.cob_id & cob::kIdMask;
   frame.length = parameters.mapping.bytes;

@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "firmware/config/crc32.hpp"
+#include "firmware/numeric/nearest.hpp"
 
 namespace plenum::telemetry {
 namespace {
@@ -15,12 +16,6 @@ constexpr std::array<Column, 4> kColumns = {{
     {"command_V", "V", 8, 2, false, kCommandLsb_V},
     {"flags", "", 10, 2, false, 1.0F},
 }};
-
-std::uint16_t command_code(float command_V) noexcept {
-  const float code = command_V * (1.0F / kCommandLsb_V) + 0.5F;
-  if (!(code > 0.0F)) return 0;
-  return code >= 65535.0F ? std::uint16_t{65535} : static_cast<std::uint16_t>(code);
-}
 
 class Writer {
  public:
@@ -37,6 +32,10 @@ class Writer {
 };
 
 }  // namespace
+
+std::uint16_t command_code(float command_V) noexcept {
+  return static_cast<std::uint16_t>(numeric::nearest_within(command_V * (1.0F / kCommandLsb_V), 0, 65535, 0));
+}
 
 std::span<const Column> columns() noexcept {
   return kColumns;

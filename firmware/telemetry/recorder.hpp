@@ -36,6 +36,9 @@ inline constexpr std::size_t kCrcBytes = 4;
 /// FFFFh stands for 10 V.
 inline constexpr float kCommandLsb_V = 10.0F / 65535.0F;
 
+/// The nearest code; 0 for not-a-number.
+std::uint16_t command_code(float command_V) noexcept;
+
 namespace row_flag {
 inline constexpr std::uint16_t kMeasured =
     1;                                        ///< the pressure was measured in the tick before the row's time

@@ -35,12 +35,12 @@ inline Abort read_latency_bin(const Device& device, Place at, std::uint32_t& bit
 }
 
 inline Abort read_command_code(const Device& device, Place at, std::uint32_t& bits) noexcept {
-  bits = code_bits(device.image.chamber[at.instance].command_V, kCommandLsb_V);
+  bits = telemetry::command_code(device.image.chamber[at.instance].command_V);
   return Abort::none;
 }
 
 inline Abort read_volume_code(const Device& device, Place at, std::uint32_t& bits) noexcept {
-  bits = code_bits(device.image.chamber[at.instance].volume_m3, device.image.volume_lsb_m3);
+  bits = code_bits(device.image.chamber[at.instance].volume_m3 / device.image.volume_lsb_m3);
   return Abort::none;
 }
 

@@ -8,6 +8,7 @@
 #include <span>
 #include <type_traits>
 #include "firmware/canopen/object_dictionary.hpp"
+#include "firmware/numeric/nearest.hpp"
 
 namespace plenum::canopen::dictionary {
 
@@ -27,20 +28,14 @@ inline std::uint32_t bits_of(std::int32_t value) {
   return static_cast<std::uint32_t>(value);
 }
 
-/// Nearest integer, saturating; `if_nan` for NaN. The limits must be exact in float.
-inline std::int32_t round_saturating(float value, std::int32_t low, std::int32_t high, std::int32_t if_nan) {
-  if (value != value) return if_nan;
-  if (value <= static_cast<float>(low)) return low;
-  if (value >= static_cast<float>(high)) return high;
-  return static_cast<std::int32_t>(value < 0.0F ? value - 0.5F : value + 0.5F);
-}
-
 inline std::uint32_t mbar_bits(float pressure_Pa) {
-  return bits_of(round_saturating(pressure_Pa / kPa_per_mbar, -32767, 32767, kInvalid_mbar));
+  constexpr float kMbar_per_Pa =
+      1.0F / kPa_per_mbar;  // as a factor it leaves every tie of whole half mbar where it is
+  return bits_of(numeric::nearest_within(pressure_Pa * kMbar_per_Pa, -32767, 32767, kInvalid_mbar));
 }
 
-inline std::uint32_t code_bits(float value, float lsb) {
-  return bits_of(round_saturating(value / lsb, 0, 65535, 0));
+inline std::uint32_t code_bits(float codes) {
+  return bits_of(numeric::nearest_within(codes, 0, 65535, 0));
 }
 
 /// The value of a small integer type, sign extended.

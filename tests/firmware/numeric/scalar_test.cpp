@@ -1,5 +1,6 @@
 // The scalar functions of the core against the C library in long double.
 #include "firmware/numeric/scalar.hpp"
+#include "firmware/numeric/nearest.hpp"
 
 #include <gtest/gtest.h>
 
@@ -88,6 +89,29 @@ TEST(IsFinite, TellsNumbersFromTheRest) {
   EXPECT_FALSE(is_finite(std::numeric_limits<float>::infinity()));
   EXPECT_FALSE(is_finite(-std::numeric_limits<float>::infinity()));
   EXPECT_FALSE(is_finite(std::numeric_limits<float>::quiet_NaN()));
+}
+
+TEST(Nearest, IsTheWholeNumberAtHandATieAwayFromZero) {
+  for (int code = -3000; code <= 3000; ++code) {
+    const auto at = static_cast<float>(code);
+    EXPECT_EQ(nearest_within(at, -32767, 32767, 7), code);
+    EXPECT_EQ(nearest_within(at + 0.25F, -32767, 32767, 7), code);
+    EXPECT_EQ(nearest_within(at - 0.25F, -32767, 32767, 7), code);
+    EXPECT_EQ(nearest_within(at + 0.5F, -32767, 32767, 7), code < 0 ? code : code + 1);
+  }
+}
+
+TEST(Nearest, IsCutOffAtTheLimitsAndKnowsWhatIsNoNumber) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  for (const float beyond : {70'000.0F, 0x1p22F, 0x1p31F, 3e38F, kInfinity}) {
+    EXPECT_EQ(nearest_within(beyond, 0, 65535, 7), 65535) << beyond;
+    EXPECT_EQ(nearest_within(-beyond, 0, 65535, 7), 0) << beyond;
+    EXPECT_EQ(nearest_within(-beyond, -32767, 32767, 7), -32767) << beyond;
+  }
+  for (const float none :
+       {std::numeric_limits<float>::quiet_NaN(), -std::numeric_limits<float>::quiet_NaN()}) {
+    EXPECT_EQ(nearest_within(none, 0, 65535, 7), 7);
+  }
 }
 
 }  // namespace
