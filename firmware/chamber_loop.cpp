@@ -6,7 +6,7 @@ namespace plenum {
 namespace {
 
 constexpr float kPa = 1000.0F;  // Pa in a kPa
-constexpr float kMl_per_m3 = 1e6F;
+constexpr float kM3_per_mL = 1e-6F;
 /// From an estimate of the volume to its measurement, in ranges of the sensor: no motion takes the observer that far.
 constexpr float kFarthest = 10.0F;
 constexpr numeric::Scalar kHalfTick_s = numeric::Scalar(0.5F * config::kTick_s);
@@ -137,7 +137,7 @@ float ChamberLoop::command(const Order& order, canopen::ChamberImage& image) noe
   const float command_V = static_cast<float>(driven);
   image.actual_Pa = static_cast<float>(pressure_kPa_) * kPa;
   image.volume_m3 =
-      static_cast<float>(motion_.volume_mL - motion_.volume_rate_mL_s * kHalfTick_s) / kMl_per_m3;
+      static_cast<float>(motion_.volume_mL - motion_.volume_rate_mL_s * kHalfTick_s) * kM3_per_mL;
   image.command_V = command_V;
   image.feedback_V = command_V - image.feedforward_V;
   image.residual_Pa = static_cast<float>(residual_kPa_) * kPa;

@@ -12,11 +12,15 @@
 
 namespace plenum::config {
 
+/// What is sealed begins at a multiple of it: a processor that reads no word from anywhere else would spend a call on each.
+inline constexpr std::size_t kSealAlignment = 4;
+
 std::uint64_t sum_of(std::span<const std::byte> bytes) noexcept;
 
 /// Of one object, padding and all: nobody writes that either.
 template <class T>
 std::uint64_t sum_of_object(const T& object) noexcept {
+  static_assert(alignof(T) >= kSealAlignment);
   return sum_of(std::as_bytes(std::span(&object, 1)));
 }
 

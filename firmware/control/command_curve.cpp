@@ -24,11 +24,15 @@ void CommandCurve::configure(const Figures& figures, Scalar command_low_V, Scala
     node_V[kHalf - i] = numeric::clamp(of_.c1 - kDistances_V[i], command_low_V, command_high_V);
     node_V[kHalf + 1 + i] = numeric::clamp(of_.c1 + kDistances_V[i], command_low_V, command_high_V);
   }
+  // u^ is at one of the ends where the root is largest, c8 u^ at one where c8 has its sign
+  const Scalar widest_V =
+      numeric::max(numeric::abs(command_low_V - of_.c1), numeric::abs(command_high_V - of_.c1));
+  nodes_.opening_unit_V = numeric::whole_above(widest_V * (Scalar(1) + numeric::abs(of_.c8)) + of_.c9);
   nodes_.apart = 0;
   for (std::size_t i = 0; i < kNodes; ++i) {
     const Tangent of_node = tangent(node_V[i]);
     nodes_.steady_kPa[place(i)] = of_node.at.steady_kPa;
-    nodes_.opening_V[place(i)] = of_node.at.opening_V;
+    nodes_.opening[place(i)] = numeric::part_of(of_node.at.opening_V, nodes_.opening_unit_V);
     nodes_.by_V[i] = of_node.by_V;
     if (i + 1 < kNodes && node_V[i] != node_V[i + 1]) nodes_.apart |= std::uint64_t{1} << i;
   }

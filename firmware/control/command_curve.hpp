@@ -32,14 +32,15 @@ inline Scalar volume_factor(Scalar c6_per_mL, Scalar volume_mL) noexcept {
 /// is held times a power of two: in float that changes no bit.
 class TickPerVolume {
  public:
-  TickPerVolume(Scalar tick_s, Scalar volume_factor) noexcept : scaled_s_(tick_s * kScale / volume_factor) {}
+  TickPerVolume(Scalar tick_s, Scalar volume_factor) noexcept
+      : scaled_s_(tick_s * Scalar(1 << kScaleBits) / volume_factor) {}
 
   /// rate h/(1 + c6 v)
-  Scalar of(Scalar rate) const noexcept { return rate * scaled_s_ * (Scalar(1) / kScale); }
+  Scalar of(Scalar rate) const noexcept { return numeric::shifted_down<kScaleBits>(rate * scaled_s_); }
 
  private:
   /// The largest power with which c7 = 1e6 1/(V s) stays below 2^31 in an empty chamber.
-  static constexpr Scalar kScale = Scalar(131072);
+  static constexpr int kScaleBits = 17;
 
   Scalar scaled_s_;
 };
@@ -80,9 +81,14 @@ class CommandCurve {
   struct Nodes {
     At<Scalar> command_V{};
     At<Scalar> steady_kPa{};  ///< these two in lanes
-    At<Scalar> opening_V{};
+    At<numeric::PartOf<Scalar>> opening{};
+    Scalar opening_unit_V = 1;  ///< in which `opening` is
     At<Slopes> by_V{};
     std::uint64_t apart = 0;  ///< bit i: nodes i and i + 1 differ
+
+    Point point(std::size_t place) const noexcept {
+      return {.steady_kPa = steady_kPa[place], .opening_V = Scalar(opening[place]) * opening_unit_V};
+    }
   };
 
   /// Takes over admissible figures and tabulates them over the command range [V], low < high.

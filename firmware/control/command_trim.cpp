@@ -36,19 +36,18 @@ Scalar CommandTrim::at(Scalar model_V) const noexcept {
   return below_V + here.above_share * (correction_V_[here.below + 1] - below_V);
 }
 
-Scalar CommandTrim::reach(Scalar model_V) const noexcept {
-  const Scalar above = place(model_V).above_share;
+Scalar CommandTrim::reach(const Place& at) noexcept {
+  const Scalar above = at.above_share;
   return above * above + (Scalar(1) - above) * (Scalar(1) - above);
 }
 
-void CommandTrim::move(Scalar model_V, Scalar step_V) noexcept {
-  const Place here = place(model_V);
+void CommandTrim::move(const Place& at, Scalar step_V) noexcept {
   const auto shift = [&](std::size_t node, Scalar share) noexcept {
     correction_V_[node] = clamp(correction_V_[node] + share * step_V, -config_.limit_V, config_.limit_V);
   };
-  shift(here.below, Scalar(1) - here.above_share);
-  shift(here.below + 1, here.above_share);
-  level(here.below);
+  shift(at.below, Scalar(1) - at.above_share);
+  shift(at.below + 1, at.above_share);
+  level(at.below);
 }
 
 void CommandTrim::level(std::size_t below) noexcept {
@@ -56,7 +55,7 @@ void CommandTrim::level(std::size_t below) noexcept {
   Scalar& low_V = correction_V_[below];
   Scalar& high_V = correction_V_[below + 1];
   const Scalar rise_V = high_V - low_V;
-  const Scalar excess_V = Scalar(0.5) * (rise_V - clamp(rise_V, least_V_, most_V_));
+  const Scalar excess_V = numeric::shifted_down<1>(rise_V - clamp(rise_V, least_V_, most_V_));
   low_V += excess_V;
   high_V -= excess_V;
   const auto follow = [this](std::size_t node, Scalar from_V, Scalar to_V) noexcept {

@@ -34,19 +34,20 @@ class CommandTrim {
   /// The correction at a model command [V].
   Scalar at(Scalar model_V) const noexcept;
 
-  /// The sum of the squares of the two nodes' shares in the correction at a command: how much of it one
-  /// learning step of unit size moves.
-  Scalar reach(Scalar model_V) const noexcept;
-
-  /// Moves the two nodes around a command by `step_V`, each by its share.
-  void move(Scalar model_V, Scalar step_V) noexcept;
-
- private:
+  /// Of a command among the nodes.
   struct Place {
     std::size_t below;   ///< node at or below the command
     Scalar above_share;  ///< how far it is to the next one
   };
   Place place(Scalar model_V) const noexcept;
+
+  /// The sum of the squares of the two nodes' shares in the correction there: how much of it one learning step of unit size moves.
+  static Scalar reach(const Place& at) noexcept;
+
+  /// Moves the two nodes by `step_V`, each by its share.
+  void move(const Place& at, Scalar step_V) noexcept;
+
+ private:
   void level(std::size_t below) noexcept;
 
   Config config_;

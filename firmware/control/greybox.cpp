@@ -289,14 +289,18 @@ class Greybox::MeanRise {
   Scalar kPa_ticks_ = 0;
 };
 
-Greybox::Tick Greybox::tick(Scalar pressure_kPa, const ChamberMotion& motion) const noexcept {
+Moving Greybox::moving(const ChamberMotion& motion) const noexcept {
   const Scalar volume_mL = clamp(motion.volume_mL + dead_volume_mL_, kLeastVolume_mL, kMostVolume_mL);
   const Scalar speed_mL_s = clamp(motion.volume_rate_mL_s, -kMostSpeed_mL_s, kMostSpeed_mL_s);
+  return {.first = kTick_s * kPerLitre / volume_mL, .second = volume_exponent_ / kPerLitre * speed_mL_s};
+}
+
+Greybox::Tick Greybox::tick(Scalar pressure_kPa, const Moving& moves) const noexcept {
   const Scalar pressure = clamp(pressure_kPa, Scalar(0), kMostPressure_kPa);
   return {.pressure_kPa = pressure,
           .side = side_of(pressure),
-          .per_volume = kTick_s * kPerLitre / volume_mL,
-          .moved_L_s = volume_exponent_ / kPerLitre * speed_mL_s};
+          .per_volume = moves.first,
+          .moved_L_s = moves.second};
 }
 
 /// From the last corner that is not above the pressure, but for the last of all.
@@ -372,9 +376,9 @@ Opening Greybox::opening(Scalar command_V) const noexcept {
   return {.first = open.inlet, .second = open.exhaust};
 }
 
-Prediction Greybox::step(Scalar pressure_kPa, const Opening& open, const ChamberMotion& motion,
+Prediction Greybox::step(Scalar pressure_kPa, const Opening& open, const Moving& moves,
                          Scalar ticks) const noexcept {
-  const Tick now = tick(pressure_kPa, motion);
+  const Tick now = tick(pressure_kPa, moves);
   MeanRise rise;
   const Scalar end_kPa = travel(now, {.inlet = open.first, .exhaust = open.second}, ticks, rise);
   const Scalar risen_kPa = ticks > Scalar(0) ? rise.kPa_ticks() / ticks : Scalar(0);
@@ -465,9 +469,9 @@ Greybox::Guess Greybox::guess(const Tick& tick, const Range& among, Scalar targe
 
 /// The end rises with the command, so that there is one answer. What it gains by the conductances is taken as the guess has
 /// it but for a factor, that of the last two ends: secants. Where they leave the bracket, it is halved.
-Inverse Greybox::inverse(Scalar pressure_kPa, Scalar target_kPa, const ChamberMotion& motion,
+Inverse Greybox::inverse(Scalar pressure_kPa, Scalar target_kPa, const Moving& moves,
                          Scalar near_V) const noexcept {
-  const Tick now = tick(pressure_kPa, motion);
+  const Tick now = tick(pressure_kPa, moves);
   const Range among = answers(now);
   const Scalar least_V = node_V_[among.first], most_V = node_V_[among.last];
   Scalar above_V = least_V - Scalar(1), below_V = most_V + Scalar(1);  // the answer lies between

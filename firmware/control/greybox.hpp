@@ -52,12 +52,14 @@ class Greybox final : public PressureModel {
   void configure(std::span<const Scalar, kParameters> parameters, Scalar command_low_V,
                  Scalar command_high_V) noexcept;
 
+  using PressureModel::inverse;
   using PressureModel::step;
   Opening opening(Scalar command_V) const noexcept override;
-  Prediction step(Scalar pressure_kPa, const Opening& open, const ChamberMotion& motion,
+  Moving moving(const ChamberMotion& motion) const noexcept override;
+  Prediction step(Scalar pressure_kPa, const Opening& open, const Moving& moves,
                   Scalar ticks) const noexcept override;
   /// For targets between ambient and supply. At most kRefinements + 1 steps, and kGuesses on a straight line.
-  Inverse inverse(Scalar pressure_kPa, Scalar target_kPa, const ChamberMotion& motion,
+  Inverse inverse(Scalar pressure_kPa, Scalar target_kPa, const Moving& moves,
                   Scalar near_V) const noexcept override;
 
   static constexpr std::size_t kNodes = 64;
@@ -105,7 +107,7 @@ class Greybox final : public PressureModel {
   struct Rest;
   class MeanRise;
 
-  Tick tick(Scalar pressure_kPa, const ChamberMotion& motion) const noexcept;
+  Tick tick(Scalar pressure_kPa, const Moving& moves) const noexcept;
   std::size_t side_of(Scalar pressure_kPa) const noexcept;
   Flows flows(std::size_t side, Scalar pressure_kPa) const noexcept;
   template <class Visit>

@@ -2,11 +2,11 @@
 // CommandCurve alone.
 //
 // Such a model is a Law: one tick with pressure and motion put in, so that a command is all that is left open.
-//   Scalar response(Scalar opening_V)                              what the rise needs of the time
-//   Scalar rise_kPa(CommandCurve::Point, Scalar response)          p(t+h) - p(t)
-//   Scalar slope_kPa_V(CommandCurve::Tangent, Scalar response)     and its derivative by the command
+//   Response response(Scalar opening_V)                            what the rise needs of the time
+//   Scalar rise_kPa(CommandCurve::Point, Response)                 p(t+h) - p(t)
+//   Scalar slope_kPa_V(CommandCurve::Tangent, Response)            and its derivative by the command
 //   void misses(nodes, wanted_kPa, response, miss_kPa)             at every node the response, and the rise less the one wanted,
-//                                                                  without a branch; the responses are of a type Response
+//                                                                  without a branch
 //
 // README.md of this room says why it looks at a table first. At most kExtremumSteps + kRefinements evaluations of the rise
 // with its slope, besides those at the nodes.
@@ -42,19 +42,25 @@ std::uint64_t nodes_where(const AtNodes& value, Which which) noexcept {
 
 /// The first of the nodes that come closest, where they miss on one side all: above (x > 0) or not.
 inline std::size_t nearest_node(const AtNodes& miss_kPa, bool above) noexcept {
-  constexpr std::size_t kLanes = CommandCurve::kLanes;
+  constexpr std::size_t kLanes = CommandCurve::kLanes, kPerLane = CommandCurve::kPerLane;
   const auto first_of = [&miss_kPa](auto nearer) noexcept {
     std::array<Scalar, kLanes> nearest;
+    std::array<std::uint32_t, kLanes> at{};  // of the lane's nodes
     for (std::size_t k = 0; k < kLanes; ++k) nearest[k] = miss_kPa[k];
-    for (std::size_t first = kLanes; first < CommandCurve::kNodes; first += kLanes) {
-      for (std::size_t k = 0; k < kLanes; ++k) nearest[k] = nearer(nearest[k], miss_kPa[first + k]);
+    for (std::uint32_t i = 1; i < kPerLane; ++i) {
+      for (std::size_t k = 0; k < kLanes; ++k) {
+        const Scalar other = miss_kPa[kLanes * i + k];
+        const bool is_nearer = nearer(other, nearest[k]);
+        nearest[k] = is_nearer ? other : nearest[k];
+        at[k] = is_nearer ? i : at[k];
+      }
     }
-    Scalar best = nearest[0];
-    for (std::size_t k = 1; k < kLanes; ++k) best = nearer(best, nearest[k]);
-    const std::uint64_t where = nodes_where(miss_kPa, [best](Scalar x) noexcept { return x == best; });
-    return where == 0 ? 0 : static_cast<std::size_t>(std::countr_zero(where));
+    std::size_t lane = 0;
+    for (std::size_t k = 1; k < kLanes; ++k) lane = nearer(nearest[k], nearest[lane]) ? k : lane;
+    return lane * kPerLane + at[lane];
   };
-  return above ? first_of(numeric::min<Scalar>) : first_of(numeric::max<Scalar>);
+  return above ? first_of([](Scalar a, Scalar b) noexcept { return a < b; })
+               : first_of([](Scalar a, Scalar b) noexcept { return a > b; });
 }
 
 template <class Law>
@@ -90,7 +96,7 @@ class InverseSearch {
 
   Miss miss(Scalar command_V) const noexcept {
     const CommandCurve::Tangent of = curve_.tangent(command_V);
-    const Scalar response = law_.response(of.at.opening_V);
+    const typename Law::Response response = law_.response(of.at.opening_V);
     return {.command_V = command_V,
             .kPa = law_.rise_kPa(of.at, response) - wanted_kPa_,
             .by_V = law_.slope_kPa_V(of, response)};
@@ -216,7 +222,7 @@ Inverse InverseSearch<Law>::find(Scalar near_V) const noexcept {
   law_.misses(nodes, wanted_kPa_, response, miss_kPa);
   const auto at_node = [&](std::size_t i) noexcept -> Miss {
     const std::size_t k = CommandCurve::place(i);
-    const CommandCurve::Tangent of{{nodes.steady_kPa[k], nodes.opening_V[k]}, nodes.by_V[i]};
+    const CommandCurve::Tangent of{nodes.point(k), nodes.by_V[i]};
     return {.command_V = nodes.command_V[i], .kPa = miss_kPa[k], .by_V = law_.slope_kPa_V(of, response[k])};
   };
 
@@ -234,7 +240,8 @@ Inverse InverseSearch<Law>::find(Scalar near_V) const noexcept {
     // Out of reach: full opening on the side of the target, the strongest that any valve can do.
     const std::size_t limit = short_of ? kNodes - 1 : 0;
     const Scalar limit_kPa = miss_kPa[CommandCurve::place(limit)];
-    if (saturated && numeric::abs(limit_kPa) <= numeric::abs(found.kPa) + kLimitServes * curve_.span_kPa()) {
+    if (saturated && found.command_V != nodes.command_V[limit] &&
+        numeric::abs(limit_kPa) <= numeric::abs(found.kPa) + kLimitServes * curve_.span_kPa()) {
       found = at_node(limit);
     }
   }

@@ -49,16 +49,24 @@ struct Opening {
   Scalar second = 0;
 };
 
+/// What a motion does to the pressure over a tick, likewise: shares of volume and speed in the rates.
+struct Moving {
+  Scalar first = 0;
+  Scalar second = 0;
+  Scalar third = 0;
+};
+
 class PressureModel {
  public:
   virtual Opening opening(Scalar command_V) const noexcept = 0;
+  virtual Moving moving(const ChamberMotion& motion) const noexcept = 0;
 
   /// Pressure after `ticks` of a tick (0 to 1) and its mean over that time. Finite for every finite input.
-  virtual Prediction step(Scalar pressure_kPa, const Opening& open, const ChamberMotion& motion,
+  virtual Prediction step(Scalar pressure_kPa, const Opening& open, const Moving& moves,
                           Scalar ticks) const noexcept = 0;
   Prediction step(Scalar pressure_kPa, Scalar command_V, const ChamberMotion& motion,
                   Scalar ticks) const noexcept {
-    return step(pressure_kPa, opening(command_V), motion, ticks);
+    return step(pressure_kPa, opening(command_V), moving(motion), ticks);
   }
 
   /// The command within the model's command range whose step() ends nearest to `target_kPa`.
@@ -66,8 +74,12 @@ class PressureModel {
   /// Where several commands reach the target, the one at which pressure rises with the command wins
   /// (elsewhere a small error would be driven the wrong way), and among those the nearest to `near_V`,
   /// usually the last command. The number of evaluations is bounded by a constant of the implementation.
-  virtual Inverse inverse(Scalar pressure_kPa, Scalar target_kPa, const ChamberMotion& motion,
+  virtual Inverse inverse(Scalar pressure_kPa, Scalar target_kPa, const Moving& moves,
                           Scalar near_V) const noexcept = 0;
+  Inverse inverse(Scalar pressure_kPa, Scalar target_kPa, const ChamberMotion& motion,
+                  Scalar near_V) const noexcept {
+    return inverse(pressure_kPa, target_kPa, moving(motion), near_V);
+  }
 
  protected:
   ~PressureModel() = default;

@@ -13,6 +13,9 @@ constexpr Scalar kResidualForgetting = Scalar(0.2);
 /// Below this slope a correction in volts means nothing: the ports are sealed.
 constexpr Scalar kLeastSlope_kPa_V = Scalar(1);
 
+/// The mean over a tick moves by about half of what its end does.
+constexpr Scalar kMeanOfEnd = Scalar(0.5);
+
 /// The share of its pressure that compression adds in a tick, were the chamber sealed and isothermal: -v' h/v.
 Scalar compressed(const ChamberMotion& motion) noexcept {
   constexpr Scalar kSmallestVolume_mL = Scalar(1);
@@ -30,6 +33,12 @@ Scalar believable_kPa(Scalar pressure_kPa) noexcept {
 
 void Regulator::configure(const Config& config) noexcept {
   config_ = config;
+  const auto square = [](Scalar x) noexcept { return x * x; };
+  const Scalar steady = square(config.disturbance_deviation_kPa);
+  weights_ = {.noise_and_steady = square(config.residual_noise_kPa) + steady * square(kMeanOfEnd),
+              .steady_moves = steady * kMeanOfEnd,
+              .compression = square(config.compression_deviation),
+              .trim = square(config.trim_deviation_V)};
   trim_.configure(
       {.low_V = config.command_low_V, .high_V = config.command_high_V, .limit_V = config.trim_limit_V});
   take_over({.dead_ticks = config.valve_delay_ticks}, Scalar(0));
@@ -105,26 +114,21 @@ void Regulator::coast(const PressureModel& model, const ChamberMotion& past) noe
 }
 
 void Regulator::learn(Scalar residual_kPa, Scalar compression_kPa) noexcept {
-  const auto square = [](Scalar x) noexcept { return x * x; };
-  // The mean over a tick moves by about half of what its end does.
-  constexpr Scalar kMeanOfEnd = Scalar(0.5);
   const Scalar by_compression = kMeanOfEnd * compression_kPa;
   const SentCommands::Sent& acted = sent_.acted();
   const Scalar by_trim = acted.planned ? -kMeanOfEnd * acted.by_command_kPa_V : Scalar(0);
-  const Scalar steady_weight = square(config_.disturbance_deviation_kPa);
-  const Scalar compression_weight = square(config_.compression_deviation);
-  const Scalar trim_weight = square(config_.trim_deviation_V);
-  const Scalar spread = square(config_.residual_noise_kPa) + steady_weight * square(kMeanOfEnd) +
-                        compression_weight * square(by_compression) +
-                        trim_weight * square(by_trim) * trim_.reach(acted.model_V);
+  const Scalar compression_moves = weights_.compression * by_compression;  // m_i^2 phi_i
+  const Scalar trim_moves = weights_.trim * by_trim;
+  const CommandTrim::Place place = trim_.place(acted.model_V);
+  const Scalar spread = weights_.noise_and_steady + compression_moves * by_compression +
+                        trim_moves * by_trim * CommandTrim::reach(place);
   const Scalar share = residual_kPa / spread;
 
   const Scalar steady_limit = config_.disturbance_limit_kPa;
-  steady_kPa_ = clamp(steady_kPa_ + steady_weight * kMeanOfEnd * share, -steady_limit, steady_limit);
+  steady_kPa_ = clamp(steady_kPa_ + weights_.steady_moves * share, -steady_limit, steady_limit);
   const Scalar compression_limit = config_.compression_limit;
-  compression_ = clamp(compression_ + compression_weight * by_compression * share, -compression_limit,
-                       compression_limit);
-  trim_.move(acted.model_V, trim_weight * by_trim * share);
+  compression_ = clamp(compression_ + compression_moves * share, -compression_limit, compression_limit);
+  trim_.move(place, trim_moves * share);
 }
 
 Regulator::Span Regulator::acting_span(const ReferenceShaper::Reference& reference) const noexcept {
@@ -133,17 +137,21 @@ Regulator::Span Regulator::acting_span(const ReferenceShaper::Reference& referen
 }
 
 Regulator::Acting Regulator::when_it_acts(const PressureModel& model, const ChamberMotion& next) noexcept {
-  Acting acting{.pressure_kPa = pressure_kPa_, .motion = next, .compressed = compressed(next)};
+  Acting acting{.pressure_kPa = pressure_kPa_,
+                .motion = next,
+                .moving = model.moving(next),
+                .compressed = compressed(next)};
   const auto advance = [&](std::size_t sent_ticks_ago, Scalar ticks) noexcept {
     const Scalar disturbed_kPa = disturbance_kPa(acting.pressure_kPa * acting.compressed);
     acting.pressure_kPa =
-        model.step(acting.pressure_kPa, sent_.opening(model, sent_ticks_ago), acting.motion, ticks).end_kPa +
+        model.step(acting.pressure_kPa, sent_.opening(model, sent_ticks_ago), acting.moving, ticks).end_kPa +
         ticks * disturbed_kPa;
   };
   advance(sent_.whole_ticks() + 1, sent_.part_ticks());
   for (std::size_t ago = sent_.whole_ticks(); ago > 0; --ago) {
     advance(ago, Scalar(1));
     acting.motion.volume_mL += acting.motion.volume_rate_mL_s * kTick_s;
+    acting.moving = model.moving(acting.motion);
     acting.compressed = compressed(acting.motion);
   }
   return acting;
@@ -159,7 +167,7 @@ Regulator::Command Regulator::regulate(const PressureModel& model,
   const Scalar left_kPa = clamp(left * (start.pressure_kPa - wanted.from_kPa), -config_.error_left_limit_kPa,
                                 config_.error_left_limit_kPa);
   const Scalar target_kPa = wanted.to_kPa + left_kPa - disturbance_kPa(pressure_kPa_ * start.compressed);
-  plan_ = model.inverse(start.pressure_kPa, target_kPa, start.motion, sent_.ago(1).model_V);
+  plan_ = model.inverse(start.pressure_kPa, target_kPa, start.moving, sent_.ago(1).model_V);
   const Inverse& inverse = plan_;
 
   // Where the model is at its limit so is the valve: a learned correction does not take full opening away.

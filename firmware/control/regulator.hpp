@@ -127,7 +127,8 @@ class Regulator {
   struct Acting {
     Scalar pressure_kPa;
     ChamberMotion motion;
-    Scalar compressed;  ///< by that motion, -v' h/v
+    Moving moving;      ///< that motion to the model
+    Scalar compressed;  ///< by it, -v' h/v
   };
   Acting when_it_acts(const PressureModel& model, const ChamberMotion& next) noexcept;
   /// The tick just past, from the estimate at its start and the commands that acted.
@@ -136,7 +137,16 @@ class Regulator {
   void forget(Scalar pressure_kPa) noexcept;
   void learn(Scalar residual_kPa, Scalar compression_kPa) noexcept;
 
+  /// Of the estimates, as they learn: m_i^2 and what is made of it alone.
+  struct Weights {
+    Scalar noise_and_steady = 1;  ///< noise^2 + m_d^2 phi_d^2
+    Scalar steady_moves = 0;      ///< m_d^2 phi_d
+    Scalar compression = 0;
+    Scalar trim = 0;
+  };
+
   Config config_;
+  Weights weights_;
   CommandTrim trim_;
   ValvePath valve_;
   SensorLag sensor_;

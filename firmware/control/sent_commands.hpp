@@ -65,9 +65,10 @@ class SentCommands {
 
   /// The tick just past, from the pressure at its start.
   Prediction past_tick(const PressureModel& model, Scalar pressure_kPa, const ChamberMotion& past) noexcept {
+    const Moving moves = model.moving(past);
     const Scalar rest = Scalar(1) - part_ticks_;
-    const Prediction first = model.step(pressure_kPa, opening(model, whole_ticks() + 2), past, part_ticks_);
-    const Prediction second = model.step(first.end_kPa, opening(model, whole_ticks() + 1), past, rest);
+    const Prediction first = model.step(pressure_kPa, opening(model, whole_ticks() + 2), moves, part_ticks_);
+    const Prediction second = model.step(first.end_kPa, opening(model, whole_ticks() + 1), moves, rest);
     return {.end_kPa = second.end_kPa, .mean_kPa = part_ticks_ * first.mean_kPa + rest * second.mean_kPa};
   }
 

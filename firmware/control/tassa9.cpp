@@ -20,22 +20,28 @@ void Tassa9::configure(std::span<const Scalar, kParameters> parameters, Scalar c
                    command_low_V, command_high_V);
 }
 
-Tassa9::Tick Tassa9::tick(Scalar pressure_kPa, const ChamberMotion& motion) const noexcept {
+Moving Tassa9::moving(const ChamberMotion& motion) const noexcept {
   const TickPerVolume per_volume(kTick_s, volume_factor(c6_, motion.volume_mL));
+  return {.first = c4_ * motion.volume_rate_mL_s,
+          .second = per_volume.of(c7_),
+          .third = per_volume.of(c5_ * motion.volume_rate_mL_s)};
+}
+
+Tassa9::Tick Tassa9::tick(Scalar pressure_kPa, const Moving& moves) const noexcept {
   return {.pressure_kPa = pressure_kPa,
-          .steady_shift_kPa = c4_ * motion.volume_rate_mL_s,
-          .rate_gain = per_volume.of(c7_),
-          .rate_shift = per_volume.of(c5_ * motion.volume_rate_mL_s)};
+          .steady_shift_kPa = moves.first,
+          .rate_gain = moves.second,
+          .rate_shift = moves.third};
 }
 
 /// d rise / d(rh) = (s - p) e^-rh; where the exponent is limited, rh has no part in it.
-Scalar Tassa9::Tick::by_rate_kPa(CommandCurve::Point at, Scalar done) const noexcept {
+Scalar Tassa9::Tick::by_rate_kPa(CommandCurve::Point at, Response done) const noexcept {
   const Scalar rh = rate(at.opening_V);
   const bool exponent_free = rh > Scalar(0) && rh < numeric::kDecayHigh;
-  return exponent_free ? (steady_kPa(at) - pressure_kPa) * (Scalar(1) - done) : Scalar(0);
+  return exponent_free ? (steady_kPa(at) - pressure_kPa) * numeric::rest_of(done) : Scalar(0);
 }
 
-Scalar Tassa9::Tick::slope_kPa_V(const CommandCurve::Tangent& of, Scalar done) const noexcept {
+Scalar Tassa9::Tick::slope_kPa_V(const CommandCurve::Tangent& of, Response done) const noexcept {
   return of.by_V.steady_kPa_V * done + by_rate_kPa(of.at, done) * rate_gain * of.by_V.opening;
 }
 
@@ -44,20 +50,20 @@ Opening Tassa9::opening(Scalar command_V) const noexcept {
   return {.first = at.steady_kPa, .second = at.opening_V};
 }
 
-Prediction Tassa9::step(Scalar pressure_kPa, const Opening& open, const ChamberMotion& motion,
+Prediction Tassa9::step(Scalar pressure_kPa, const Opening& open, const Moving& moves,
                         Scalar ticks) const noexcept {
-  const Tick now = tick(pressure_kPa, motion);
+  const Tick now = tick(pressure_kPa, moves);
   const CommandCurve::Point at{.steady_kPa = open.first, .opening_V = open.second};
   const Scalar steady = now.steady_kPa(at);
   const Scalar rh = now.rate(at.opening_V) * ticks;
-  const Scalar done = numeric::decay(rh);
+  const Tick::Response done = numeric::decay_part(rh);
   return {.end_kPa = pressure_kPa + (steady - pressure_kPa) * done,  // (7)
-          .mean_kPa = steady + (pressure_kPa - steady) * numeric::mean_decay(rh, done)};
+          .mean_kPa = steady + (pressure_kPa - steady) * numeric::mean_decay(rh, Scalar(done))};
 }
 
-Inverse Tassa9::inverse(Scalar pressure_kPa, Scalar target_kPa, const ChamberMotion& motion,
+Inverse Tassa9::inverse(Scalar pressure_kPa, Scalar target_kPa, const Moving& moves,
                         Scalar near_V) const noexcept {
-  const Tick now = tick(pressure_kPa, motion);
+  const Tick now = tick(pressure_kPa, moves);
   return InverseSearch<Tick>(curve_, now, pressure_kPa, target_kPa).find(near_V);
 }
 

@@ -40,12 +40,14 @@ class Tassa9 final : public PressureModel {
   void configure(std::span<const Scalar, kParameters> parameters, Scalar command_low_V,
                  Scalar command_high_V) noexcept;
 
+  using PressureModel::inverse;
   using PressureModel::step;
   Opening opening(Scalar command_V) const noexcept override;
-  Prediction step(Scalar pressure_kPa, const Opening& open, const ChamberMotion& motion,
+  Moving moving(const ChamberMotion& motion) const noexcept override;
+  Prediction step(Scalar pressure_kPa, const Opening& open, const Moving& moves,
                   Scalar ticks) const noexcept override;
   /// As InverseSearch.
-  Inverse inverse(Scalar pressure_kPa, Scalar target_kPa, const ChamberMotion& motion,
+  Inverse inverse(Scalar pressure_kPa, Scalar target_kPa, const Moving& moves,
                   Scalar near_V) const noexcept override;
 
  private:
@@ -59,19 +61,19 @@ class Tassa9 final : public PressureModel {
     Scalar rate(Scalar opening_V) const noexcept { return rate_gain * opening_V + rate_shift; }  ///< r h
     Scalar steady_kPa(CommandCurve::Point at) const noexcept { return at.steady_kPa + steady_shift_kPa; }
     using Response = numeric::PartOf<Scalar>;
-    Scalar response(Scalar opening_V) const noexcept { return numeric::decay(rate(opening_V)); }
-    Scalar rise_kPa(CommandCurve::Point at, Scalar done) const noexcept {
+    Response response(Scalar opening_V) const noexcept { return numeric::decay_part(rate(opening_V)); }
+    Scalar rise_kPa(CommandCurve::Point at, Response done) const noexcept {
       return (steady_kPa(at) - pressure_kPa) * done;
     }
     void misses(const CommandCurve::Nodes& at, Scalar wanted_kPa, CommandCurve::At<Response>& done,
                 CommandCurve::At<Scalar>& miss_kPa) const noexcept {
-      numeric::decays(rate_gain, rate_shift, at.opening_V, done);
+      numeric::decays(rate_gain * at.opening_unit_V, rate_shift, at.opening, done);
       numeric::shares(at.steady_kPa, steady_shift_kPa - pressure_kPa, done, wanted_kPa, miss_kPa);
     }
-    Scalar by_rate_kPa(CommandCurve::Point at, Scalar done) const noexcept;
-    Scalar slope_kPa_V(const CommandCurve::Tangent& of, Scalar done) const noexcept;
+    Scalar by_rate_kPa(CommandCurve::Point at, Response done) const noexcept;
+    Scalar slope_kPa_V(const CommandCurve::Tangent& of, Response done) const noexcept;
   };
-  Tick tick(Scalar pressure_kPa, const ChamberMotion& motion) const noexcept;
+  Tick tick(Scalar pressure_kPa, const Moving& moves) const noexcept;
 
   CommandCurve curve_;
   Scalar c4_ = 0, c5_ = 0, c6_ = 0, c7_ = 1;

@@ -25,13 +25,17 @@ void Tassa9r::configure(std::span<const Scalar, kParameters> parameters, Scalar 
                    command_low_V, command_high_V);
 }
 
-Tassa9r::Tick Tassa9r::tick(Scalar pressure_kPa, const ChamberMotion& motion) const noexcept {
+Moving Tassa9r::moving(const ChamberMotion& motion) const noexcept {
   const TickPerVolume per_volume(
       kTick_s, volume_factor(c6_, clamp(motion.volume_mL, -kMostVolume_mL, kMostVolume_mL)));
   const Scalar speed_mL_s = clamp(motion.volume_rate_mL_s, -kMostSpeed_mL_s, kMostSpeed_mL_s);
+  return {.first = per_volume.of(c7_), .second = per_volume.of(c5_ * speed_mL_s)};
+}
+
+Tassa9r::Tick Tassa9r::tick(Scalar pressure_kPa, const Moving& moves) const noexcept {
   return {.pressure_kPa = clamp(pressure_kPa, Scalar(0), kMostPressure_kPa),
-          .gain_per_V = per_volume.of(c7_),
-          .moved = per_volume.of(c5_ * speed_mL_s)};
+          .gain_per_V = moves.first,
+          .moved = moves.second};
 }
 
 Scalar Tassa9r::within_range(Scalar command_V) const noexcept {
@@ -41,7 +45,8 @@ Scalar Tassa9r::within_range(Scalar command_V) const noexcept {
 
 /// d rise / dx at a given F: d phi_1/dx = phi_2 - phi_1.
 Scalar Tassa9r::Tick::by_x_kPa(CommandCurve::Point at, Scalar phi_1) const noexcept {
-  return speed_kPa(at) * (numeric::phi_2(x(at.opening_V), phi_1) - phi_1);
+  const Scalar a = flow(at.opening_V);
+  return speed_kPa(a, at.steady_kPa) * (numeric::phi_2(x(a), phi_1) - phi_1);
 }
 
 /// Of F phi_1(x), by the chain rule through s0 and through a.
@@ -57,20 +62,20 @@ Opening Tassa9r::opening(Scalar command_V) const noexcept {
   return {.first = at.steady_kPa, .second = at.opening_V};
 }
 
-Prediction Tassa9r::step(Scalar pressure_kPa, const Opening& open, const ChamberMotion& motion,
+Prediction Tassa9r::step(Scalar pressure_kPa, const Opening& open, const Moving& moves,
                          Scalar ticks) const noexcept {
-  const Tick now = tick(pressure_kPa, motion);
-  const CommandCurve::Point at{.steady_kPa = open.first, .opening_V = open.second};
-  const Scalar x = now.x(at.opening_V) * ticks;
+  const Tick now = tick(pressure_kPa, moves);
+  const Scalar flow = now.flow(open.second);
+  const Scalar x = now.x(flow) * ticks;
   const Scalar phi_1 = numeric::phi_1(x);
-  const Scalar speed_kPa = now.speed_kPa(at) * ticks;
+  const Scalar speed_kPa = now.speed_kPa(flow, open.first) * ticks;
   return {.end_kPa = now.pressure_kPa + speed_kPa * phi_1,                       // (R3)
           .mean_kPa = now.pressure_kPa + speed_kPa * numeric::phi_2(x, phi_1)};  // (R4)
 }
 
-Inverse Tassa9r::inverse(Scalar pressure_kPa, Scalar target_kPa, const ChamberMotion& motion,
+Inverse Tassa9r::inverse(Scalar pressure_kPa, Scalar target_kPa, const Moving& moves,
                          Scalar near_V) const noexcept {
-  const Tick now = tick(pressure_kPa, motion);
+  const Tick now = tick(pressure_kPa, moves);
   return InverseSearch<Tick>(curve_, now, now.pressure_kPa, target_kPa).find(near_V);
 }
 

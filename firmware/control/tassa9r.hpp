@@ -43,12 +43,14 @@ class Tassa9r final : public PressureModel {
   void configure(std::span<const Scalar, kParameters> parameters, Scalar command_low_V,
                  Scalar command_high_V) noexcept;
 
+  using PressureModel::inverse;
   using PressureModel::step;
   Opening opening(Scalar command_V) const noexcept override;
-  Prediction step(Scalar pressure_kPa, const Opening& open, const ChamberMotion& motion,
+  Moving moving(const ChamberMotion& motion) const noexcept override;
+  Prediction step(Scalar pressure_kPa, const Opening& open, const Moving& moves,
                   Scalar ticks) const noexcept override;
   /// As InverseSearch.
-  Inverse inverse(Scalar pressure_kPa, Scalar target_kPa, const ChamberMotion& motion,
+  Inverse inverse(Scalar pressure_kPa, Scalar target_kPa, const Moving& moves,
                   Scalar near_V) const noexcept override;
 
  private:
@@ -63,26 +65,30 @@ class Tassa9r final : public PressureModel {
     Scalar moved_beside(Scalar flow) const noexcept {
       return numeric::max(moved, -numeric::kGrowthHigh - flow);
     }
-    Scalar x(Scalar opening_V) const noexcept { return flow(opening_V) + moved_beside(flow(opening_V)); }
+    Scalar x(Scalar flow) const noexcept { return flow + moved_beside(flow); }
     /// F
-    Scalar speed_kPa(CommandCurve::Point at) const noexcept {
-      const Scalar a = flow(at.opening_V);
-      return a * (at.steady_kPa - pressure_kPa) - moved_beside(a) * pressure_kPa;
+    Scalar speed_kPa(Scalar flow, Scalar steady_kPa) const noexcept {
+      return flow * (steady_kPa - pressure_kPa) - moved_beside(flow) * pressure_kPa;
     }
     using Response = Scalar;
-    Scalar response(Scalar opening_V) const noexcept { return numeric::phi_1(x(opening_V)); }
-    Scalar rise_kPa(CommandCurve::Point at, Scalar phi_1) const noexcept { return speed_kPa(at) * phi_1; }
+    Scalar response(Scalar opening_V) const noexcept { return numeric::phi_1(x(flow(opening_V))); }
+    Scalar rise_kPa(CommandCurve::Point at, Scalar phi_1) const noexcept {
+      return speed_kPa(flow(at.opening_V), at.steady_kPa) * phi_1;
+    }
     void misses(const CommandCurve::Nodes& at, Scalar wanted_kPa, CommandCurve::At<Response>& phi_1,
                 CommandCurve::At<Scalar>& miss_kPa) const noexcept {
-      for (std::size_t i = 0; i < phi_1.size(); ++i) phi_1[i] = response(at.opening_V[i]);
-      for (std::size_t i = 0; i < phi_1.size(); ++i) {
-        miss_kPa[i] = rise_kPa({at.steady_kPa[i], at.opening_V[i]}, phi_1[i]) - wanted_kPa;
+      const Scalar gain = gain_per_V * at.opening_unit_V;
+      CommandCurve::At<Scalar> flow;
+      for (std::size_t i = 0; i < flow.size(); ++i) flow[i] = gain * at.opening[i];
+      for (std::size_t i = 0; i < flow.size(); ++i) phi_1[i] = numeric::phi_1(x(flow[i]));
+      for (std::size_t i = 0; i < flow.size(); ++i) {
+        miss_kPa[i] = speed_kPa(flow[i], at.steady_kPa[i]) * phi_1[i] - wanted_kPa;
       }
     }
     Scalar by_x_kPa(CommandCurve::Point at, Scalar phi_1) const noexcept;
     Scalar slope_kPa_V(const CommandCurve::Tangent& of, Scalar phi_1) const noexcept;
   };
-  Tick tick(Scalar pressure_kPa, const ChamberMotion& motion) const noexcept;
+  Tick tick(Scalar pressure_kPa, const Moving& moves) const noexcept;
   Scalar within_range(Scalar command_V) const noexcept;
 
   CommandCurve curve_;

@@ -10,7 +10,7 @@ using Matrix3 = Eigen::Matrix<Scalar, 3, 3>;
 constexpr int kRiccatiSteps = 400;
 
 Vector3 predict(const Vector3& x) noexcept {
-  return {x[0] + x[1] + Scalar(0.5) * x[2], x[1] + x[2], x[2]};
+  return {x[0] + x[1] + numeric::shifted_down<1>(x[2]), x[1] + x[2], x[2]};
 }
 
 }  // namespace

@@ -37,6 +37,23 @@ inline constexpr auto kReciprocal = [] {
   return first;
 }();
 
+/// 1/sqrt(d) at the middles of the stretches of 2^-8 of d from 1/4 to 1, in units of 2^-30: within 2^-8 of it.
+inline constexpr std::uint32_t kInverseRootFrom = 64;
+inline constexpr auto kInverseRoot = [] {
+  std::array<std::uint32_t, 256 - kInverseRootFrom> of{};
+  for (std::size_t i = 0; i < of.size(); ++i) {
+    const std::uint64_t d = 2 * (kInverseRootFrom + i) + 1;  // in units of 2^-9
+    // the largest y with y y d <= 2^69
+    std::uint64_t low = std::uint64_t{1} << 30U, high = std::uint64_t{1} << 31U;
+    while (high - low > 1) {
+      const std::uint64_t y = (low + high) / 2;
+      (y * y <= (std::uint64_t{1} << 63U) / d * 64 ? low : high) = y;
+    }
+    of[i] = static_cast<std::uint32_t>(low);
+  }
+  return of;
+}();
+
 class Fixed {
   template <std::floating_point Real>
   using BitsOf = std::conditional_t<sizeof(Real) == 4, std::uint32_t, std::uint64_t>;
@@ -293,13 +310,13 @@ constexpr std::int64_t Fixed::ratio(std::int64_t a, std::int64_t b) noexcept {
   return with_sign(quotient(x, y), negative);
 }
 
-/// Of raw > 0. By Newton's method from a straight line that is within a tenth of it.
+/// Of raw > 0. By Newton's method from a table.
 constexpr Fixed::InverseRoot Fixed::inverse_root(std::uint64_t raw) noexcept {
   const unsigned half_shift = static_cast<unsigned>(std::countl_zero(raw | 1U)) / 2;
   const auto d = static_cast<std::uint32_t>(raw << (2 * half_shift) >> 32U);
-  constexpr std::uint32_t kOne = std::uint32_t{1} << 30U, kSlope = kOne / 10 * 13, kStart = kOne / 10 * 22;
-  std::uint32_t y = kStart - static_cast<std::uint32_t>(wide(kSlope, d) >> 32U);
-  for (int i = 0; i < 4; ++i) {
+  constexpr std::uint32_t kOne = std::uint32_t{1} << 30U;
+  std::uint32_t y = kInverseRoot[(d >> 24U) - kInverseRootFrom];
+  for (int i = 0; i < 2; ++i) {
     const auto d_y = static_cast<std::uint32_t>(wide(d, y) >> 32U);
     const auto d_y_y = static_cast<std::uint32_t>(wide(d_y, y) >> 30U);
     y = static_cast<std::uint32_t>(wide(y, 3 * kOne - d_y_y) >> 31U);
@@ -359,6 +376,7 @@ class Fraction {
   constexpr explicit Fraction(std::uint32_t raw) noexcept : raw_(raw) {}
 
   constexpr operator Fixed() const noexcept { return Fixed::from_raw(raw_); }
+  constexpr std::uint32_t raw() const noexcept { return raw_; }
 
   /// To the nearest, a tie up.
   friend constexpr Fixed operator*(Fixed of, Fraction part) noexcept {

@@ -17,11 +17,18 @@ constexpr bool is_finite(Fixed /*x*/) noexcept {
   return true;
 }
 
+/// x 2^-kBits: what a product with it gives, for less.
+template <int kBits>
+constexpr Fixed shifted_down(Fixed x) noexcept {
+  constexpr std::int64_t kHalf = std::int64_t{1} << (kBits - 1);
+  return Fixed::from_raw((x.raw() >> kBits) + ((x.raw() & kHalf) != 0 ? 1 : 0));
+}
+
 /// What decay() knows beforehand.
 struct DecayTable {
-  static constexpr int kBits = 5;
-  std::array<std::uint32_t, 1U << kBits> power{};  ///< 2^-(i/32) in units of 2^-32, the first less one unit
-  std::array<std::uint32_t, 5> term{};             ///< (ln2/32)^k/k! in units of 2^-37
+  static constexpr int kBits = 7;
+  std::array<std::uint32_t, 1U << kBits> power{};  ///< 2^-(i/128) in units of 2^-32, the first less one unit
+  std::array<std::uint32_t, 4> term{};             ///< (ln2/128)^k/k! in units of 2^-39
 };
 inline constexpr DecayTable kDecay = [] {
   // NOLINTNEXTLINE(bugprone-incorrect-roundings)
@@ -37,7 +44,7 @@ inline constexpr DecayTable kDecay = [] {
   for (std::size_t i = 1; i < table.power.size(); ++i) {
     table.power[i] = nearest(0x1p32 * series(kStep * static_cast<int>(i)));
   }
-  auto term = 0x1p37;
+  auto term = 0x1p39;
   for (std::size_t k = 1; k < table.term.size(); ++k) {
     term *= kStep / static_cast<int>(k);
     table.term[k] = nearest(term);
@@ -50,8 +57,8 @@ inline constexpr auto kLog2eRaw = static_cast<std::uint32_t>(0x1p31 * std::numbe
 
 /// 2^-t in units of 2^-32, one less for t = 0, for t in units of 2^-32 below 32.
 ///
-/// Method: t = n + i/32 + y/32, 2^-(i/32) by a table, and 1 - 2^-(y/32) by its Taylor polynomial of degree 4 (remainder 4e-11) in
-/// 32 bit products.
+/// Method: t = n + i/128 + y/128, 2^-(i/128) by a table, and 1 - 2^-(y/128) by its Taylor polynomial of degree 3 (remainder
+/// 4e-11) in 32 bit products.
 constexpr std::uint32_t power_of_half(std::uint64_t t) noexcept {
   const auto times = [](std::uint32_t a, std::uint32_t b) noexcept {
     return static_cast<std::uint32_t>(std::uint64_t{a} * b >> 32U);
@@ -59,33 +66,65 @@ constexpr std::uint32_t power_of_half(std::uint64_t t) noexcept {
   const auto fraction = static_cast<std::uint32_t>(t);
   const std::uint32_t y = fraction << DecayTable::kBits;
   const auto& term = kDecay.term;
-  const std::uint32_t done = times(y, term[1] - times(y, term[2] - times(y, term[3] - times(y, term[4]))));
+  const std::uint32_t done = times(y, term[1] - times(y, term[2] - times(y, term[3])));
   const std::uint32_t power = kDecay.power[fraction >> (32 - DecayTable::kBits)];
   return (power - (times(power, done) >> DecayTable::kBits)) >> (t >> 32U);
 }
 
-/// 1 - e^-x for x clamped to [0, kDecayHigh]; error below 2.5 ulp. Method: e^-x = 2^-t with t = x log2 e.
+/// t of e^-x = 2^-t, x log2 e, in units of 2^-32: of x > 0, and at least 32 beyond kDecayHigh.
+constexpr std::uint64_t halvings(Fixed x) noexcept {
+  const auto raw = static_cast<std::uint64_t>(min(x, Fixed(kDecayHigh)).raw());
+  return (raw >> 32U) * kLog2eRaw * 2 + ((raw & 0xFFFFFFFFU) * kLog2eRaw >> 31U);
+}
+
+/// 1 - e^-x for x clamped to [0, kDecayHigh]; error below 2.5 ulp.
 constexpr Fixed decay(Fixed x) noexcept {
   constexpr Fixed kOne = 1;
   if (x <= Fixed(0)) return Fixed(0);
-  if (x >= Fixed(kDecayHigh)) return kOne;
-  const auto raw = static_cast<std::uint64_t>(x.raw());
-  const std::uint64_t t = (raw >> 32U) * kLog2eRaw * 2 + ((raw & 0xFFFFFFFFU) * kLog2eRaw >> 31U);
+  const std::uint64_t t = halvings(x);
   if (t >> 37U != 0) return kOne;
   return Fixed::from_raw(kOne.raw() - static_cast<std::int64_t>(power_of_half(t)));
 }
 
-/// done = decay(gain k + shift) for many k: error below 3 ulp and what an ulp of gain and shift makes of it.
+/// decay(x) as a part, and what a part leaves of the whole: both up to 1 - 2^-32.
+constexpr Fraction decay_part(Fixed x) noexcept {
+  if (x <= Fixed(0)) return Fraction(0);
+  const std::uint64_t t = halvings(x);
+  return t >> 37U == 0 ? Fraction(~power_of_half(t)) : Fraction(0xFFFFFFFFU);
+}
+constexpr Fraction rest_of(Fraction part) noexcept {
+  return Fraction(~part.raw());
+}
+
+/// A power of two above x; below 2^31.
+constexpr Fixed whole_above(Fixed x) noexcept {
+  Fixed whole = 1;
+  while (whole <= x && whole < Fixed(1 << 30)) whole += whole;
+  return whole;
+}
+
+/// x/whole to the nearest, x from 0 to below `whole`.
+constexpr Fraction part_of(Fixed x, Fixed whole) noexcept {
+  const Fixed most = Fixed::from_raw(0xFFFFFFFF);
+  return Fraction(static_cast<std::uint32_t>(clamp(x / whole, Fixed(0), most).raw()));
+}
+
+/// done = decay(gain k + shift) for many k: error below 3 ulp and what an ulp of gain and shift makes of it. `gain` and `shift`
+/// count as 2^29 beyond that, so that nothing passes the range.
 template <std::size_t kCount>
-constexpr void decays(Fixed gain, Fixed shift, const std::array<Fixed, kCount>& k,
+constexpr void decays(Fixed gain, Fixed shift, const std::array<Fraction, kCount>& k,
                       std::array<Fraction, kCount>& done) noexcept {
   constexpr Fixed kPerOne = Fixed::from_raw(std::int64_t{kLog2eRaw} * 2);
-  const Fixed t_gain = gain * kPerOne, t_shift = shift * kPerOne;  // of powers of a half
+  constexpr Fixed kMost = 1 << 29;
+  // of powers of a half
+  const Fixed t_gain = clamp(gain * kPerOne, -kMost, kMost);
+  const std::int64_t t_shift = clamp(shift * kPerOne, -kMost, kMost).raw();
   for (std::size_t i = 0; i < kCount; ++i) {
-    const Fixed t = t_gain * k[i] + t_shift;
-    done[i] = t <= Fixed(0)    ? Fraction()
-              : t >= Fixed(32) ? Fraction(0xFFFFFFFFU)
-                               : Fraction(~power_of_half(static_cast<std::uint64_t>(t.raw())));
+    const std::int64_t t = (t_gain * k[i]).raw() + t_shift;
+    const bool within = static_cast<std::uint32_t>(t >> 32U) < 32;
+    done[i] = within  ? Fraction(~power_of_half(static_cast<std::uint64_t>(t)))
+              : t < 0 ? Fraction(0)
+                      : Fraction(0xFFFFFFFFU);
   }
 }
 

@@ -39,6 +39,32 @@ inline constexpr std::size_t kLanes = std::same_as<Real, Fixed> ? 1 : 4;
 template <Number Real>
 using PartOf = std::conditional_t<std::same_as<Real, Fixed>, Fraction, Real>;
 
+/// x 2^-kBits.
+template <int kBits, Number Real>
+constexpr Real shifted_down(Real x) noexcept {
+  return x * Real(1.0F / static_cast<float>(1U << kBits));
+}
+
+/// decay(x), and what a part leaves of the whole.
+template <Number Real>
+inline Real decay_part(Real x) noexcept {
+  return decay(x);
+}
+template <Number Real>
+inline Real rest_of(Real part) noexcept {
+  return Real(1) - part;
+}
+
+/// The whole of which part_of() gives the parts: of numbers up to x. A number that is its own part needs none.
+template <Number Real>
+constexpr Real whole_above(Real /*x*/) noexcept {
+  return Real(1);
+}
+template <Number Real>
+constexpr Real part_of(Real x, Real /*whole*/) noexcept {
+  return x;
+}
+
 /// done = decay(gain k + shift) for many k.
 template <Number Real, std::size_t kCount>
 inline void decays(Real gain, Real shift, const std::array<Real, kCount>& k,

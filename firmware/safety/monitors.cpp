@@ -54,10 +54,11 @@ ChamberMonitor::Output ChamberMonitor::step(const config::ChamberSettings& setti
   pressure_before_V_ = in.pressure_V;
   lowest_V_ = stands_still ? numeric::min(lowest_V_, in.command_V) : in.command_V;
   highest_V_ = stands_still ? numeric::max(highest_V_, in.command_V) : in.command_V;
-  const bool valve_moved =
-      highest_V_ - lowest_V_ > kStuckMoved * (settings.command_high_V - settings.command_low_V);
+  const auto valve_moved = [&]() noexcept {
+    return highest_V_ - lowest_V_ > kStuckMoved * (settings.command_high_V - settings.command_low_V);
+  };
   out.causes |=
-      if_so(lasts(still_.step(stands_still), settings.stuck_ticks) && valve_moved, Fault::pressure_stuck);
+      if_so(lasts(still_.step(stands_still), settings.stuck_ticks) && valve_moved(), Fault::pressure_stuck);
 
   // Once tripped, the cause lasts until the pressure is back among the admissible references. A tick without
   // a usable pressure says nothing for or against. A reading above the valid range still counts as too much

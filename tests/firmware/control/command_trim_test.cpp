@@ -25,7 +25,7 @@ void teach(CommandTrim& trim, double (*fault_V)(double), int ticks) {
   for (int i = 0; i < ticks; ++i) {
     const float model_V = command(random);
     const double wrong_V = fault_V(static_cast<double>(model_V)) - static_cast<double>(trim.at(model_V));
-    trim.move(model_V, 0.33F * static_cast<float>(wrong_V));
+    trim.move(trim.place(model_V), 0.33F * static_cast<float>(wrong_V));
   }
 }
 
@@ -54,7 +54,7 @@ TEST(CommandTrim, BelievesNoMoreThanItsLimit) {
 
 TEST(CommandTrim, ItsSlopeIsBoundedAndReachesOverCommandsNeverTaught) {
   CommandTrim trim = trim_with({});
-  for (int i = 0; i < 500; ++i) trim.move(5.6F, 0.05F);  // taught at one command only
+  for (int i = 0; i < 500; ++i) trim.move(trim.place(5.6F), 0.05F);  // taught at one command only
   for (float u = 3.0F; u < 7.0F; u += 0.01F) {
     const double slope = real(trim.at(u + 0.01F) - trim.at(u)) / 0.01;
     EXPECT_LE(slope, 1.0 + 1e-3) << "V/V at " << u << " V";
@@ -68,8 +68,9 @@ TEST(CommandTrim, ReachIsTheShareOfAUnitStepThatArrives) {
   CommandTrim trim = trim_with({});
   for (float u = 3.0F; u <= 7.0F; u += 0.037F) {
     trim.reset();
-    trim.move(u, 0.01F);
-    EXPECT_NEAR(real(trim.at(u)), real(0.01F * trim.reach(u)), 1e-6) << "at " << u << " V";
+    const CommandTrim::Place place = trim.place(u);
+    trim.move(place, 0.01F);
+    EXPECT_NEAR(real(trim.at(u)), real(0.01F * CommandTrim::reach(place)), 1e-6) << "at " << u << " V";
   }
 }
 
