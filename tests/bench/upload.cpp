@@ -5,6 +5,15 @@
 // n / (n + 5) at best: 0.70 for one image of twelve parameters (80 bytes), 0.95 for eight of them (641 bytes with their mask), which
 // is how they are uploaded. Only the bytes of the images count. The long value is the board's data sheet, read in blocks of
 // 127 segments.
+//
+// The five are initiate and its answer, the confirmation of the last block, end and its answer: CiA 301, 7.2.4.3.9 to 7.2.4.3.12, knows
+// no block download without any of them, and 640 bytes and a mask are no fewer than 92 segments, of which the images fill 91.4: 91.4 /
+// 97 = 0.943 where all frames are as long. Their bytes the standard sets, too, but for the size of a block, and long runs of zeros cost
+// them more stuff bits than data has: 0.941. So 0.95 is out of reach for eight images of twelve parameters, and 0.95 for one of them by
+// far. The rows ..._of_bound give the share of what is in reach: the bits of all frames that the standard asks for, written down here from
+// it, over the bits used. It is 1 when nothing else was sent and nothing twice.
+#include <algorithm>
+#include <array>
 #include <cstdio>
 #include <optional>
 #include <vector>
@@ -21,9 +30,10 @@ namespace {
 
 using namespace plenum::host;
 
+using Bytes = std::vector<std::uint8_t>;
 using plenum::config::ModelKind;
 
-std::vector<std::uint8_t> model_image(ModelKind kind) {
+Bytes model_image(ModelKind kind) {
   plenum::config::ModelParameters model;
   model.kind = kind;
   if (kind == ModelKind::greybox) {
@@ -35,13 +45,13 @@ std::vector<std::uint8_t> model_image(ModelKind kind) {
     model.count = 12;
     model.value = {5.02F, 2.5F, 4.0F, -0.05F, 0.003F, 0.02F, 40.0F, 0.1F, 0.08F, 0.1F, 620.0F, 101.325F};
   }
-  std::vector<std::uint8_t> image(plenum::config::kMaxImageBytes);
+  Bytes image(plenum::config::kMaxImageBytes);
   image.resize(plenum::config::encode(model, image));
   return image;
 }
 
 /// Bits of the bytes in segments, as they would follow each other; the last one is full, too.
-double least_bits(const std::vector<std::uint8_t>& bytes) {
+double least_bits(const Bytes& bytes) {
   constexpr std::size_t kSegment = 7;
   double bits = 0.0;
   for (std::size_t at = 0; at < bytes.size(); at += kSegment) {
@@ -52,6 +62,39 @@ double least_bits(const std::vector<std::uint8_t>& bytes) {
     bits += share * (ports::frame_bits(frame) + ports::kIntermissionBits);
   }
   return bits;
+}
+
+constexpr std::uint32_t kToBoard = 0x601;
+constexpr std::uint32_t kFromBoard = 0x581;
+
+double wire_bits(std::uint32_t id, std::array<unsigned, 8> bytes) {
+  plenum::ports::CanFrame frame{.id = id, .length = 8};
+  std::transform(bytes.begin(), bytes.end(), frame.data.begin(),
+                 [](unsigned byte) { return static_cast<std::uint8_t>(byte & 0xFFU); });
+  return ports::frame_bits(frame) + ports::kIntermissionBits;
+}
+
+/// Bits of a block download with CRC, in blocks of 127 segments, of which no frame is lost.
+double bound_bits(std::uint16_t index, std::uint8_t sub, const Bytes& value) {
+  constexpr std::size_t kSegment = 7;
+  constexpr unsigned kBlock = 127;
+  const unsigned low = index & 0xFFU, high = index >> 8U;
+  const auto size = static_cast<unsigned>(value.size());
+  double bits = wire_bits(kToBoard, {0xC6, low, high, sub, size, size >> 8U}) +
+                wire_bits(kFromBoard, {0xA4, low, high, sub, kBlock});
+  unsigned sequence = 0;
+  for (std::size_t at = 0; at < value.size(); at += kSegment) {
+    const bool last = at + kSegment >= value.size();
+    std::array<unsigned, 8> segment{++sequence | (last ? 0x80U : 0U)};
+    for (std::size_t i = 0; i < kSegment && at + i < value.size(); ++i) segment[1 + i] = value[at + i];
+    bits += wire_bits(kToBoard, segment);
+    if (!last && sequence != kBlock) continue;
+    bits += wire_bits(kFromBoard, {0xA2, sequence, kBlock});
+    sequence = 0;
+  }
+  const unsigned unused = static_cast<unsigned>(kSegment - 1 - (value.size() + kSegment - 1) % kSegment);
+  const unsigned crc = client::crc16(value);
+  return bits + wire_bits(kToBoard, {0xC1U | unused << 2U, crc, crc >> 8U}) + wire_bits(kFromBoard, {0xA1});
 }
 
 void print_share(const char* of, double value, std::optional<double> target = {}) {
@@ -66,22 +109,25 @@ int main() {
   client::Session session(link, 1);
   session.write<std::uint16_t>(plenum::canopen::object::kHeartbeatTime, 0, 0);
   session.listen(0.1);
-  const auto efficiency = [&](auto&& transfer) {
+  const auto bits_of = [&](auto&& transfer) {
     const std::uint64_t before = rig.bus().counters().bits;
-    const std::vector<std::uint8_t> bytes = transfer();
-    return least_bits(bytes) / static_cast<double>(rig.bus().counters().bits - before);
+    transfer();
+    return static_cast<double>(rig.bus().counters().bits - before);
   };
-  const auto upload_set = [&](ModelKind kind) {
-    return efficiency([&] {
-      const std::vector<std::uint8_t> image = model_image(kind);
-      std::vector<std::uint8_t> images;
-      for (std::size_t chamber = 0; chamber < plenum::config::kChambers; ++chamber)
-        images.insert(images.end(), image.begin(), image.end());
-      std::vector<std::uint8_t> set{0xFF};
-      set.insert(set.end(), images.begin(), images.end());
-      session.sdo_write(plenum::canopen::object::kStagedSet, 1, set);
-      return images;
-    });
+  const auto upload = [&](const char* of, std::uint16_t index, std::uint8_t sub, const Bytes& value,
+                          const Bytes& images, std::optional<double> target) {
+    const double bits = bits_of([&] { session.sdo_write(index, sub, value); });
+    print_share(of, least_bits(images) / bits, target);
+    print_share(fmt::format("{}_of_bound", of).c_str(), bound_bits(index, sub, value) / bits, 1.0);
+  };
+  const auto upload_set = [&](const char* of, ModelKind kind, std::optional<double> target) {
+    const Bytes image = model_image(kind);
+    Bytes images;
+    for (std::size_t chamber = 0; chamber < plenum::config::kChambers; ++chamber)
+      images.insert(images.end(), image.begin(), image.end());
+    Bytes set{0xFF};
+    set.insert(set.end(), images.begin(), images.end());
+    upload(of, plenum::canopen::object::kStagedSet, 1, set, images, target);
   };
   const auto staged = [&] {
     session.listen(0.2);  // an image a tick
@@ -89,15 +135,13 @@ int main() {
     std::fprintf(stderr, "the set is not staged\n");
     return false;
   };
-  print_share("", upload_set(ModelKind::tassa9), 0.95);
+  upload_set("", ModelKind::tassa9, 0.95);
   if (!staged()) return 1;
-  print_share("_greybox", upload_set(ModelKind::greybox));
+  upload_set("_greybox", ModelKind::greybox, {});
   if (!staged()) return 1;
-  const double one_image = efficiency([&] {
-    std::vector<std::uint8_t> image = model_image(ModelKind::tassa9);
-    session.sdo_write(plenum::canopen::object::kStagedModel, 0, image);
-    return image;
-  });
-  print_share("_one_image", one_image, 0.95);
-  print_share("_data_sheet", efficiency([&] { return session.sdo_read_domain(0x1021, 0); }));
+  const Bytes image = model_image(ModelKind::tassa9);
+  upload("_one_image", plenum::canopen::object::kStagedModel, 0, image, image, 0.95);
+  Bytes sheet;
+  const double bits = bits_of([&] { sheet = session.sdo_read_domain(0x1021, 0); });
+  print_share("_data_sheet", least_bits(sheet) / bits);
 }
