@@ -50,9 +50,9 @@ inline std::size_t nearest_node(const AtNodes& miss_kPa, bool above) noexcept {
     for (std::uint32_t i = 1; i < kPerLane; ++i) {
       for (std::size_t k = 0; k < kLanes; ++k) {
         const Scalar other = miss_kPa[kLanes * i + k];
-        const bool is_nearer = nearer(other, nearest[k]);
-        nearest[k] = is_nearer ? other : nearest[k];
-        at[k] = is_nearer ? i : at[k];
+        const std::uint32_t mask = nearer(other, nearest[k]) ? ~0U : 0U;  // lanes have no branches
+        nearest[k] = nearer(other, nearest[k]) ? other : nearest[k];
+        at[k] = (i & mask) | (at[k] & ~mask);
       }
     }
     std::size_t lane = 0;

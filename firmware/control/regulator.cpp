@@ -188,7 +188,8 @@ Regulator::Command Regulator::feedforward(const PressureModel& model,
                                           const ReferenceShaper::Reference& reference,
                                           const ChamberMotion& next) const noexcept {
   const Span wanted = acting_span(reference);
-  const Inverse inverse = model.inverse(wanted.from_kPa, wanted.to_kPa, next, sent_.ago(1).model_V);
+  const Inverse inverse =
+      model.inverse(wanted.from_kPa, wanted.to_kPa, model.moving(next), sent_.ago(1).model_V);
   const Scalar command_V =
       clamp(valve_.command_for(inverse.command_V), config_.command_low_V, config_.command_high_V);
   return {.command_V = command_V, .feedforward_V = inverse.command_V, .saturated = inverse.saturated};

@@ -251,11 +251,13 @@ std::vector<Row> rows_of_blocks() {
   rows.push_back({"CommandTrim::move", kOfFunction, [](Instructions& count, Tape& tape) {
                     control::CommandTrim trim;
                     trim.configure({});
-                    const auto move = [&] { trim.move(between(tape, 2.0, 8.0), between(tape, -2.0, 2.0)); };
+                    const auto move = [&] {
+                      trim.move(trim.place(between(tape, 2.0, 8.0)), between(tape, -2.0, 2.0));
+                    };
                     for (std::uint64_t left = tape() % 20; left > 0; --left) move();
                     const Scalar command_V = between(tape, 2.0, 8.0);
                     const Scalar step_V = between(tape, -2.0, 2.0);
-                    return count.of([&] { trim.move(command_V, step_V); });
+                    return count.of([&] { trim.move(trim.place(command_V), step_V); });
                   }});
   rows.push_back({"ReferenceShaper::step", kOfFunction, [](Instructions& count, Tape& tape) {
                     control::ReferenceShaper shaper;
