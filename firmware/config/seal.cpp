@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <memory>
 
 namespace plenum::config {
 
@@ -12,7 +11,7 @@ std::uint64_t sum_of(std::span<const std::byte> bytes) noexcept {
   std::uint64_t word = 0;
   const std::byte* at = bytes.data();
   for (std::size_t words = bytes.size() / kWord; words > 0; --words, at += kWord) {
-    std::memcpy(&word, std::assume_aligned<kSealAlignment>(at), kWord);
+    std::memcpy(&word, __builtin_assume_aligned(at, kSealAlignment), kWord);
     sum += word;
   }
   if (const std::size_t rest = bytes.size() % kWord; rest != 0) {
