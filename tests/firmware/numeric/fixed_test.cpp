@@ -104,8 +104,9 @@ TEST(Fixed, InverseRootsAreWithinWhatIsStated) {
   for (int i = 0; i < 2'000'000; ++i) {
     const auto raw = static_cast<std::int64_t>(random() >> 1U >> random() % 62 | 1U);
     const long double exact = kUlps * std::sqrt(kUlps / static_cast<long double>(raw));
-    ASSERT_NEAR(static_cast<double>(inverse_sqrt(Fixed::from_raw(raw)).raw() - exact), 0.0,
-                static_cast<double>(exact * 0x1p-28L + 1.0L))
+    ASSERT_NEAR(
+        static_cast<double>(static_cast<long double>(inverse_sqrt(Fixed::from_raw(raw)).raw()) - exact), 0.0,
+        static_cast<double>(exact * 0x1p-28L + 1.0L))
         << raw;
   }
 }
@@ -198,7 +199,7 @@ TEST(FixedDecay, OfManyIsThatOfEach) {
       const auto exactly = [](Fixed x) { return static_cast<long double>(x.raw()) / kUlps; };
       const long double x = exactly(a) * exactly(of[n]) + exactly(b);
       const long double exact = x < 0 ? 0.0L : -std::expm1(-x) * kUlps;
-      ASSERT_NEAR(static_cast<double>(Fixed(done[n]).raw() - exact), 0.0, 3.5)
+      ASSERT_NEAR(static_cast<double>(static_cast<long double>(Fixed(done[n]).raw()) - exact), 0.0, 3.5)
           << "ulp, of " << static_cast<double>(a) << " * " << static_cast<double>(Fixed(of[n])) << " + "
           << static_cast<double>(b);
     }
