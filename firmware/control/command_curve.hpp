@@ -68,7 +68,7 @@ class CommandCurve {
   static constexpr std::size_t kNodes = 32;  ///< a multiple of kLanes
   /// What is computed for every node lies in lanes, to be computed side by side: lane k holds kPerLane nodes that follow
   /// each other, and the first of each lane come first.
-  static constexpr std::size_t kLanes = numeric::kLanes<Scalar>;
+  static constexpr std::size_t kLanes = numeric::kLanes;
   static constexpr std::size_t kPerLane = kNodes / kLanes;
   static_assert(kPerLane * kLanes == kNodes && kPerLane <= 32);
   static constexpr std::size_t place(std::size_t node) noexcept {

@@ -230,7 +230,7 @@ constexpr std::int64_t Fixed::product_by_parts(std::int64_t a, std::int64_t b) n
     std::int64_t sum = (std::int64_t{a_low} * b_low + kHalf) >> 32U;
     sum += std::int64_t{a_high} * b_low;
     sum += std::int64_t{a_low} * b_high;
-    sum += std::int64_t{a_high * b_high} * (std::int64_t{1} << 32U);
+    sum += static_cast<std::int64_t>(a_high * b_high) * (std::int64_t{1} << 32U);  // within 2^30
     return sum;
   }
   return any_product_by_parts(a, b);

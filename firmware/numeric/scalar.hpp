@@ -32,8 +32,7 @@ template <class Real>
 concept Number = std::same_as<Real, float> || std::same_as<Real, Fixed> || std::same_as<Real, Scalar>;
 
 /// How many numbers a processor may compute with side by side: vectors of four, but of integers of 64 bits none.
-template <Number Real>
-inline constexpr std::size_t kLanes = std::same_as<Real, Fixed> ? 1 : 4;
+inline constexpr std::size_t kLanes = std::same_as<Scalar, Fixed> ? 1 : 4;
 
 /// What holds a part of a whole, from 0 to 1.
 template <Number Real>
