@@ -24,22 +24,22 @@ constexpr double kParted = 0.01;
 
 /// Sensitivities of a record's fitted readings: valve, start, effects.
 Eigen::MatrixXd sensitivities(const Scene& scene, const Record& record, const effects::Figures& figures,
-                              double start_Pa) {
+                              const effects::Start& start) {
   struct Change {
     effects::Run run;
     effects::EffectSet on = 0;
   };
   std::vector<Change> changes;
   for (const Variable& v : variables_of(scene, 0)) {
-    Change change{{figures, start_Pa}};
+    Change change{{figures, start}};
     change.run.figures[v.figure] +=
         kStep * v.scale * (figures[v.figure] < v.high - kStep * v.scale ? 1.0 : -1.0);
     changes.push_back(change);
   }
-  changes.push_back({{figures, start_Pa + kStart_Pa}});
+  changes.push_back({{figures, {start.pressure_Pa + kStart_Pa, start.warmth_Pa}}});
   for (std::size_t i = 0; i < kEffects; ++i) {
     const effects::Parameter& p = kCatalogue[i]->parameters.front();
-    Change change{{figures, start_Pa}, effects::EffectSet{1} << i};
+    Change change{{figures, start}, effects::EffectSet{1} << i};
     double& at = change.run.figures[effects::kFirstFigure[i]];
     at += kSmall * p.typical_change * (at + kSmall * p.typical_change <= p.greatest() ? 1.0 : -1.0);
     changes.push_back(change);
@@ -49,7 +49,7 @@ Eigen::MatrixXd sensitivities(const Scene& scene, const Record& record, const ef
   Eigen::MatrixXd table(rows, static_cast<Eigen::Index>(changes.size()));
   std::vector<double> lanes(record.fitted_rows * static_cast<std::size_t>(kLanes));
   for (std::size_t k = 0; k < changes.size(); ++k) {
-    const std::array<effects::Run, 2> runs{{{figures, start_Pa}, changes[k].run}};
+    const std::array<effects::Run, 2> runs{{{figures, start}, changes[k].run}};
     effects::free_run(scene.around, record.drive, changes[k].on | scene.known, runs, lanes);
     for (Eigen::Index row = 0; row < rows; ++row) {
       const double* at = lanes.data() + (row + settled) * kLanes;
@@ -62,17 +62,17 @@ Eigen::MatrixXd sensitivities(const Scene& scene, const Record& record, const ef
 }  // namespace
 
 std::vector<std::vector<std::string>> alias_classes(const Scene& scene, const effects::Figures& figures,
-                                                    const std::vector<double>& start_Pa) {
+                                                    const std::vector<effects::Start>& start) {
   constexpr Eigen::Index kValve = effects::kValveFigures;
   constexpr auto kHypotheses = static_cast<Eigen::Index>(kEffects);
   Eigen::MatrixXd all = Eigen::MatrixXd::Zero(kHypotheses, kHypotheses);  // before calibration
   Eigen::MatrixXd valve = Eigen::MatrixXd::Zero(kValve, kValve);
   Eigen::MatrixXd across = Eigen::MatrixXd::Zero(kValve, kHypotheses);
   for (std::size_t r = 0; r < scene.records.size(); ++r) {
-    Eigen::MatrixXd table = sensitivities(scene, scene.records[r], figures, start_Pa[r]);
-    // each record has a start of its own
-    const Eigen::VectorXd start = table.col(kValve).normalized();
-    table -= start * (start.transpose() * table);
+    Eigen::MatrixXd table = sensitivities(scene, scene.records[r], figures, start[r]);
+    // each record has a start pressure of its own
+    const Eigen::VectorXd by_start = table.col(kValve).normalized();
+    table -= by_start * (by_start.transpose() * table);
     valve += table.leftCols(kValve).transpose() * table.leftCols(kValve);
     if (scene.records[r].before) continue;  // no effect acts there, but it holds the valve's figures
     all += table.rightCols(kHypotheses).transpose() * table.rightCols(kHypotheses);

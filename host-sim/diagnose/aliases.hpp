@@ -18,8 +18,8 @@ namespace plenum::host::diagnose {
 using identify::chamber::Scene;
 
 /// Ids of two and more that share their readings, in the catalogue's order; "calibration" leads those that the valve's
-/// figures take up entirely. Over the fitted rows; at `figures` and a start pressure a record.
+/// figures take up entirely. Over the fitted rows; at `figures` and a start a record.
 std::vector<std::vector<std::string>> alias_classes(const Scene& scene, const effects::Figures& figures,
-                                                    const std::vector<double>& start_Pa);
+                                                    const std::vector<effects::Start>& start);
 
 }  // namespace plenum::host::diagnose

@@ -33,14 +33,14 @@ using identify::chamber::Variable;
 using identify::chamber::white_noise;
 
 constexpr double kFittedShare = 0.6;
-/// Each log's start pressure is a variable of every fit.
+/// Each log's start, pressure and warmth, is of a fit's variables.
 constexpr std::size_t kMostLogs = 16;
 constexpr std::size_t most_parameters() {
   std::size_t most = 0;
   for (const effects::Effect* effect : kCatalogue) most = std::max(most, effect->parameters.size());
   return most;
 }
-static_assert(effects::kValveFigures + kMostEffects * most_parameters() + 2 * kMostLogs <=
+static_assert(effects::kValveFigures + kMostEffects * most_parameters() + 4 * kMostLogs <=
               identify::kMostVariables);
 /// Ratios to the noise floor. Clutter that no model holds (quantisation, jitter, ripple) raised the error of perfect
 /// models by up to a tenth in simulated recordings.
@@ -188,7 +188,7 @@ class Diagnosis {
     where();
     calibration();
     report_.alias_classes =
-        alias_classes(fitted_, search_.recalibrated.fit.figures, search_.recalibrated.fit.start_Pa);
+        alias_classes(fitted_, search_.recalibrated.fit.figures, search_.recalibrated.fit.start);
     traces();
     return std::move(report_);
   }
@@ -204,7 +204,7 @@ class Diagnosis {
     Trial both = changed;  // over the same rows as the trials of the search
     both.joint_squares += was.squares;
     both.fit.rows += was.rows;
-    both.fit.variables.insert(both.fit.variables.end(), was.variables.begin(), was.variables.end());
+    both.variables += was.variables.size() + was.warmths;
     const double evidence = both.evidence(search_.correlated_rows);
     const bool closed = search_.best.on != 0 && search_.best.heldout_Pa() < kAtFloor * report_.noise_floor_Pa;
     if (closed || evidence <= search_.best.evidence(search_.correlated_rows)) return;
@@ -219,7 +219,7 @@ class Diagnosis {
     Fit nominal;
     nominal.figures = scene_.nominal;
     for (const Record& record : scene_.records) {
-      nominal.start_Pa.push_back(estimate_start(scene_, record, 0, scene_.nominal));
+      nominal.start.push_back(estimate_start(scene_, record, 0, scene_.nominal));
     }
     nominal_ = nominal;
     Score sum;
@@ -456,7 +456,7 @@ class Diagnosis {
       report_.traces.push_back(std::move(trace));
     };
     const auto of = [&](const Record& record, const Fit& fit, std::size_t i) {
-      return run(scene_, record, fit.on, fit.figures, fit.start_Pa[i]);
+      return run(scene_, record, fit.on, fit.figures, fit.start[i]);
     };
     for (std::size_t i = 0; i < scene_.records.size(); ++i) {
       const Record& record = scene_.records[i];

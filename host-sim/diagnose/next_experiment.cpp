@@ -214,7 +214,7 @@ Answer answer_of(const Scene& scene, const Excitation& excitation, const Rival& 
     const Stretch& stretch = excitation.stretches[static_cast<std::size_t>(k)];
     effects::Surroundings around = scene.around;
     around.supply_Pa = stretch.supply_Pa;
-    const effects::Run base{rival.figures, around.ambient_Pa};
+    const effects::Run base{rival.figures, {around.ambient_Pa}};
     const auto count = static_cast<Eigen::Index>(stretch.drive.command_V.size()) - 1;
     for (Eigen::Index first = 0; first <= figures; first += kLanes - 1) {
       std::vector<effects::Run> runs{base};
@@ -228,7 +228,7 @@ Answer answer_of(const Scene& scene, const Excitation& excitation, const Rival& 
           changed.figures[v.figure] += step * v.scale;
           steps.push_back(step);
         } else {
-          changed.start_Pa += kStartStep_Pa;
+          changed.start.pressure_Pa += kStartStep_Pa;
           steps.push_back(1.0);
         }
         runs.push_back(changed);
@@ -274,7 +274,8 @@ double variety(const Scene& scene, const Excitation& excitation, const Rival& ri
     Record record;
     record.drive = stretch.drive;
     record.measured_Pa.resize(stretch.drive.command_V.size());
-    const std::vector<double> reading = run(there, record, rival.on, rival.figures, there.around.ambient_Pa);
+    const std::vector<double> reading =
+        run(there, record, rival.on, rival.figures, {there.around.ambient_Pa});
     const std::vector<Regime> regimes = regimes_of(there, rival.figures, stretch.drive, reading);
     for (std::size_t row = 1; row < regimes.size(); ++row) {
       const Regime& r = regimes[row];

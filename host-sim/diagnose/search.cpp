@@ -111,15 +111,19 @@ Trial tried(const Scene& scene, const std::vector<HeldOut>& heldout, const std::
             Fit fit) {
   Trial trial;
   trial.on = fit.on;
-  std::vector<double> start_Pa;
+  std::vector<effects::Start> start;
   for (const HeldOut& held : heldout) {
-    start_Pa.push_back(heldout_start(scene, held, fit));
+    start.push_back(heldout_start(scene, held, fit));
     const Score s =
-        score(run(scene, held.record, fit.on, fit.figures, start_Pa.back()), held.record, held.first);
+        score(run(scene, held.record, fit.on, fit.figures, start.back()), held.record, held.first);
     trial.heldout_squares += s.squares;
     trial.heldout_rows += s.rows;
   }
-  trial.joint_squares = joint_squares(scene, fit, held_records, start_Pa, heldout.front().continues >= 0);
+  trial.joint_squares = joint_squares(scene, fit, held_records, start, heldout.front().continues >= 0);
+  trial.variables = fit.variables.size() + fit.warmths;
+  for (const HeldOut& held : heldout) {
+    if (held.continues < 0 && has_warmth(scene, held.record, fit.on)) ++trial.variables;
+  }
   trial.fit = std::move(fit);
   return trial;
 }
@@ -159,7 +163,7 @@ class Searcher {
         if (size < 0.0 && from > first.least()) start[at] = from - 0.3 * first.typical_change;
         if (start[at] < first.least() || start[at] > first.greatest()) continue;
       }
-      Fit look = fit(coarse_, on, start, base.fit.start_Pa,
+      Fit look = fit(coarse_, on, start, base.fit.start,
                      {.most_iterations = 5, .tolerance = 1e-3, .refined = base.fit.refined});
       if (look.squares < best.squares) best = std::move(look);
     }
@@ -169,18 +173,18 @@ class Searcher {
   /// A look at `effect` fitted to its end, refined where that pays.
   Trial finished(const Fit& look, std::size_t effect) const {
     if (!std::isfinite(look.squares)) return Trial{};
-    Fit found = fit(scene_, look.on, look.figures, look.start_Pa, finish(look.refined));
+    Fit found = fit(scene_, look.on, look.figures, look.start, finish(look.refined));
     if (std::popcount(look.on) == 1) {
       // The valve's figures come from a fit without the effect, and may be far from those with it.
       Figures fresh = found.figures;
       std::copy_n(scene_.nominal.begin(), effects::kValveFigures, fresh.begin());
-      Fit other = fit(scene_, look.on, fresh, look.start_Pa, finish(look.refined));
+      Fit other = fit(scene_, look.on, fresh, look.start, finish(look.refined));
       if (other.squares < found.squares) found = std::move(other);
     }
     Trial plain = tried(std::move(found));
     if (!refinable(effect) || !plain.valid()) return plain;
-    Trial refined = tried(
-        fit(scene_, look.on, plain.fit.figures, plain.fit.start_Pa, finish(look.refined | bit(effect))));
+    Trial refined =
+        tried(fit(scene_, look.on, plain.fit.figures, plain.fit.start, finish(look.refined | bit(effect))));
     const double correlated = correlation(plain);
     return refined.valid() && refined.heldout_squares < plain.heldout_squares &&
                    refined.evidence(correlated) > plain.evidence(correlated) + kWorthEntering
@@ -195,8 +199,8 @@ class Searcher {
     for (std::size_t k = 0; k < effects::kCatalogue[effect]->parameters.size(); ++k, ++at) {
       start[at] = scene_.nominal[at];
     }
-    return tried(fit(scene_, base.on & ~bit(effect), start, base.fit.start_Pa,
-                     finish(base.fit.refined & ~bit(effect))));
+    return tried(
+        fit(scene_, base.on & ~bit(effect), start, base.fit.start, finish(base.fit.refined & ~bit(effect))));
   }
 
   /// `set` without the effects that are not worth their place beside the others, the least first.
@@ -223,7 +227,7 @@ class Searcher {
     for (std::size_t i = 0; i < scene_.records.size(); ++i) {
       const Record& record = scene_.records[i];
       const std::vector<double> reading =
-          run(scene_, record, trial.on, trial.fit.figures, trial.fit.start_Pa[i]);
+          run(scene_, record, trial.on, trial.fit.figures, trial.fit.start[i]);
       std::vector<double> error;
       for (std::size_t row = record.settled_rows; row < record.fitted_rows; ++row) {
         error.push_back(reading[row] - record.measured_Pa[row]);
@@ -293,7 +297,7 @@ double Trial::evidence(double correlated_rows) const {
   const auto rows = static_cast<double>(fit.rows + heldout_rows);
   const double pieces = std::clamp(rows / correlated_rows, kLeastPieces, kMostPieces);
   return -0.5 * pieces * std::log(joint_squares / rows) -
-         0.5 * static_cast<double>(fit.variables.size()) * std::log(pieces);
+         0.5 * static_cast<double>(variables) * std::log(pieces);
 }
 
 double share_of_rest(double with_Pa, double without_Pa, double noise_Pa) {
@@ -301,8 +305,8 @@ double share_of_rest(double with_Pa, double without_Pa, double noise_Pa) {
   return rest > 0.0 ? std::clamp((without_Pa * without_Pa - with_Pa * with_Pa) / rest, 0.0, 1.0) : 0.0;
 }
 
-double heldout_start(const Scene& scene, const HeldOut& held, const Fit& fit) {
-  return held.continues >= 0 ? fit.start_Pa[static_cast<std::size_t>(held.continues)]
+effects::Start heldout_start(const Scene& scene, const HeldOut& held, const Fit& fit) {
+  return held.continues >= 0 ? fit.start[static_cast<std::size_t>(held.continues)]
                              : estimate_start(scene, held.record, fit.on, fit.figures);
 }
 

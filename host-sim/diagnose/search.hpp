@@ -4,7 +4,7 @@
 //
 // S sum of squared errors over fitted and held-out rows of the fit to both (joint_squares: figures that the fitted rows leave
 // unknown must not decide what the held-out rows say), N their number, c rows for one independent piece of information in
-// the error, N/c held within 20 to 200, k variables: Schwarz's criterion for a free run, whose errors are correlated.
+// the error, N/c held within 20 to 200, k variables of the trial: Schwarz's criterion for a free run, whose errors are correlated.
 // Differences of evidence are logarithms of odds. The held-out rows have a veto besides: an effect that, fitted without
 // them, does not lower their error does not enter.
 #pragma once
@@ -38,6 +38,8 @@ struct Trial {
   double heldout_squares = 0.0;
   std::size_t heldout_rows = 0;
   double joint_squares = 0.0;  ///< over fitted and held-out rows of the fit to both
+  /// Of figures and warmths: the start pressures, which every trial has, do not count.
+  std::size_t variables = 0;
 
   double heldout_Pa() const;
   bool valid() const;
@@ -70,8 +72,8 @@ Search search(const Scene& scene, const std::vector<HeldOut>& heldout, const Sea
 std::vector<std::size_t> members(effects::EffectSet on);
 /// What a set closes of the squares above the noise that a smaller set leaves, 0 to 1; from RMS errors on held-out rows.
 double share_of_rest(double with_Pa, double without_Pa, double noise_Pa);
-/// The start pressure of a held-out record's run.
-double heldout_start(const Scene& scene, const HeldOut& held, const Fit& fit);
+/// The start of a held-out record's run.
+effects::Start heldout_start(const Scene& scene, const HeldOut& held, const Fit& fit);
 /// Readings of a trial's model over held-out records.
 std::vector<double> heldout_reading(const Scene& scene, const HeldOut& held, const Fit& fit);
 

@@ -33,9 +33,10 @@ struct Timing {
 template <class N>
 class ChamberModel {
  public:
-  /// `figures` must outlive the model. The chamber begins at rest: spool on `command_V`, gas at wall temperature.
+  /// `figures` must outlive the model. The chamber begins at rest: spool on `command_V`, and gas that has
+  /// `start_warmth_Pa` to lose as it comes to the wall's temperature.
   ChamberModel(const Surroundings& around, const Timing& timing, EffectSet on, const N* figures,
-               const N& start_Pa, double command_V, double volume_m3);
+               const N& start_Pa, double command_V, double volume_m3, const N& start_warmth_Pa = N(0.0));
 
   /// One tick with `command_V` held; returns the sensor's reading at its end. `volume_m3`: at the ends of the steps,
   /// one more than there are steps.
@@ -93,7 +94,8 @@ class ChamberModel {
 
 template <class N>
 ChamberModel<N>::ChamberModel(const Surroundings& around, const Timing& timing, EffectSet on,
-                              const N* figures, const N& start_Pa, double command_V, double volume_m3)
+                              const N* figures, const N& start_Pa, double command_V, double volume_m3,
+                              const N& start_warmth_Pa)
     : timing_(timing),
       on_(on),
       valve_(figures),
@@ -121,7 +123,7 @@ ChamberModel<N>::ChamberModel(const Surroundings& around, const Timing& timing, 
   volume_error_.prepare(x(kIdVolumeError));
   const N volume = on_ & (1U << kIdVolumeError) ? volume_error_.volume(volume_m3) : N(volume_m3);
   heat_.prepare(x(kIdHeatTransfer), around.gas.specific_gas_constant_J_kg_K(), around.ambient_Pa,
-                start_Pa * volume * (1.0 / gas_J_kg_));
+                (start_Pa - start_warmth_Pa) * volume * (1.0 / gas_J_kg_));
   sensor_lag_.prepare(x(kIdSensorLag), step_s_, start_Pa);
   sensor_bias_.prepare(x(kIdSensorBias), around.ambient_Pa);
 }

@@ -22,13 +22,21 @@ struct Drive {
 /// curvature is the mean of those at both rows: a straight line would err by 1e-4 of a volume swinging at 1 Hz.
 Drive make_drive(std::span<const double> command_V, std::span<const double> volume_m3, const Timing& timing);
 
+/// The gas at the first row.
+struct Start {
+  double pressure_Pa = 0.0;
+  /// What the pressure loses as the gas comes to the wall's temperature at its volume: p - m R T_0/v. Only
+  /// heat_transfer asks for it.
+  double warmth_Pa = 0.0;
+};
+
 /// One of the chambers that run side by side.
 struct Run {
   Figures figures;
-  double start_Pa = 0.0;  ///< at the first row
+  Start start;
 };
 
-/// Readings of `runs` (1 to kLanes), row by row, lane by lane: readings[row * kLanes + lane]; row 0 is start_Pa.
+/// Readings of `runs` (1 to kLanes), row by row, lane by lane: readings[row * kLanes + lane]; row 0 is the start's pressure.
 /// The run has as many rows as `readings` has room for, at most those of `drive`. Lanes beyond `runs` repeat the first. Takes the widest instructions that
 /// the processor has.
 void free_run(const Surroundings& around, const Drive& drive, EffectSet on, std::span<const Run> runs,

@@ -6,14 +6,15 @@ void PLENUM_KERNEL(const Surroundings& around, const Drive& drive, EffectSet on,
                    std::span<double> readings) {
   using N = Lanes<PLENUM_INSTRUCTION_SET>;
   std::array<N, kFigures> figures;
-  N start;
+  N start, warmth;
   for (int i = 0; i < kLanes; ++i) {
     const Run& run = runs[static_cast<std::size_t>(i) < runs.size() ? static_cast<std::size_t>(i) : 0];
     for (std::size_t k = 0; k < kFigures; ++k) set_lane(figures[k], i, run.figures[k]);
-    set_lane(start, i, run.start_Pa);
+    set_lane(start, i, run.start.pressure_Pa);
+    set_lane(warmth, i, run.start.warmth_Pa);
   }
   ChamberModel<N> model(around, drive.timing, on, figures.data(), start, drive.command_V.front(),
-                        drive.volume_m3.front());
+                        drive.volume_m3.front(), warmth);
   double* out = readings.data();
   const auto put = [&](const N& reading) {
     for (int i = 0; i < kLanes; ++i) *out++ = lane(reading, i);

@@ -39,7 +39,6 @@ inline constexpr Effect kHeatTransfer{
 template <class N>
 class HeatTransfer {
  public:
-  /// `start_mass_kg`: the gas begins at wall temperature.
   void prepare(const N* x, double gas_constant_J_kg_K, double ambient_Pa, const N& start_mass_kg) {
     per_heat_ = x[0] * (0.4 / gas_constant_J_kg_K);
     exponent_ = x[1];

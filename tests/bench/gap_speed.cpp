@@ -36,12 +36,12 @@ struct Timed {
 };
 
 Timed timed_fit(const chamber::Scene& scene, effects::EffectSet on, const effects::Figures& start,
-                const std::vector<double>& start_Pa) {
+                const std::vector<effects::Start>& begin) {
   Timed timed;
   for (int k = 0; k < kRepeats; ++k) {
-    const std::clock_t begin = std::clock();
-    timed.fit = chamber::fit(scene, on, start, start_Pa);
-    timed.seconds = std::min(timed.seconds, static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
+    const std::clock_t from = std::clock();
+    timed.fit = chamber::fit(scene, on, start, begin);
+    timed.seconds = std::min(timed.seconds, static_cast<double>(std::clock() - from) / CLOCKS_PER_SEC);
   }
   return timed;
 }
@@ -59,7 +59,7 @@ Json json_of(std::string_view effect, const effects::Figures& start, const Timed
           {"iterations", timed.fit.iterations},
           {"converged", timed.fit.converged},
           {"figures", timed.fit.figures},
-          {"start_Pa", timed.fit.start_Pa.front()}};
+          {"start_Pa", timed.fit.start.front().pressure_Pa}};
 }
 
 Json fits_of(const std::filesystem::path& folder, double seconds) {
@@ -70,12 +70,12 @@ Json fits_of(const std::filesystem::path& folder, double seconds) {
       chamber::make_record("log.csv", log, seconds / (log.period_s * static_cast<double>(log.size()))));
   scene.records.front().settled_rows = 1;  // every row
   const chamber::Record& record = scene.records.front();
-  const std::vector<double> start_Pa{record.measured_Pa.front()};
+  const std::vector<effects::Start> begin{{record.measured_Pa.front()}};
 
   const auto plate = plant::thin_plate_constants(scene.around.gas, scene.around.discharge_coefficient);
   Json first_figures;
   Json fits = Json::array();
-  const Timed valve = timed_fit(scene, 0, scene.nominal, start_Pa);
+  const Timed valve = timed_fit(scene, 0, scene.nominal, begin);
   fits.push_back(json_of("", scene.nominal, valve));
   for (const std::string_view id : kCandidates) {
     const std::size_t at = effects::find(id).value();
@@ -83,7 +83,7 @@ Json fits_of(const std::filesystem::path& folder, double seconds) {
     effects::Figures start = valve.fit.figures;
     start[effects::kFirstFigure[at]] = first.neutral() + first.typical_change;
     first_figures[std::string(id)] = effects::kFirstFigure[at];
-    fits.push_back(json_of(id, start, timed_fit(scene, 1U << at, start, valve.fit.start_Pa)));
+    fits.push_back(json_of(id, start, timed_fit(scene, 1U << at, start, valve.fit.start)));
   }
   return {{"rows", record.fitted_rows},
           {"tick_s", record.drive.timing.tick_s},
@@ -98,8 +98,8 @@ Json fits_of(const std::filesystem::path& folder, double seconds) {
           {"command_V", record.drive.command_V},
           {"volume_m3", record.drive.volume_m3},
           {"measured_Pa", record.measured_Pa},
-          {"begin_Pa", start_Pa.front()},
-          {"recalibrated_start_Pa", valve.fit.start_Pa.front()},
+          {"begin_Pa", begin.front().pressure_Pa},
+          {"recalibrated_start_Pa", valve.fit.start.front().pressure_Pa},
           {"first_figures", first_figures},
           {"fits", fits}};
 }

@@ -18,7 +18,7 @@ using ::testing::Not;
 
 std::vector<std::vector<std::string>> classes_of(double swing_m3) {
   const Scene scene = chamber_scene(jumping_V(2000), swing_m3);
-  return alias_classes(scene, scene.nominal, {3e5});
+  return alias_classes(scene, scene.nominal, {{.pressure_Pa = 3e5}});
 }
 
 // v enters (4) only as a_c/v and a_r/v while it rests: a volume error is a change of both gains and leaks.
@@ -48,9 +48,9 @@ TEST(AliasClasses, AShortHoseIsADeadVolume) {
 
 TEST(AliasClasses, DoNotDependOnWhatWasMeasured) {
   Scene scene = chamber_scene(jumping_V(1000), 0.0);
-  const auto classes = alias_classes(scene, scene.nominal, {3e5});
+  const auto classes = alias_classes(scene, scene.nominal, {{.pressure_Pa = 3e5}});
   for (double& p : scene.records[0].measured_Pa) p = 1e5;
-  EXPECT_EQ(alias_classes(scene, scene.nominal, {3e5}), classes);
+  EXPECT_EQ(alias_classes(scene, scene.nominal, {{.pressure_Pa = 3e5}}), classes);
 }
 
 }  // namespace

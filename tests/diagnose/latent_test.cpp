@@ -53,7 +53,7 @@ std::vector<LatentEquation> with_effect(std::string_view id, double value, unsig
   figures[effects::kFirstFigure[effect]] =
       effects::kCatalogue[effect]->parameters.front().coordinate_of(value);
   Record& record = scene.records.front();
-  record.measured_Pa = run(scene, record, effects::EffectSet{1} << effect, figures, 3e5);
+  record.measured_Pa = run(scene, record, effects::EffectSet{1} << effect, figures, {3e5});
   add_noise(record, 5);
   return latent(scene, {&record}, scene.nominal, threads);
 }
@@ -100,7 +100,7 @@ TEST(Latent, RecoversADriftThatWasAddedToTheCommand) {
   };
   Record drifted = record;
   for (std::size_t k = 0; k < kRows; ++k) drifted.drive.command_V[k] += drift_V(k);
-  record.measured_Pa = run(scene, drifted, 0, scene.nominal, 3e5);
+  record.measured_Pa = run(scene, drifted, 0, scene.nominal, {3e5});
   add_noise(record, 6);
   const auto found = latent(scene, {&record}, scene.nominal, 2);
   ASSERT_EQ(found.size(), 6U);

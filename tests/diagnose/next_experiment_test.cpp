@@ -134,7 +134,7 @@ TEST(Library, HoldsOfFillAndDumpSealAtTwoPressuresFarApart) {
   Record record;
   record.drive = filling.stretches[0].drive;
   record.measured_Pa.resize(record.drive.command_V.size());
-  const std::vector<double> reading = run(scene, record, 0, scene.nominal, 101325.0);
+  const std::vector<double> reading = run(scene, record, 0, scene.nominal, {101325.0});
   double low = 1e9, high = 0.0;
   for (std::size_t row = 1; row < reading.size(); ++row) {
     if (std::abs(record.drive.command_V[row - 1] - 5.0) > 1e-9) continue;

@@ -202,7 +202,7 @@ TEST(Disturbance, RecoversALeakBesideAWorkingValveUnderNoise) {
   Record& record = scene.records.front();
   effects::Figures leaking = scene.nominal;
   leaking[effects::kFirstFigure[effects::kIdChamberLeak]] = 0.3;
-  record.measured_Pa = run(scene, record, effects::EffectSet{1} << effects::kIdChamberLeak, leaking, 3e5);
+  record.measured_Pa = run(scene, record, effects::EffectSet{1} << effects::kIdChamberLeak, leaking, {3e5});
   std::mt19937 bits(5);
   std::normal_distribution<double> noise(0.0, 50.0);
   for (double& pressure : record.measured_Pa) pressure += noise(bits);

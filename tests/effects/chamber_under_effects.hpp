@@ -80,9 +80,9 @@ inline Drive drive_of(const std::vector<double>& command_V, const plant::VolumeM
 
 /// Readings of the one chamber, a row a tick; row 0 is start_Pa.
 inline std::vector<double> run(EffectSet on, const Figures& figures, const Drive& drive, double start_Pa,
-                               const Surroundings& around = {}) {
+                               const Surroundings& around = {}, double start_warmth_Pa = 0.0) {
   ChamberModel<double> model(around, drive.timing, on, figures.data(), start_Pa, drive.command_V.front(),
-                             drive.volume_m3.front());
+                             drive.volume_m3.front(), start_warmth_Pa);
   std::vector<double> reading_Pa{start_Pa};
   for (std::size_t row = 0; row + 1 < drive.command_V.size(); ++row) {
     reading_Pa.push_back(model.tick(

@@ -74,6 +74,22 @@ TEST(HeatTransfer, PressureAfterAFastSqueezeFadesWithTheGassOwnTimeConstant) {
   }
 }
 
+TEST(HeatTransfer, GasThatBeginsWarmOrColdComesToTheWallsTemperatureWithItsOwnTimeConstant) {
+  const double conductance_W_K = 0.2, at_wall_Pa = 2.6e5;
+  const Figures figures = with(sealed(), kIdHeatTransfer, {conductance_W_K, 1.4, 0.0, 20.0});
+  const Drive drive = instants(std::vector<double>(300, 5.0), plant::VolumeMotion(160e-6), 64);
+  const double c_v = Surroundings{}.gas.specific_gas_constant_J_kg_K() / 0.4;
+  const double tau_s = c_v * at_wall_Pa * 160e-6 / RT() / (conductance_W_K * (160.0 + 20.0) / 100.0);
+  for (const double warmth_Pa : {4e4, -3e4}) {
+    const std::vector<double> p =
+        run(only(kIdHeatTransfer), figures, drive, at_wall_Pa + warmth_Pa, {}, warmth_Pa);
+    for (std::size_t k = 0; k < p.size(); ++k) {
+      ASSERT_NEAR(p[k] - at_wall_Pa, warmth_Pa * std::exp(-static_cast<double>(k) * kTick_s / tau_s), 1e-3)
+          << "Pa after " << k << " ticks";
+    }
+  }
+}
+
 TEST(HeatTransfer, ConductanceGrowsWithThePowerOfThePressureAndWithTheWall) {
   const double mass_kg = 4e-4, ambient_Pa = 101325.0, gas_constant = 287.0;
   for (const double power : {0.0, 0.5, 0.8}) {

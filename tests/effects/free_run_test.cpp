@@ -18,7 +18,7 @@ std::vector<Run> different_runs() {
   const auto share = [&] { return static_cast<double>(bits()) / 4294967296.0; };
   std::vector<effects::Run> runs;
   for (int i = 0; i < kLanes; ++i) {
-    effects::Run run{nominal(), 1.5e5 + 5e4 * i};
+    effects::Run run{nominal(), {1.5e5 + 5e4 * i, 2e3 * i}};
     for (std::size_t k = 0; k < kValveFigures; ++k) run.figures[k] *= 1.0 + 0.01 * (share() - 0.5);
     for (std::size_t e = 0; e < kEffects; ++e) {
       std::size_t at = kFirstFigure[e];
@@ -38,7 +38,8 @@ void expect_lanes_equal_scalars(FreeRunKernel& kernel, EffectSet on) {
   std::vector<double> readings(500 * kLanes);
   kernel({}, drive, on, runs, readings);
   for (std::size_t i = 0; i < runs.size(); ++i) {
-    const std::vector<double> alone = run(on, runs[i].figures, drive, runs[i].start_Pa);
+    const std::vector<double> alone =
+        run(on, runs[i].figures, drive, runs[i].start.pressure_Pa, {}, runs[i].start.warmth_Pa);
     for (std::size_t row = 0; row < alone.size(); ++row) {
       ASSERT_NEAR(readings[row * kLanes + i], alone[row], 1e-9 * alone[row])
           << "Pa, lane " << i << " row " << row << " effects " << on;
@@ -80,7 +81,7 @@ TEST(FreeRun, SpareLanesRepeatTheFirstRunAndRowZeroIsTheStart) {
   runs.resize(3);
   std::vector<double> readings(50 * kLanes);
   free_run({}, drive, kAll, runs, readings);
-  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(readings[i], runs[i].start_Pa) << "Pa";
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(readings[i], runs[i].start.pressure_Pa) << "Pa";
   for (std::size_t row = 0; row < 50; ++row) {
     for (std::size_t i = 3; i < kLanes; ++i) EXPECT_EQ(readings[row * kLanes + i], readings[row * kLanes]);
   }

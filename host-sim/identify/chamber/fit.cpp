@@ -17,6 +17,7 @@ namespace {
 using effects::EffectSet;
 using effects::Figures;
 using effects::kLanes;
+using effects::Start;
 constexpr int kDynamic = Eigen::Dynamic;
 using Vector = identify::BoxVector<kDynamic>;
 using Gram = identify::BoxGram<kDynamic>;
@@ -30,6 +31,9 @@ constexpr double kDifference =
 constexpr double kForgetting_s = 0.3;
 constexpr double kSettling_s = 0.5;       // after that, the rows from which a start is estimated
 constexpr double kStartSpread_Pa = 5000;  // of a first reading about the pressure: a tick at 0.5 MPa/s
+/// Warmth fades with the gas's time constant, seconds, and shows in the pressure as it fades.
+constexpr double kCooling_s = 3.0;
+constexpr double kWarmthSpread_Pa = 20000.0;  // of gas that is a tenth warmer than the wall, at 0.2 MPa
 
 /// What acts in a record when `on` is looked for.
 EffectSet acting(const Scene& scene, const Record& record, EffectSet on) {
@@ -44,21 +48,37 @@ Figures acting(const Scene& scene, const Record& record, Figures figures) {
   return figures;
 }
 
+/// Warmth of gas at `pressure_Pa` that came there without heat: compressed from ambient pressure at most, or let out by (4)
+/// from the supply's.
+struct WarmthRange {
+  double least_Pa, greatest_Pa;
+};
+WarmthRange warmth_without_heat(const effects::Surroundings& around, double pressure_Pa) {
+  const double share = 1.0 - 1.0 / around.gas.kappa;
+  const double from_ambient = 1.0 - std::pow(around.ambient_Pa / pressure_Pa, share);
+  return {std::min(share * (pressure_Pa - around.supply_Pa), 0.0), std::max(pressure_Pa * from_ambient, 0.0)};
+}
+
 /// The sum of squares over the fitted rows as a function of the scaled variables.
 class FreeRunSquares {
  public:
   FreeRunSquares(const Scene& scene, const std::vector<Record>& records, EffectSet on, const Figures& base,
-                 std::vector<double> start_Pa, std::vector<Variable> variables, bool rising_areas = false)
+                 std::vector<Start> start, std::vector<Variable> variables, bool rising_areas = false)
       : scene_(scene),
         records_(records),
         on_(on),
         base_(base),
-        start_Pa_(std::move(start_Pa)),
+        start_(std::move(start)),
         variables_(std::move(variables)),
-        rising_areas_(rising_areas && (on >> effects::kIdAreaShape & 1U) != 0) {}
+        rising_areas_(rising_areas && (on >> effects::kIdAreaShape & 1U) != 0) {
+    first_start_.push_back(figures());
+    for (const Record& record : records) {
+      first_start_.push_back(first_start_.back() + (has_warmth(scene, record, on) ? 2 : 1));
+    }
+  }
 
   Eigen::Index figures() const { return static_cast<Eigen::Index>(variables_.size()); }
-  Eigen::Index size() const { return figures() + static_cast<Eigen::Index>(start_Pa_.size()); }
+  Eigen::Index size() const { return first_start_.back(); }
 
   Figures figures_at(const Vector& z) const {
     Figures figures = base_;
@@ -68,19 +88,30 @@ class FreeRunSquares {
     }
     return figures;
   }
-  double start_at(const Vector& z, std::size_t record) const {
-    return start_Pa_[record] + kStartScale_Pa * z[figures() + static_cast<Eigen::Index>(record)];
+  Start start_at(const Vector& z, std::size_t record) const {
+    Start start = start_[record];
+    const Eigen::Index first = first_start_[record];
+    start.pressure_Pa += kStartScale_Pa * z[first];
+    if (start_variables(record) > 1) start.warmth_Pa += kStartScale_Pa * z[first + 1];
+    return start;
   }
 
   Vector low() const {
     Vector z = bounds(&Variable::low, -kStartRoom_Pa);
-    for (std::size_t r = 0; r < start_Pa_.size(); ++r) {
-      double& at = z[figures() + static_cast<Eigen::Index>(r)];
-      at = std::max(at, std::min(kLeastStart_Pa - start_Pa_[r], 0.0) / kStartScale_Pa);
+    for (std::size_t r = 0; r < start_.size(); ++r) {
+      double& at = z[first_start_[r]];
+      at = std::max(at, std::min(kLeastStart_Pa - start_[r].pressure_Pa, 0.0) / kStartScale_Pa);
+      if (start_variables(r) > 1) z[first_start_[r] + 1] = warmth_room(r, &WarmthRange::least_Pa);
     }
     return z;
   }
-  Vector high() const { return bounds(&Variable::high, kStartRoom_Pa); }
+  Vector high() const {
+    Vector z = bounds(&Variable::high, kStartRoom_Pa);
+    for (std::size_t r = 0; r < start_.size(); ++r) {
+      if (start_variables(r) > 1) z[first_start_[r] + 1] = warmth_room(r, &WarmthRange::greatest_Pa);
+    }
+    return z;
+  }
 
   double squares(const Vector& z) const {
     double sum = 0.0;
@@ -99,17 +130,18 @@ class FreeRunSquares {
     const Figures base = figures_at(z);
     for (std::size_t r = 0; r < records_.size(); ++r) {
       const Record& record = records_[r];
-      const double start = start_at(z, r);
+      const Start start = start_at(z, r);
       const auto settled = static_cast<Eigen::Index>(record.settled_rows);
       const auto rows = static_cast<Eigen::Index>(record.fitted_rows) - settled;
       Eigen::MatrixXd table(rows, n + 1);
       table.setZero();
       // columns of this record: the figures, then its own start
-      for (Eigen::Index first = 0; first <= figures(); first += kLanes - 1) {
+      const Eigen::Index own = figures() + start_variables(r);
+      for (Eigen::Index first = 0; first < own; first += kLanes - 1) {
         std::vector<effects::Run> runs{{acting(scene_, record, base), start}};
         std::vector<double> steps;
         std::vector<Eigen::Index> columns;
-        for (Eigen::Index k = first; k <= figures() && k < first + kLanes - 1; ++k) {
+        for (Eigen::Index k = first; k < own && k < first + kLanes - 1; ++k) {
           effects::Run changed{base, start};
           if (k < figures()) {
             const Variable& v = variables_[static_cast<std::size_t>(k)];
@@ -119,9 +151,10 @@ class FreeRunSquares {
             steps.push_back(step);
             columns.push_back(k);
           } else {
-            changed.start_Pa += kDifference * kStartScale_Pa;
+            (k == figures() ? changed.start.pressure_Pa : changed.start.warmth_Pa) +=
+                kDifference * kStartScale_Pa;
             steps.push_back(kDifference);
-            columns.push_back(figures() + static_cast<Eigen::Index>(r));
+            columns.push_back(first_start_[r] + k - figures());
           }
           changed.figures = acting(scene_, record, changed.figures);
           runs.push_back(changed);
@@ -143,6 +176,13 @@ class FreeRunSquares {
 
  private:
   Eigen::Index figures_count() const { return figures(); }
+  Eigen::Index start_variables(std::size_t record) const {
+    return first_start_[record + 1] - first_start_[record];
+  }
+  double warmth_room(std::size_t record, double WarmthRange::*side) const {
+    const Start& start = start_[record];
+    return (warmth_without_heat(scene_.around, start.pressure_Pa).*side - start.warmth_Pa) / kStartScale_Pa;
+  }
 
   void add_falling_areas(const Figures& base, Gram& sum) const {
     const Eigen::VectorXd errors = falling_areas_Pa(base);
@@ -187,8 +227,9 @@ class FreeRunSquares {
   const std::vector<Record>& records_;
   EffectSet on_;
   Figures base_;
-  std::vector<double> start_Pa_;
+  std::vector<Start> start_;
   std::vector<Variable> variables_;
+  std::vector<Eigen::Index> first_start_;  ///< a record; the last: the number of variables
   bool rising_areas_;
 };
 
@@ -280,17 +321,25 @@ double Score::rms_Pa() const {
   return rows == 0 ? 0.0 : std::sqrt(squares / static_cast<double>(rows));
 }
 
-Fit fit(const Scene& scene, EffectSet on, const Figures& start, const std::vector<double>& start_Pa,
+bool has_warmth(const Scene& scene, const Record& record, EffectSet on) {
+  return (acting(scene, record, on) >> effects::kIdHeatTransfer & 1U) != 0;
+}
+
+Fit fit(const Scene& scene, EffectSet on, const Figures& figures, const std::vector<Start>& start,
         const FitOptions& options) {
   Fit result;
   result.on = on;
-  std::vector<double> begin = start_Pa;
+  std::vector<Start> begin = start;
   if (begin.empty()) {
-    for (const Record& record : scene.records) begin.push_back(estimate_start(scene, record, on, start));
+    for (const Record& record : scene.records) begin.push_back(estimate_start(scene, record, on, figures));
+  }
+  for (Start& one : begin) {
+    const WarmthRange range = warmth_without_heat(scene.around, one.pressure_Pa);
+    one.warmth_Pa = std::clamp(one.warmth_Pa, range.least_Pa, range.greatest_Pa);
   }
   result.refined = options.refined;
   result.variables = variables_of(scene, on, options.refined);
-  Figures base = start;
+  Figures base = figures;
   for (const Variable& v : result.variables) base[v.figure] = std::clamp(base[v.figure], v.low, v.high);
   const FreeRunSquares squares(scene, scene.records, on, base, begin, result.variables, options.rising_areas);
   identify::BoxProblem<kDynamic> problem;
@@ -301,9 +350,12 @@ Fit fit(const Scene& scene, EffectSet on, const Figures& start, const std::vecto
   const auto solution = identify::minimise_in_box<kDynamic>(problem, Vector::Zero(squares.size()),
                                                             options.most_iterations, options.tolerance);
   result.figures = squares.figures_at(solution.z);
-  for (std::size_t r = 0; r < begin.size(); ++r) result.start_Pa.push_back(squares.start_at(solution.z, r));
+  for (std::size_t r = 0; r < begin.size(); ++r) result.start.push_back(squares.start_at(solution.z, r));
   result.squares = solution.squares;
-  for (const Record& record : scene.records) result.rows += record.fitted_rows - record.settled_rows;
+  for (const Record& record : scene.records) {
+    result.rows += record.fitted_rows - record.settled_rows;
+    if (has_warmth(scene, record, on)) ++result.warmths;
+  }
   result.gram = squares.gram(solution.z);
   result.iterations = solution.iterations;
   result.converged = solution.converged;
@@ -321,11 +373,11 @@ Eigen::VectorXd standard_errors(const Fit& fit, double correlated_rows) {
 }
 
 double joint_squares(const Scene& scene, const Fit& fit, const std::vector<Record>& heldout,
-                     const std::vector<double>& held_start_Pa, bool same_start) {
-  const FreeRunSquares held(scene, heldout, fit.on, fit.figures, held_start_Pa, fit.variables);
+                     const std::vector<Start>& held_start, bool same_start) {
+  const FreeRunSquares held(scene, heldout, fit.on, fit.figures, held_start, fit.variables);
   const Eigen::Index figures = held.figures();
-  const auto fitted_starts = static_cast<Eigen::Index>(fit.start_Pa.size());
-  const auto held_starts = static_cast<Eigen::Index>(held_start_Pa.size());
+  const Eigen::Index fitted_starts = fit.gram.rows() - 1 - figures;
+  const Eigen::Index held_starts = held.size() - figures;
   const Eigen::Index n = figures + fitted_starts + (same_start ? 0 : held_starts);
   const Eigen::Index first_held_start = same_start ? figures : figures + fitted_starts;
   Eigen::MatrixXd both = Eigen::MatrixXd::Zero(n + 1, n + 1);
@@ -352,37 +404,47 @@ double joint_squares(const Scene& scene, const Fit& fit, const std::vector<Recor
 }
 
 std::vector<double> run(const Scene& scene, const Record& record, EffectSet on, const Figures& figures,
-                        double start_Pa) {
+                        const Start& start) {
   std::vector<double> lanes(record.rows() * static_cast<std::size_t>(kLanes));
-  const effects::Run one{acting(scene, record, figures), start_Pa};
+  const effects::Run one{acting(scene, record, figures), start};
   effects::free_run(scene.around, record.drive, acting(scene, record, on), {&one, 1}, lanes);
   std::vector<double> readings(record.rows());
   for (std::size_t row = 0; row < readings.size(); ++row) readings[row] = lanes[row * kLanes];
   return readings;
 }
 
-double estimate_start(const Scene& scene, const Record& record, EffectSet on, const Figures& figures) {
+Start estimate_start(const Scene& scene, const Record& record, EffectSet on, const Figures& figures) {
+  const bool warm = has_warmth(scene, record, on);
+  const double window_s = warm ? kCooling_s : kSettling_s;
   const auto rows =
       std::min(record.rows(),
-               record.settled_rows + static_cast<std::size_t>(kSettling_s / record.drive.timing.tick_s) + 2);
+               record.settled_rows + static_cast<std::size_t>(window_s / record.drive.timing.tick_s) + 2);
   std::vector<double> lanes(rows * static_cast<std::size_t>(kLanes));
-  double start = record.measured_Pa.front();
+  const double first_Pa = record.measured_Pa.front();
+  const Figures here = acting(scene, record, figures);
   constexpr double kStep_Pa = 100.0;
+  const auto weight = [&](double spread_Pa) { return std::pow(scene.noise_Pa / spread_Pa, 2); };
+  const Eigen::Vector2d known(weight(kStartSpread_Pa), weight(kWarmthSpread_Pa));
+  Start start{first_Pa};
   for (int pass = 0; pass < 3; ++pass) {
-    const Figures here = acting(scene, record, figures);
-    const std::array<effects::Run, 2> runs{{{here, start}, {here, start + kStep_Pa}}};
+    const std::array<effects::Run, 3> runs{{{here, start},
+                                            {here, {start.pressure_Pa + kStep_Pa, start.warmth_Pa}},
+                                            {here, {start.pressure_Pa, start.warmth_Pa + kStep_Pa}}}};
     effects::free_run(scene.around, record.drive, acting(scene, record, on), runs, lanes);
-    const double known = scene.noise_Pa * scene.noise_Pa / (kStartSpread_Pa * kStartSpread_Pa);
-    double slope2 = known;
-    double slope_error = known * (start - record.measured_Pa.front());
+    Eigen::Matrix2d H = known.asDiagonal();
+    Eigen::Vector2d g = known.cwiseProduct(Eigen::Vector2d(start.pressure_Pa - first_Pa, start.warmth_Pa));
     for (std::size_t row = record.settled_rows; row < rows; ++row) {
-      const double slope = (lanes[row * kLanes + 1] - lanes[row * kLanes]) / kStep_Pa;
-      slope2 += slope * slope;
-      slope_error += slope * (lanes[row * kLanes] - record.measured_Pa[row]);
+      const double* at = lanes.data() + row * kLanes;
+      const Eigen::Vector2d slope = Eigen::Vector2d(at[1] - at[0], at[2] - at[0]) / kStep_Pa;
+      H += slope * slope.transpose();
+      g += slope * (at[0] - record.measured_Pa[row]);
     }
-    start = std::clamp(start - slope_error / slope2, record.measured_Pa.front() - 0.9 * kStartRoom_Pa,
-                       record.measured_Pa.front() + 0.9 * kStartRoom_Pa);
-    start = std::max(start, kLeastStart_Pa);
+    const Eigen::Vector2d change = H.ldlt().solve(g);
+    start.pressure_Pa = std::clamp(start.pressure_Pa - change[0], first_Pa - 0.9 * kStartRoom_Pa,
+                                   first_Pa + 0.9 * kStartRoom_Pa);
+    start.pressure_Pa = std::max(start.pressure_Pa, kLeastStart_Pa);
+    const WarmthRange range = warmth_without_heat(scene.around, start.pressure_Pa);
+    start.warmth_Pa = std::clamp(start.warmth_Pa - change[1], range.least_Pa, range.greatest_Pa);
   }
   return start;
 }

@@ -2,8 +2,9 @@
 //
 //   minimise  sum over logs and rows of (reading(figures, start; command, volume) - pressure)^2
 //
-// Variables: the seven figures of the valve, the parameters of the effects that are on, and the pressure at each
-// log's first row, which is estimated, never copied from a noisy averaged sample. Each is scaled to be of order one.
+// Variables: the seven figures of the valve, the parameters of the effects that are on, and the gas at each log's first
+// row: its pressure, which is estimated, never copied from a noisy averaged sample, and, where heat_transfer is on, its
+// warmth, since nobody knows what was done to the gas before. Each is scaled to be of order one.
 // The Jacobian is by forward differences, seven columns to a free run in eight lanes.
 #pragma once
 
@@ -45,7 +46,7 @@ struct Scene {
 Record make_record(const std::string& name, const trace::Log& log, double fitted_share);
 Scene make_scene(const trace::RigDescription& rig);
 
-/// One variable of a fit: a figure, or the start pressures of all logs (each its own variable, one lane for all).
+/// One variable of a fit: a figure. The starts of the logs are variables besides.
 struct Variable {
   std::size_t figure = 0;
   double low = 0.0, high = 0.0;  ///< of the figure's coordinate
@@ -59,11 +60,12 @@ struct Fit {
   effects::EffectSet on = 0;
   effects::EffectSet refined = 0;  ///< of these the refining parameters were free, too
   effects::Figures figures{};
-  std::vector<double> start_Pa;  ///< a record
+  std::vector<effects::Start> start;  ///< a record
   std::vector<Variable> variables;
-  double squares = 0.0;  ///< [Pa^2]
+  std::size_t warmths = 0;  ///< starts whose warmth was free, too
+  double squares = 0.0;     ///< [Pa^2]
   std::size_t rows = 0;
-  /// Gram matrix of [J e] at the end, by scaled variables (figures, then starts).
+  /// Gram matrix of [J e] at the end, by scaled variables (figures, then the start of each record: pressure, warmth where it is free).
   Eigen::MatrixXd gram;
   int iterations = 0;
   bool converged = false;
@@ -80,9 +82,12 @@ struct FitOptions {
       false;  ///< hold area_shape's areas rising over the whole command range (rising_areas.hpp)
 };
 
-/// From `start`; its start pressures may be empty, and are then taken from the log and refined.
-Fit fit(const Scene& scene, effects::EffectSet on, const effects::Figures& start,
-        const std::vector<double>& start_Pa, const FitOptions& options = {});
+/// Whether the gas of a record has a temperature of its own when `on` is looked for, with which it then begins.
+bool has_warmth(const Scene& scene, const Record& record, effects::EffectSet on);
+
+/// From `figures`; `start` may be empty, and is then taken from the logs and refined.
+Fit fit(const Scene& scene, effects::EffectSet on, const effects::Figures& figures,
+        const std::vector<effects::Start>& start, const FitOptions& options = {});
 
 /// Standard errors of a fit's scaled variables, its errors being correlated over so many rows; a variable that the log
 /// does not show has a very large one.
@@ -90,18 +95,18 @@ Eigen::VectorXd standard_errors(const Fit& fit, double correlated_rows);
 
 /// Sum of squares over `fit`'s rows and those of `heldout` (their settled_rows .. fitted_rows - 1) of the fit to both that
 /// the linearisation at `fit` leads to, no variable moving by more than its scale: what the held-out rows say against the model, not
-/// against figures that the fitted rows left unknown. `held_start_Pa`: a start pressure each; `same_start`: they are those of the
+/// against figures that the fitted rows left unknown. `held_start`: one each; `same_start`: they are those of the
 /// fitted records, in their order.
 double joint_squares(const Scene& scene, const Fit& fit, const std::vector<Record>& heldout,
-                     const std::vector<double>& held_start_Pa, bool same_start);
+                     const std::vector<effects::Start>& held_start, bool same_start);
 
 /// Readings of a free run over a whole record [Pa].
 std::vector<double> run(const Scene& scene, const Record& record, effects::EffectSet on,
-                        const effects::Figures& figures, double start_Pa);
+                        const effects::Figures& figures, const effects::Start& start);
 
-/// The start pressure that fits the first half second best.
-double estimate_start(const Scene& scene, const Record& record, effects::EffectSet on,
-                      const effects::Figures& figures);
+/// The start that fits the first half second best, or with warmth the first three seconds.
+effects::Start estimate_start(const Scene& scene, const Record& record, effects::EffectSet on,
+                              const effects::Figures& figures);
 
 /// Sum of squares and number of the rows that are held out, in `record`, from row `first` on.
 struct Score {

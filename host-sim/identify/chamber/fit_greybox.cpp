@@ -91,7 +91,7 @@ std::vector<double> errors_of(const Scene& scene, const Fit& fit) {
   std::vector<double> errors;
   for (std::size_t r = 0; r < scene.records.size(); ++r) {
     const Record& record = scene.records[r];
-    const std::vector<double> reading_Pa = run(scene, record, fit.on, fit.figures, fit.start_Pa[r]);
+    const std::vector<double> reading_Pa = run(scene, record, fit.on, fit.figures, fit.start[r]);
     for (std::size_t row = record.settled_rows; row < record.fitted_rows; ++row) {
       errors.push_back(reading_Pa[row] - record.measured_Pa[row]);
     }
@@ -126,8 +126,8 @@ class Chooser {
   double squares_at(const Figures& figures) const {
     double squares = 0.0;
     for (const Record& record : scene_.records) {
-      const double start_Pa = estimate_start(scene_, record, 0, figures);
-      squares += score(run(scene_, record, 0, figures, start_Pa), record, 1).squares;
+      const effects::Start start = estimate_start(scene_, record, 0, figures);
+      squares += score(run(scene_, record, 0, figures, start), record, 1).squares;
     }
     return squares;
   }
@@ -145,7 +145,7 @@ class Chooser {
     tried.heldout_squares = 0.0;
     for (std::size_t r = 0; r < scene_.records.size(); ++r) {
       const Record& record = scene_.records[r];
-      const auto reading_Pa = run(scene_, record, part.on, tried.fit.figures, tried.fit.start_Pa[r]);
+      const auto reading_Pa = run(scene_, record, part.on, tried.fit.figures, tried.fit.start[r]);
       const Score held = score(reading_Pa, record, record.fitted_rows);
       tried.heldout_squares += held.squares;
       tried.heldout_rows += held.rows;
@@ -295,7 +295,7 @@ GreyboxFit fit_greybox(const std::vector<trace::Log>& logs, const trace::RigDesc
   Scene scene = scene_of(logs, rig, 1.0);
   std::copy_n(chosen.fit.figures.begin(), effects::kValveFigures, scene.nominal.begin());
   const Fit last =
-      fit(scene, chosen.fit.on, chosen.fit.figures, chosen.fit.start_Pa,
+      fit(scene, chosen.fit.on, chosen.fit.figures, chosen.fit.start,
           {.most_iterations = 3 * kMostIterations, .refined = chosen.fit.refined, .rising_areas = true});
   const std::vector<double> errors = errors_of(scene, last);
 

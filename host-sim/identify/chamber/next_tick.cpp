@@ -30,7 +30,7 @@ double next_tick_rms_Pa(const Scene& scene, effects::EffectSet on, const effects
       drive.volume_m3.assign(volume, volume + static_cast<std::ptrdiff_t>(2 * steps + 1));
       double start_Pa = record.measured_Pa[k];
       for (int pass = 0; pass < 3; ++pass) {
-        const std::array<effects::Run, 2> runs{{{figures, start_Pa}, {figures, start_Pa + kStep_Pa}}};
+        const std::array<effects::Run, 2> runs{{{figures, {start_Pa}}, {figures, {start_Pa + kStep_Pa}}}};
         effects::free_run(scene.around, drive, on | scene.known, runs, readings);
         const double* const known = readings.data() + effects::kLanes;
         const double slope = (known[1] - known[0]) / kStep_Pa;

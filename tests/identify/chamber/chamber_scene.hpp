@@ -36,7 +36,7 @@ inline Scene chamber_scene(const std::vector<double>& command_V, double swing_m3
   record.drive = effects::make_drive(command_V, volume_m3, {.tick_s = 0.01, .average_s = 0.01, .steps = 4});
   record.measured_Pa.resize(command_V.size());
   record.fitted_rows = command_V.size();
-  record.measured_Pa = run(scene, record, 0, scene.nominal, 3e5);
+  record.measured_Pa = run(scene, record, 0, scene.nominal, {3e5});
   scene.records.push_back(std::move(record));
   return scene;
 }

@@ -38,9 +38,9 @@ TEST(ChamberFit, AnEffectOfTheRigIsInEveryRun) {
   effects::Figures late = plain.nominal;
   late[effects::kFirstFigure[effects::kIdDeadTime]] = 0.013;
   const std::vector<double> expected =
-      run(plain, plain.records[0], effects::EffectSet{1} << effects::kIdDeadTime, late, 3e5);
-  EXPECT_EQ(run(known, plain.records[0], 0, known.nominal, 3e5), expected);
-  EXPECT_NE(run(plain, plain.records[0], 0, plain.nominal, 3e5), expected);
+      run(plain, plain.records[0], effects::EffectSet{1} << effects::kIdDeadTime, late, {3e5});
+  EXPECT_EQ(run(known, plain.records[0], 0, known.nominal, {3e5}), expected);
+  EXPECT_NE(run(plain, plain.records[0], 0, plain.nominal, {3e5}), expected);
 }
 
 TEST(ChamberFit, WithAnEffectOfTheRigTheValveIsFittedAsWithoutIt) {
@@ -48,7 +48,7 @@ TEST(ChamberFit, WithAnEffectOfTheRigTheValveIsFittedAsWithoutIt) {
   rig.effects["dead_time"]["delay_s"] = 0.013;
   Scene known = make_scene(rig);
   known.records = chamber_scene(jumping_V(1500), 30e-6).records;
-  known.records[0].measured_Pa = run(known, known.records[0], 0, known.nominal, 3e5);
+  known.records[0].measured_Pa = run(known, known.records[0], 0, known.nominal, {3e5});
   effects::Figures wrong = known.nominal;
   wrong[effects::kInletGain] *= 1.1;
   wrong[effects::kOpenAbove] += 0.02;
@@ -69,10 +69,10 @@ TEST(ChamberFit, WhatHasChangedActsOnTheLaterRecordsAlone) {
   later[effects::kFirstFigure[effects::kIdDeadTime]] = 0.031;  // was 0.013
   later[effects::kFirstFigure[effects::kIdSensorBias]] = 4.0;  // was none
   const EffectSet changed = EffectSet{1} << effects::kIdDeadTime | EffectSet{1} << effects::kIdSensorBias;
-  const std::vector<double> as_it_was = run(scene, scene.records[0], 0, scene.nominal, 3e5);
-  EXPECT_EQ(run(scene, scene.records[1], changed, later, 3e5), as_it_was);
+  const std::vector<double> as_it_was = run(scene, scene.records[0], 0, scene.nominal, {3e5});
+  EXPECT_EQ(run(scene, scene.records[1], changed, later, {3e5}), as_it_was);
 
-  for (Record& record : scene.records) record.measured_Pa = run(scene, record, changed, later, 3e5);
+  for (Record& record : scene.records) record.measured_Pa = run(scene, record, changed, later, {3e5});
   ASSERT_NE(scene.records[0].measured_Pa, as_it_was);
   const Fit found = fit(scene, changed, scene.nominal, {});
   EXPECT_LT(found.rms_Pa(), 5.0);
@@ -80,11 +80,55 @@ TEST(ChamberFit, WhatHasChangedActsOnTheLaterRecordsAlone) {
   EXPECT_NEAR(found.figures[effects::kFirstFigure[effects::kIdSensorBias]], 4.0, 0.1);
 }
 
+constexpr EffectSet kHeat = EffectSet{1} << effects::kIdHeatTransfer;
+
+/// A log of gas that begins at 0.3 MPa with `warmth_Pa`, read with noise.
+Scene warm_scene(double warmth_Pa, double conductance_W_K) {
+  Scene scene = chamber_scene(jumping_V(1500), 30e-6);
+  effects::Figures heat = scene.nominal;
+  heat[effects::kFirstFigure[effects::kIdHeatTransfer]] = conductance_W_K;
+  scene.records[0].measured_Pa = run(scene, scene.records[0], kHeat, heat, {3e5, warmth_Pa});
+  scene.noise_Pa = kNoise_Pa;
+  add_noise(scene.records[0], 4);
+  return scene;
+}
+
+TEST(ChamberFit, FindsHowWarmTheGasBegan) {
+  for (const double warmth_Pa : {3e4, -5e4}) {
+    const Scene scene = warm_scene(warmth_Pa, 0.05);
+    effects::Figures start = scene.nominal;
+    start[effects::kFirstFigure[effects::kIdHeatTransfer]] = 0.02;
+    const Fit found = fit(scene, kHeat, start, {});
+    EXPECT_EQ(found.warmths, 1U);
+    EXPECT_NEAR(found.start[0].warmth_Pa, warmth_Pa, 0.1 * std::abs(warmth_Pa));
+    EXPECT_LT(found.rms_Pa(), 1.05 * kNoise_Pa);
+    const effects::Start again = estimate_start(scene, scene.records[0], kHeat, found.figures);
+    EXPECT_NEAR(again.warmth_Pa, warmth_Pa, 0.1 * std::abs(warmth_Pa));
+  }
+}
+
+TEST(ChamberFit, TakesNoGasForWarmerThanCompressionWithoutHeatMadeIt) {
+  const Scene scene = warm_scene(1.4e5, 0.05);  // 0.3 MPa came from ambient pressure: at most 80 kPa
+  const effects::Surroundings& around = scene.around;
+  const double most_Pa = 3e5 * (1.0 - std::pow(around.ambient_Pa / 3e5, 0.4 / 1.4));
+  effects::Figures start = scene.nominal;
+  start[effects::kFirstFigure[effects::kIdHeatTransfer]] = 0.05;
+  const Fit found = fit(scene, kHeat, start, {});
+  EXPECT_NEAR(found.start[0].warmth_Pa, most_Pa, 0.1 * most_Pa);
+}
+
+TEST(ChamberFit, WithoutHeatTheGasHasNoWarmth) {
+  const Scene scene = warm_scene(3e4, 0.05);
+  const Fit found = fit(scene, 0, scene.nominal, {});
+  EXPECT_EQ(found.warmths, 0U);
+  EXPECT_EQ(found.start[0].warmth_Pa, 0.0);
+}
+
 TEST(JointSquares, OfTheSameRowsTwiceAreTwiceTheFit) {
   Scene scene = chamber_scene(jumping_V(1500), 30e-6);
   add_noise(scene.records[0], 3);
   const Fit found = fit(scene, 0, scene.nominal, {}, {.most_iterations = 100, .tolerance = 1e-9});
-  EXPECT_NEAR(joint_squares(scene, found, scene.records, found.start_Pa, true) / (2.0 * found.squares), 1.0,
+  EXPECT_NEAR(joint_squares(scene, found, scene.records, found.start, true) / (2.0 * found.squares), 1.0,
               1e-4);
 }
 
@@ -93,7 +137,7 @@ TEST(JointSquares, LeaveToTheHeldOutRowsWhatTheFittedOnesDoNotShow) {
   const effects::Figures truth = scene.nominal;
   const auto record_of = [&](const std::vector<double>& command_V, double start_Pa, unsigned seed) {
     Record record = chamber_scene(command_V, 0.0).records[0];
-    record.measured_Pa = run(scene, record, 0, truth, start_Pa);
+    record.measured_Pa = run(scene, record, 0, truth, {start_Pa});
     add_noise(record, seed);
     return record;
   };
@@ -103,9 +147,9 @@ TEST(JointSquares, LeaveToTheHeldOutRowsWhatTheFittedOnesDoNotShow) {
   effects::Figures start = truth;
   start[effects::kExhaustGain] *= 1.04;
   const Fit found = fit(scene, 0, start, {});
-  const double start_Pa = estimate_start(scene, held[0], 0, found.figures);
-  const Score alone = score(run(scene, held[0], 0, found.figures, start_Pa), held[0], 1);
-  const double joint = joint_squares(scene, found, held, {start_Pa}, false);
+  const effects::Start start_there = estimate_start(scene, held[0], 0, found.figures);
+  const Score alone = score(run(scene, held[0], 0, found.figures, start_there), held[0], 1);
+  const double joint = joint_squares(scene, found, held, {start_there}, false);
   ASSERT_GT(alone.rms_Pa(), 5.0 * kNoise_Pa) << "the fitted log shows the exhaust";
   EXPECT_LT(std::sqrt(joint / static_cast<double>(found.rows + alone.rows)), 1.1 * kNoise_Pa);
   EXPECT_GT(joint, found.squares);
