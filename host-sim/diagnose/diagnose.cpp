@@ -231,14 +231,46 @@ class Diagnosis {
     report_.as_configured_Pa = sum.rms_Pa();
     report_.recalibrated_Pa = search_.recalibrated.heldout_Pa();
     report_.with_effects_Pa = search_.best.heldout_Pa();
-    std::vector<double> error;
+    report_.gap_p_value = gap_p_value();
+  }
+
+  /// Whether the valve's figures, fitted to the held-out rows too, err more there than the best explanation does on the fitted
+  /// rows: what the fitted rows leave unknown of the figures is no gap, and a supply's ripple is noise.
+  double gap_p_value() const {
+    const auto append_error = [](std::vector<double>& error, const Record& record,
+                                 const std::vector<double>& reading, std::size_t first, std::size_t last) {
+      for (std::size_t row = std::max(first, record.settled_rows); row < last; ++row) {
+        error.push_back(reading[row] - record.measured_Pa[row]);
+      }
+    };
+    std::vector<double> noise;
+    const Fit& best = search_.best.fit;
+    for (std::size_t i = 0; i < scene_.records.size(); ++i) {
+      const Record& record = scene_.records[i];
+      append_error(noise, record, run(scene_, record, best.on, best.figures, best.start[i]), 0,
+                   record.fitted_rows);
+    }
+    Scene all = fitted_;
+    std::vector<effects::Start> start = search_.recalibrated.fit.start;
+    std::vector<std::size_t> place;
     for (const HeldOut& held : heldout_) {
-      const std::vector<double> reading = heldout_reading(scene_, held, search_.recalibrated.fit);
-      for (std::size_t row = std::max(held.first, held.record.settled_rows); row < reading.size(); ++row) {
-        error.push_back(reading[row] - held.record.measured_Pa[row]);
+      if (held.continues >= 0) {
+        place.push_back(static_cast<std::size_t>(held.continues));
+        all.records[place.back()].fitted_rows = held.record.rows();
+      } else {
+        place.push_back(all.records.size());
+        all.records.push_back(held.record);
+        start.push_back(heldout_start(scene_, held, search_.recalibrated.fit));
       }
     }
-    report_.gap_p_value = probability_of_noise(error, report_.noise_floor_Pa);
+    const Fit both = fit(all, 0, search_.recalibrated.fit.figures, start);
+    std::vector<double> error;
+    for (std::size_t i = 0; i < heldout_.size(); ++i) {
+      const Record& record = all.records[place[i]];
+      append_error(error, record, run(all, record, 0, both.figures, both.start[place[i]]), heldout_[i].first,
+                   record.rows());
+    }
+    return probability_of_noise(error, noise, report_.noise_floor_Pa, kAtFloor * report_.noise_floor_Pa);
   }
 
   void candidates() {

@@ -138,7 +138,7 @@ struct GapReport {
   std::vector<RegimeShare> where;      ///< largest first
   std::optional<NextExperiment> next;  ///< where the verdict is ambiguous or unexplained
   std::vector<CalibratedFigure> calibration;
-  double gap_p_value = 1.0;  ///< of the recalibrated model's error under noise alone
+  double gap_p_value = 1.0;  ///< of the recalibrated model's error, were it noise alone; 0.001 at least
   std::vector<Trace> traces;
   ErrorMap map;
   std::vector<Detectable> detectable;

@@ -1,4 +1,4 @@
-# More cases than a run of all benchmarks has time for: tests/bench/gap.py PLENUM --cases 300 --none 300
+# More cases than a run of all benchmarks has time for: tests/bench/gap.py PLENUM --cases 300
 plenum_bench(NAME gap COMMAND ${Python3_EXECUTABLE} -B ${CMAKE_CURRENT_LIST_DIR}/gap.py plenum)
 plenum_bench(NAME gap.seconds COMMAND ${Python3_EXECUTABLE} -B ${CMAKE_CURRENT_LIST_DIR}/gap.py plenum --seconds)
 

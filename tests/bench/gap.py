@@ -198,7 +198,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("plenum")
     parser.add_argument("--cases", type=int, default=120)
-    parser.add_argument("--none", type=int, default=60)
+    parser.add_argument("--none", type=int, default=300)
     parser.add_argument("--struck", type=int, default=42)
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("--keep", type=Path)

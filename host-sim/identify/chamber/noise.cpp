@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <numeric>
+#include <random>
 
 namespace plenum::host::identify::chamber {
 namespace {
@@ -13,6 +14,26 @@ constexpr double kCalmShare = 0.3;
 /// The 0.3 quantile of the root mean square of kWindow third differences of white noise over its expectation
 /// (200,000 simulated windows).
 constexpr double kQuantileOfCalm = 0.860;
+
+constexpr std::size_t kBlock = 20;  // rows
+constexpr std::size_t kStretch =
+    10;  // blocks drawn together: what is slower than that counts as if it were not
+constexpr int kDraws = 999;
+
+/// Of the means over blocks, times a block's rows: of white noise the variance.
+std::vector<double> block_squares(const std::vector<double>& error) {
+  std::vector<double> squares;
+  for (std::size_t begin = 0; begin + kBlock <= error.size(); begin += kBlock) {
+    const double sum = std::accumulate(error.begin() + static_cast<std::ptrdiff_t>(begin),
+                                       error.begin() + static_cast<std::ptrdiff_t>(begin + kBlock), 0.0);
+    squares.push_back(sum * sum / static_cast<double>(kBlock));
+  }
+  return squares;
+}
+
+double mean(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
 
 }  // namespace
 
@@ -49,20 +70,28 @@ double correlation_rows(const std::vector<double>& error) {
   return rows;
 }
 
-double probability_of_noise(const std::vector<double>& error, double sigma) {
-  constexpr std::size_t kBlock = 20;
-  double chi2 = 0.0;
-  double blocks = 0.0;
-  for (std::size_t begin = 0; begin + kBlock <= error.size(); begin += kBlock) {
-    const double sum = std::accumulate(error.begin() + static_cast<std::ptrdiff_t>(begin),
-                                       error.begin() + static_cast<std::ptrdiff_t>(begin + kBlock), 0.0);
-    chi2 += sum * sum / (static_cast<double>(kBlock) * sigma * sigma);
-    blocks += 1.0;
+double probability_of_noise(const std::vector<double>& error, const std::vector<double>& noise, double sigma,
+                            double greatest) {
+  const std::vector<double> of_error = block_squares(error);
+  const std::vector<double> of_noise = block_squares(noise);
+  if (of_error.empty() || of_noise.empty() || sigma <= 0.0) return 1.0;
+  const double most = sigma * sigma + static_cast<double>(kBlock) * (greatest * greatest - sigma * sigma);
+  const double ratio = mean(of_error) / std::min(mean(of_noise), most);
+  std::mt19937 random(1);
+  const auto drawn = [&](std::size_t count) {  // their mean square
+    double sum = 0.0;
+    for (std::size_t i = 0, at = 0; i < count; ++i, ++at) {
+      if (i % kStretch == 0) at = random() % of_noise.size();
+      sum += of_noise[at % of_noise.size()];
+    }
+    return sum / static_cast<double>(count);
+  };
+  int as_far = 0;
+  for (int i = 0; i < kDraws; ++i) {
+    const double error_drawn = drawn(of_error.size());
+    as_far += error_drawn >= ratio * drawn(of_noise.size()) ? 1 : 0;
   }
-  if (blocks < 1.0) return 1.0;
-  const double spread = 2.0 / (9.0 * blocks);
-  const double z = (std::cbrt(chi2 / blocks) - (1.0 - spread)) / std::sqrt(spread);
-  return 0.5 * std::erfc(z / std::sqrt(2.0));
+  return (1.0 + as_far) / (1.0 + kDraws);
 }
 
 }  // namespace plenum::host::identify::chamber

@@ -14,8 +14,11 @@ double white_noise(const std::vector<double>& signal);
 /// below a twentieth. 1 for white noise.
 double correlation_rows(const std::vector<double>& error);
 
-/// Probability that the means of `error` over blocks of 20 rows are as large as they are if it is white noise of
-/// `sigma` (chi-squared, Wilson and Hilferty's approximation): an error that stays on one side for a while is no noise.
-double probability_of_noise(const std::vector<double>& error, double sigma);
+/// Probability that noise of the kind of `noise`, an error in which nothing is left to explain, has means over blocks of 20
+/// rows as large as those of `error`: the ratio of their mean squares, against that of stretches of 2 s at 100 Hz drawn from `noise`
+/// (moving-block bootstrap, Kuensch 1989; 999 draws, always the same). `sigma`: of the white part; noise that stays on one side
+/// for a while counts as noise while it raises the RMS to `greatest` at most. 1 without 20 rows of each, 0.001 at least.
+double probability_of_noise(const std::vector<double>& error, const std::vector<double>& noise, double sigma,
+                            double greatest);
 
 }  // namespace plenum::host::identify::chamber
