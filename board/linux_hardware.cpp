@@ -11,14 +11,21 @@ using std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kPause{100};
 
+Guard::Config guard_config(const config::RealTime& real_time) {
+  constexpr std::uint64_t kTick_ns = plenum::config::kTick_us * std::uint64_t{1000};
+  return {.silence_ns = static_cast<std::uint64_t>(real_time.guard_ticks) * kTick_ns,
+          .priority = real_time.priority == 0 ? 0 : real_time.priority + 1};
+}
+
 }  // namespace
 
 // The lines come first: while the others are waited for, the valves are without power.
 LinuxHardware::LinuxHardware(const config::BoardFile& board, steady_clock::time_point latest)
     : stop_(open_lines(board.gpio, latest)),
+      valves_(stop_, open(output_, board.analog_out, latest)),
+      guard_(guard_config(board.real_time), valves_),
       bus_([interface = board.interface] { return std::make_unique<drivers::SocketCan>(interface); }),
       watchdog_(board.watchdog) {
-  open(output_, board.analog_out, latest);
   open(input_, board.analog_in, latest);
   open(store_, board.store, latest);
   if (!bus_.trouble().empty()) troubles_.push_back(bus_.trouble());
@@ -28,16 +35,16 @@ LinuxHardware::LinuxHardware(const config::BoardFile& board, steady_clock::time_
 }
 
 template <class Driver, class Config>
-void LinuxHardware::open(std::optional<Driver>& driver, const Config& config,
-                         steady_clock::time_point latest) {
+std::optional<Driver>& LinuxHardware::open(std::optional<Driver>& driver, const Config& config,
+                                           steady_clock::time_point latest) {
   for (;;) {
     try {
       driver.emplace(config);
-      return;
+      return driver;
     } catch (const std::runtime_error& error) {
       if (steady_clock::now() >= latest) {
         troubles_.emplace_back(error.what());
-        return;
+        return driver;
       }
     }
     std::this_thread::sleep_for(kPause);
@@ -82,11 +89,12 @@ void LinuxHardware::ticked(std::uint64_t now_ns, std::uint32_t tick_count) noexc
   events_->watch_frames(bus_.descriptor());
   manager_.ticked(now_ns, tick_count);
   watchdog_.ticked(now_ns, tick_count);
+  guard_.beat();
 }
 
 void LinuxHardware::make_safe() noexcept {
-  if (output_) output_->make_safe();
-  stop_.write({});
+  valves_.make_safe();
+  guard_.rest();
 }
 
 }  // namespace plenum::board

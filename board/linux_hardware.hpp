@@ -13,6 +13,7 @@
 #include "board/drivers/iio_input.hpp"
 #include "board/drivers/iio_output.hpp"
 #include "board/drivers/socketcan.hpp"
+#include "board/guard.hpp"
 #include "board/plenumd.hpp"
 #include "board/prompt_stop.hpp"
 #include "board/reopened_bus.hpp"
@@ -21,11 +22,28 @@
 
 namespace plenum::board {
 
+/// What moves the valves. The lines come first: they need no bus that could stand still.
+class ValveOutputs final : public SafeOutputs {
+ public:
+  /// Both must outlive it.
+  ValveOutputs(ports::DigitalIo& lines, std::optional<drivers::IioOutput>& output) noexcept
+      : lines_(lines), output_(output) {}
+
+  void make_safe() noexcept override {
+    lines_.write({});
+    if (output_) output_->make_safe();
+  }
+
+ private:
+  ports::DigitalIo& lines_;
+  std::optional<drivers::IioOutput>& output_;
+};
+
 class LinuxHardware final : public Hardware {
  public:
   /// Opens everything; until `latest`, devices are waited for that the kernel may not have found yet. One that cannot be opened
   /// is absent from then on: the board runs, says so on the bus, and regulates nothing. Throws std::runtime_error only for
-  /// what the kernel itself refuses, and for a hardware watchdog.
+  /// what the kernel itself refuses, for a hardware watchdog, and for the guard.
   LinuxHardware(const config::BoardFile& board, std::chrono::steady_clock::time_point latest);
 
   /// What could not be opened, a line each: what, where, expected.
@@ -34,6 +52,8 @@ class LinuxHardware final : public Hardware {
   Drivers drivers() noexcept;
   rt::Events& events() noexcept { return *events_; }
   void stopping() noexcept { manager_.stopping(); }
+  /// The guard of the outputs stands.
+  bool guarded() const noexcept { return guard_.stands(); }
 
   bool gather() noexcept override;
   bool scans_ready() const noexcept override;
@@ -43,22 +63,24 @@ class LinuxHardware final : public Hardware {
 
  private:
   template <class Driver, class Config>
-  void open(std::optional<Driver>& driver, const Config& config,
-            std::chrono::steady_clock::time_point latest);
+  std::optional<Driver>& open(std::optional<Driver>& driver, const Config& config,
+                              std::chrono::steady_clock::time_point latest);
 
   ports::DigitalIo& open_lines(const drivers::GpioConfig& config,
                                std::chrono::steady_clock::time_point latest);
 
   std::vector<std::string> troubles_;
-  std::optional<drivers::GpioLines> lines_;
-  std::optional<drivers::IioOutput> output_;
-  std::optional<drivers::IioInput> input_;
-  std::optional<drivers::FileStore> store_;
   absent::Digital no_lines_;
   absent::Output no_output_;
   absent::Input no_input_;
   absent::Store no_store_;
+  std::optional<drivers::GpioLines> lines_;
+  std::optional<drivers::IioOutput> output_;
   PromptStop stop_;
+  ValveOutputs valves_;
+  Guard guard_;  // has open what stands above it, and nothing of what stands below
+  std::optional<drivers::IioInput> input_;
+  std::optional<drivers::FileStore> store_;
   ReopenedBus<drivers::SocketCan> bus_;
   std::optional<rt::KernelEvents> events_;
   rt::ServiceManager manager_;

@@ -60,7 +60,9 @@ int run(const config::BoardFile& file) {
   loop.run();
   hardware.stopping();
   sum_up(board->controller().image());
-  return kDone;
+  if (hardware.guarded()) return kDone;
+  warn("the guard of the outputs has ended, or was stopped: expected it to stand as long as the loop runs");
+  return kFailed;
 }
 
 }  // namespace
@@ -81,7 +83,8 @@ int main(int argc, char** argv) {
                 "Set the outputs to their safe values and switch the valve power off, then end")
       ->excludes(check_flag);
   program.footer(
-      "Exit codes: 0 done, or stopped by SIGTERM; 1 a device failed; 2 bad usage or configuration.\n"
+      "Exit codes: 0 done, or stopped by SIGTERM; 1 a device failed, or the guard; 2 bad usage or "
+      "configuration.\n"
       "The valves lose their power when the program ends.\n"
       "\nExample:\n  plenumd --config board.toml --check");
   try {

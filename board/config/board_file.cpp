@@ -224,10 +224,14 @@ void read_real_time(TomlTable& document, BoardFile& board) {
     real_time.pacing = Pacing{static_cast<std::uint8_t>(*pacing)};
   if (runs_freely && real_time.pacing == Pacing::adc)
     table->refuse("pacing", "= 'adc'", "timer, as analog_input.rate_Hz is 0");
-  if (const auto priority = table->whole("priority", 0, 99)) real_time.priority = static_cast<int>(*priority);
+  constexpr int kHighest = 98;  // one is left for the guard
+  if (const auto priority = table->whole("priority", 0, kHighest))
+    real_time.priority = static_cast<int>(*priority);
   if (const auto cpu = table->whole("cpu", 0, kCpus - 1)) real_time.cpu = static_cast<int>(*cpu);
   if (const auto overrun = table->choice("overrun", {"skip", "count", "fault"}))
     real_time.overrun = Overrun{static_cast<std::uint8_t>(*overrun)};
+  if (const auto ticks = table->whole("guard_ticks", 5, 1000))
+    real_time.guard_ticks = static_cast<int>(*ticks);
   board.watchdog = read_absolute_path(*table, "watchdog");
   table->end();
 }

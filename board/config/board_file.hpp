@@ -24,9 +24,10 @@ enum class Pacing : std::uint8_t {
 
 struct RealTime {
   Pacing pacing = Pacing::adc;       ///< timer where the devices run freely
-  int priority = 80;                 ///< of SCHED_FIFO, 1..99; 0: the ordinary scheduler
+  int priority = 80;                 ///< of SCHED_FIFO, 1..98; 0: the ordinary scheduler
   std::optional<int> cpu{};          ///< the only processor to run on; empty: any
   Overrun overrun = Overrun::fault;  ///< what is made of one; the ticks between are left out in any case
+  int guard_ticks = 5;               ///< without a tick for so long, the guard makes the outputs safe
 };
 
 struct BoardFile {

@@ -1,7 +1,7 @@
 // Analog outputs through the kernel's Industrial I/O subsystem: out_voltageN_raw, with the kernel's scale and offset.
 //
 // The converter holds a value until the next one, also when nobody is left to write it. So make_safe() is called before the
-// first tick, by the destructor, and, for a process that dies without one, by whoever watches it (board/service).
+// first tick, by the destructor, and, for a process that dies without one, by its guard (board/guard.hpp).
 #pragma once
 
 #include <span>

@@ -31,6 +31,7 @@ sigset_t stop_signals() noexcept {
   ::sigemptyset(&signals);
   ::sigaddset(&signals, SIGTERM);
   ::sigaddset(&signals, SIGINT);
+  ::sigaddset(&signals, SIGCHLD);
   return signals;
 }
 

@@ -12,7 +12,7 @@ namespace plenum::board::rt {
 
 /// What ended a wait; none of them: the moment has come.
 struct Happened {
-  bool stop = false;  ///< SIGTERM or SIGINT: once a signal
+  bool stop = false;  ///< SIGTERM, SIGINT, or a child that has ended or stopped: once a signal
   bool frames = false;
   bool scans = false;
   bool emergency_stop = false;  ///< its line has changed
@@ -33,7 +33,8 @@ class Events {
   ~Events() = default;
 };
 
-/// From here on SIGTERM and SIGINT end no thread of the process, but a KernelEvents::wait(). Before the first thread is made.
+/// From here on SIGTERM and SIGINT end no thread of the process, but a KernelEvents::wait(), as SIGCHLD does. Before the first
+/// thread or child is made.
 void block_stop_signals() noexcept;
 
 /// The kernel's.

@@ -29,6 +29,7 @@ valve_power = {{ chip = "plenum-none", line = "0" }}
 folder = "{folder}"
 [real_time]
 priority = 0
+guard_ticks = 1000 # a busy machine is no failure here
 """
 
 
@@ -59,6 +60,16 @@ class WithoutDevices(unittest.TestCase):
         self.board = self.folder / "board.toml"
         self.board.write_text(BOARD.format(folder=self.folder), encoding="utf-8")
 
+    def start(self):
+        """The program, and the socket of its service manager."""
+        manager = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+        self.addCleanup(manager.close)
+        manager.bind(str(self.folder / "notify"))
+        manager.settimeout(LIMIT_S)
+        environment = dict(os.environ, NOTIFY_SOCKET=str(self.folder / "notify"), WATCHDOG_USEC="300000")
+        environment.pop("WATCHDOG_PID", None)
+        return subprocess.Popen([PROGRAM, "--config", str(self.board)], env=environment, stderr=subprocess.PIPE, text=True), manager
+
     def test_check_names_each_thing_on_a_line_of_its_own_and_ends_with_1(self):
         done = run("--config", str(self.board), "--check")
         self.assertEqual([[line[:4].strip(), line[6:19].strip()] for line in done.stdout.splitlines()],
@@ -76,13 +87,7 @@ class WithoutDevices(unittest.TestCase):
         self.assertEqual(done.returncode, 1)
 
     def test_it_runs_on_says_what_is_missing_feeds_the_watchdog_and_stops_when_asked(self):
-        manager = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
-        self.addCleanup(manager.close)
-        manager.bind(str(self.folder / "notify"))
-        manager.settimeout(LIMIT_S)
-        environment = dict(os.environ, NOTIFY_SOCKET=str(self.folder / "notify"), WATCHDOG_USEC="300000")
-        environment.pop("WATCHDOG_PID", None)
-        board = subprocess.Popen([PROGRAM, "--config", str(self.board)], env=environment, stderr=subprocess.PIPE, text=True)
+        board, manager = self.start()
         try:
             self.assertEqual([manager.recv(64) for _ in range(4)], [b"READY=1"] + 3 * [b"WATCHDOG=1"])
             board.send_signal(signal.SIGTERM)
@@ -100,6 +105,19 @@ class WithoutDevices(unittest.TestCase):
         except BlockingIOError:
             pass
         self.assertEqual(told[-1], b"STOPPING=1")
+
+    def test_it_runs_under_a_guard_and_ends_with_1_when_it_has_lost_it(self):
+        board, manager = self.start()
+        try:
+            self.assertEqual(manager.recv(64), b"READY=1")
+            guard = Path(f"/proc/{board.pid}/task/{board.pid}/children").read_text(encoding="utf-8").split()
+            self.assertEqual(len(guard), 1)
+            os.kill(int(guard[0]), signal.SIGKILL)
+            said = board.communicate(timeout=LIMIT_S)[1].splitlines()
+        finally:
+            board.kill()
+        self.assertIn("guard of the outputs", said[-1])
+        self.assertEqual(board.returncode, 1)
 
 
 unittest.main()

@@ -178,7 +178,7 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{kFolder, "folder = \"/var/lib/plenum\"\n[real_time]\nprirority = 5",
                 "board.toml: line 13: real_time.prirority is no key of this file, expected pacing, priority, "
                 "cpu, "
-                "overrun, watchdog"},
+                "overrun, guard_ticks, watchdog"},
         Mistake{kFolder, "folder = \"/var/lib/plenum\"\n[real_time]\noverrun = \"ignore\"",
                 "board.toml: line 13: real_time.overrun = 'ignore', expected skip, count, fault"},
         Mistake{kFolder, "folder = \"/var/lib/plenum\"\n[board]\nsupply_low_kPa = 300",
