@@ -34,6 +34,9 @@ class PlenumdService(unittest.TestCase):
     def test_the_outputs_go_safe_however_it_ends_and_wait_for_no_sandbox(self):
         self.assertRegex(text(), r"(?m)^ExecStopPost=[+]/usr/bin/plenumd .*--safe$")
 
+    def test_the_guard_is_left_alive_when_the_loop_has_died(self):
+        self.assertRegex(text(), r"(?m)^KillMode=control-group$")
+
     def test_it_is_not_root_and_holds_no_capability(self):
         self.assertRegex(text(), r"(?m)^User=(?!root$).+$")
         self.assertRegex(text(), r"(?m)^CapabilityBoundingSet=$")
