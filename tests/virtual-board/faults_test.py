@@ -24,8 +24,9 @@ STALLED = "/sys/module/plenum_frontend/parameters/stalled"
 CONVERTERS = "/sys/bus/platform/drivers/plenum-adc"
 TICK_ms = 10
 STALE_LIMIT_ticks = 3  # stale_limit_ticks of a chamber
+GUARD_ticks = 5  # guard_ticks of board.toml, left out there
 WATCHDOG_ms = 500  # WatchdogSec of plenumd.service
-RESCUE_ms = 700  # for the service manager to see that the program has died, and for its plenumd --safe; with a sandbox it took 840
+RESCUE_ms = 700  # without a guard: for the service manager to see that the program has died, and for its plenumd --safe; with a sandbox it took 840
 DEADLINE_ms = 1000  # of set points: as long as a busy PC may leave the one who sends them without a processor
 RESTING = [round(65536 * volts / 10) for volts in (5, 3)]  # codes of null_V and vent_V of a chamber: the valve is shut, or vents
 
@@ -156,12 +157,14 @@ class BoardAndFaults(unittest.TestCase):
         self.master.kill()
         self.master.wait()
 
-    def process(self):
-        return int(self.board.run("systemctl show -P MainPID plenumd"))
+    def processes(self):
+        """Of plenumd: the loop's, and its guard's."""
+        loop = int(self.board.run("systemctl show -P MainPID plenumd"))
+        return loop, int(self.board.run(f"cat /proc/{loop}/task/{loop}/children"))
 
     def strike(self, command):
-        """Does it in the guest, and returns when [us]: not later than it came about."""
-        return int(self.board.run(f"bash -c 'echo $EPOCHREALTIME; {command}'").replace(".", ""))
+        """Does it in the guest, and returns when [us]: not later than it came about. Between the two only the board may have the processor."""
+        return int(self.board.run(f"chrt -f 50 bash -c 'echo $EPOCHREALTIME; {command}'").replace(".", ""))
 
     def assert_safe(self, fault, struck_us, within_ms):
         """The board was regulating until the fault, and its pins are safe from at most `within_ms` later to the end of the observation.
@@ -235,12 +238,33 @@ class BoardAndFaults(unittest.TestCase):
 
     def test_kill(self):
         self.regulate()
-        self.assert_safe("kill -9", self.strike(f"kill -9 {self.process()}"), RESCUE_ms)
+        loop, _ = self.processes()
+        self.assert_safe("kill -9", self.strike(f"kill -9 {loop}"), 3 * TICK_ms)
         self.assert_started_anew()
 
     def test_sigstop(self):
         self.regulate()
-        self.assert_safe("SIGSTOP", self.strike(f"kill -STOP {self.process()}"), WATCHDOG_ms + RESCUE_ms)
+        loop, _ = self.processes()
+        self.assert_safe("SIGSTOP", self.strike(f"kill -STOP {loop}"), (GUARD_ticks + 3) * TICK_ms)
+        self.assert_started_anew()
+
+    def test_a_guard_that_is_killed(self):
+        self.regulate()
+        _, guard = self.processes()
+        self.assert_safe("guard, kill -9", self.strike(f"kill -9 {guard}"), 3 * TICK_ms)
+        self.assert_started_anew()
+
+    def test_kill_of_both(self):
+        """Each would make the outputs safe before the other can be killed, were it not stopped meanwhile."""
+        self.regulate()
+        loop, guard = self.processes()
+        self.assert_safe("both, kill -9", self.strike(f"kill -STOP {loop}; kill -9 {guard} {loop}"), RESCUE_ms)
+        self.assert_started_anew()
+
+    def test_sigstop_of_both(self):
+        self.regulate()
+        loop, guard = self.processes()
+        self.assert_safe("both, SIGSTOP", self.strike(f"kill -STOP {loop} {guard}"), WATCHDOG_ms + RESCUE_ms)
         self.assert_started_anew()
 
 
