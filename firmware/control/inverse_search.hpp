@@ -24,15 +24,13 @@ namespace plenum::control {
 
 using AtNodes = CommandCurve::At<Scalar>;  // here in lanes
 
-/// Bit i: which(value of node i). The lanes run side by side, each through its nodes from the last to the
-/// first.
-template <class Which>
-std::uint64_t nodes_where(const AtNodes& value, Which which) noexcept {
+/// Bit i: node i misses above. The lanes run side by side, each through its nodes from the last to the first.
+inline std::uint64_t nodes_above(const AtNodes& miss_kPa) noexcept {
   constexpr std::size_t kLanes = CommandCurve::kLanes;
   std::array<std::uint32_t, kLanes> lane{};
   for (std::size_t first = CommandCurve::kNodes; first > 0; first -= kLanes) {
     for (std::size_t k = 0; k < kLanes; ++k) {
-      lane[k] = lane[k] + lane[k] + (which(value[first - kLanes + k]) ? 1U : 0U);
+      lane[k] = lane[k] + lane[k] + (miss_kPa[first - kLanes + k] > Scalar(0) ? 1U : 0U);
     }
   }
   std::uint64_t nodes = 0;
@@ -181,7 +179,7 @@ typename InverseSearch<Law>::Miss InverseSearch<Law>::closest(Miss best, Miss ot
 /// The node below the crossing that inverse() is to answer with; kNodes when no two nodes lie on either side.
 template <class Law>
 std::size_t InverseSearch<Law>::crossing(const AtNodes& miss_kPa, Scalar near_V) const noexcept {
-  const std::uint64_t above = nodes_where(miss_kPa, [](Scalar x) noexcept { return x > Scalar(0); });
+  const std::uint64_t above = nodes_above(miss_kPa);
   const std::uint64_t rising = ~above & above >> 1U & curve_.nodes().apart;
   const std::uint64_t falling = above & ~(above >> 1U) & curve_.nodes().apart;
   const auto& node_V = curve_.nodes().command_V;

@@ -91,7 +91,7 @@ Prediction Regulator::past_tick(const PressureModel& model, const ChamberMotion&
   const Prediction undisturbed = sent_.past_tick(model, pressure_kPa_, past);
   const Scalar disturbed_kPa = disturbance_kPa(compression_kPa);
   return {.end_kPa = undisturbed.end_kPa + disturbed_kPa,
-          .mean_kPa = undisturbed.mean_kPa + Scalar(0.5) * disturbed_kPa};
+          .mean_kPa = undisturbed.mean_kPa + kMeanOfEnd * disturbed_kPa};
 }
 
 Scalar Regulator::observe(const PressureModel& model, Scalar measured_kPa,
@@ -137,10 +137,8 @@ Regulator::Span Regulator::acting_span(const ReferenceShaper::Reference& referen
 }
 
 Regulator::Acting Regulator::when_it_acts(const PressureModel& model, const ChamberMotion& next) noexcept {
-  Acting acting{.pressure_kPa = pressure_kPa_,
-                .motion = next,
-                .moving = model.moving(next),
-                .compressed = compressed(next)};
+  Acting acting{.pressure_kPa = pressure_kPa_, .moving = model.moving(next), .compressed = compressed(next)};
+  ChamberMotion motion = next;
   const auto advance = [&](std::size_t sent_ticks_ago, Scalar ticks) noexcept {
     const Scalar disturbed_kPa = disturbance_kPa(acting.pressure_kPa * acting.compressed);
     acting.pressure_kPa =
@@ -150,9 +148,9 @@ Regulator::Acting Regulator::when_it_acts(const PressureModel& model, const Cham
   advance(sent_.whole_ticks() + 1, sent_.part_ticks());
   for (std::size_t ago = sent_.whole_ticks(); ago > 0; --ago) {
     advance(ago, Scalar(1));
-    acting.motion.volume_mL += acting.motion.volume_rate_mL_s * kTick_s;
-    acting.moving = model.moving(acting.motion);
-    acting.compressed = compressed(acting.motion);
+    motion.volume_mL += motion.volume_rate_mL_s * kTick_s;
+    acting.moving = model.moving(motion);
+    acting.compressed = compressed(motion);
   }
   return acting;
 }

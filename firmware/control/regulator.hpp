@@ -126,9 +126,8 @@ class Regulator {
   /// Step 2: the pressure when a command given now begins to act, and the motion then.
   struct Acting {
     Scalar pressure_kPa;
-    ChamberMotion motion;
-    Moving moving;      ///< that motion to the model
-    Scalar compressed;  ///< by it, -v' h/v
+    Moving moving;
+    Scalar compressed;  ///< by that motion, -v' h/v
   };
   Acting when_it_acts(const PressureModel& model, const ChamberMotion& next) noexcept;
   /// The tick just past, from the estimate at its start and the commands that acted.

@@ -86,11 +86,16 @@ constexpr Fixed decay(Fixed x) noexcept {
   return Fixed::from_raw(kOne.raw() - static_cast<std::int64_t>(power_of_half(t)));
 }
 
+/// 1 - 2^-t, up to 1 - 2^-32, for t in units of 2^-32; of a negative t 0.
+constexpr Fraction done_after(std::int64_t t) noexcept {
+  const bool within = static_cast<std::uint32_t>(t >> 32U) < 32;
+  if (within) return Fraction(~power_of_half(static_cast<std::uint64_t>(t)));
+  return Fraction(t < 0 ? 0 : 0xFFFFFFFFU);
+}
+
 /// decay(x) as a part, and what a part leaves of the whole: both up to 1 - 2^-32.
 constexpr Fraction decay_part(Fixed x) noexcept {
-  if (x <= Fixed(0)) return Fraction(0);
-  const std::uint64_t t = halvings(x);
-  return t >> 37U == 0 ? Fraction(~power_of_half(t)) : Fraction(0xFFFFFFFFU);
+  return x <= Fixed(0) ? Fraction(0) : done_after(static_cast<std::int64_t>(halvings(x)));
 }
 constexpr Fraction rest_of(Fraction part) noexcept {
   return Fraction(~part.raw());
@@ -109,33 +114,29 @@ constexpr Fraction part_of(Fixed x, Fixed whole) noexcept {
   return Fraction(static_cast<std::uint32_t>(clamp(x / whole, Fixed(0), most).raw()));
 }
 
-/// done = decay(gain k + shift) for many k: error below 3 ulp and what an ulp of gain and shift makes of it. `gain` and `shift`
-/// count as 2^29 beyond that, so that nothing passes the range.
+/// x, but no further than 2^29 from 0: so that products with a part, and their sums, pass no range.
+constexpr Fixed within_2_29(Fixed x) noexcept {
+  constexpr Fixed kMost = 1 << 29;
+  return clamp(x, -kMost, kMost);
+}
+
+/// done = decay(gain k + shift) for many k, gain log2 e and shift log2 e held within 2^29: error below 3 ulp and what an ulp of gain and
+/// shift makes of it.
 template <std::size_t kCount>
 constexpr void decays(Fixed gain, Fixed shift, const std::array<Fraction, kCount>& k,
                       std::array<Fraction, kCount>& done) noexcept {
   constexpr Fixed kPerOne = Fixed::from_raw(std::int64_t{kLog2eRaw} * 2);
-  constexpr Fixed kMost = 1 << 29;
-  // of powers of a half
-  const Fixed t_gain = clamp(gain * kPerOne, -kMost, kMost);
-  const std::int64_t t_shift = clamp(shift * kPerOne, -kMost, kMost).raw();
-  for (std::size_t i = 0; i < kCount; ++i) {
-    const std::int64_t t = (t_gain * k[i]).raw() + t_shift;
-    const bool within = static_cast<std::uint32_t>(t >> 32U) < 32;
-    done[i] = within  ? Fraction(~power_of_half(static_cast<std::uint64_t>(t)))
-              : t < 0 ? Fraction(0)
-                      : Fraction(0xFFFFFFFFU);
-  }
+  const Fixed t_gain = within_2_29(gain * kPerOne);  // of powers of a half
+  const std::int64_t t_shift = within_2_29(shift * kPerOne).raw();
+  for (std::size_t i = 0; i < kCount; ++i) done[i] = done_after((t_gain * k[i]).raw() + t_shift);
 }
 
-/// share = (of + shift) part - less for many, |of| below 2^30: the nearest, a tie up. `shift` and `less` count as 2^29 beyond that,
-/// so that nothing passes the range.
+/// share = (of + shift) part - less for many, |of| below 2^30, shift and less held within 2^29: the nearest, a tie up.
 template <std::size_t kCount>
 constexpr void shares(const std::array<Fixed, kCount>& of, Fixed shift,
                       const std::array<Fraction, kCount>& part, Fixed less,
                       std::array<Fixed, kCount>& share) noexcept {
-  constexpr Fixed kMost = 1 << 29;
-  const std::int64_t add = clamp(shift, -kMost, kMost).raw(), subtract = clamp(less, -kMost, kMost).raw();
+  const std::int64_t add = within_2_29(shift).raw(), subtract = within_2_29(less).raw();
   for (std::size_t i = 0; i < kCount; ++i) {
     share[i] = Fixed::from_raw((Fixed::from_raw(of[i].raw() + add) * part[i]).raw() - subtract);
   }
