@@ -40,7 +40,8 @@ inline Abort read_command_code(const Device& device, Place at, std::uint32_t& bi
 }
 
 inline Abort read_volume_code(const Device& device, Place at, std::uint32_t& bits) noexcept {
-  bits = code_bits(device.image.chamber[at.instance].volume_m3 / device.image.volume_lsb_m3);
+  const float codes = device.image.chamber[at.instance].volume_m3 / device.image.volume_lsb_m3;
+  bits = bits_of(numeric::nearest_within(codes, 0, 65535, 0));
   return Abort::none;
 }
 

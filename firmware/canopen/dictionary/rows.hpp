@@ -34,10 +34,6 @@ inline std::uint32_t mbar_bits(float pressure_Pa) {
   return bits_of(numeric::nearest_within(pressure_Pa * kMbar_per_Pa, -32767, 32767, kInvalid_mbar));
 }
 
-inline std::uint32_t code_bits(float codes) {
-  return bits_of(numeric::nearest_within(codes, 0, 65535, 0));
-}
-
 /// The value of a small integer type, sign extended.
 inline std::int32_t integer_value(DataType type, std::uint32_t bits) {
   switch (type) {
