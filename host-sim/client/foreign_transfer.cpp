@@ -9,9 +9,6 @@ constexpr std::uint8_t kStartBlockUpload = 0xA3;
 constexpr std::uint8_t kEndBlockUpload = 0xA1;
 constexpr std::uint8_t kEndBlockDownload = 0xA1;  ///< the server's answer to the end request
 
-constexpr bool begins_block_download(std::uint8_t command) {
-  return (command & 0xE1U) == 0xC0U;
-}
 constexpr bool ends_block_download(std::uint8_t command) {
   return (command & 0xE1U) == 0xC1U;
 }
@@ -47,7 +44,7 @@ void ForeignTransfer::hear_request(const Bytes& data, double now_s) {
     return;  // a segment, whatever its command seems to say; or the end, which is answered
   } else if (data[0] == kEndBlockUpload) {
     kind_ = Kind::none;
-  } else if (begins_block_download(data[0]) || ends_block_download(data[0])) {
+  } else if (sdo::begins_block_download(data[0]) || ends_block_download(data[0])) {
     kind_ = Kind::block_download;
   } else {
     kind_ = is_block_upload(data[0]) ? Kind::block_upload : Kind::exchange;

@@ -15,6 +15,10 @@ constexpr std::uint8_t byte(unsigned value) {
   return static_cast<std::uint8_t>(value);
 }
 
+constexpr bool begins_block_download(std::uint8_t command) {
+  return (command & 0xE1U) == 0xC0U;
+}
+
 /// Command and multiplexer; the last four bytes are zero.
 constexpr std::array<std::uint8_t, 8> request(std::uint8_t command, std::uint16_t index, std::uint8_t sub) {
   return {command, byte(index & 0xFFU), byte(index >> 8U), sub, 0, 0, 0, 0};

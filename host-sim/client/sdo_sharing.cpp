@@ -20,7 +20,7 @@ constexpr int kDoublings = 3;
 constexpr double kGap_s = 0.01;
 
 bool begins_download(std::uint8_t command) {
-  return (command & 0xE2U) == 0x20U || (command & 0xE1U) == 0xC0U;
+  return (command & 0xE2U) == 0x20U || sdo::begins_block_download(command);
 }
 
 }  // namespace
