@@ -34,6 +34,7 @@ namespace {
 using namespace plenum::host;
 using plenum::control::ChamberMotion;
 using plenum::control::Prediction;
+using plenum::numeric::Scalar;
 using reproduce::actuators::Motion;
 
 constexpr std::size_t kMpyeChambers = 6;
@@ -48,7 +49,7 @@ class BoardRun {
 
   /// An identify::Predictor.
   std::vector<double> operator()(std::size_t start, std::size_t rows) const {
-    float pressure_kPa = static_cast<float>(ticks_.pressure_kPa[start]);
+    Scalar pressure_kPa = static_cast<float>(ticks_.pressure_kPa[start]);
     if (start > 0) pressure_kPa = through_tick_before(start);
     std::vector<double> readings_kPa;
     for (std::size_t row = start; row < start + rows; ++row) {
@@ -60,7 +61,7 @@ class BoardRun {
   }
 
  private:
-  Prediction tick(std::size_t row, float pressure_kPa) const {
+  Prediction tick(std::size_t row, Scalar pressure_kPa) const {
     const ChamberMotion motion{.volume_mL = static_cast<float>(ticks_.volume_mL[row]),
                                .volume_rate_mL_s = static_cast<float>(ticks_.volume_rate_mL_s[row])};
     return model_.step(pressure_kPa, static_cast<float>(ticks_.command_V[row]), motion, 1.0F);
@@ -68,7 +69,7 @@ class BoardRun {
 
   /// The pressure at a row's time, from its sample: the end of the tick whose mean the sample is. The mean rises with the
   /// pressure at the tick's beginning.
-  float through_tick_before(std::size_t row) const {
+  Scalar through_tick_before(std::size_t row) const {
     const auto sample_kPa = static_cast<float>(ticks_.pressure_kPa[row]);
     float low_kPa = 1.0F;
     float high_kPa = 5000.0F;

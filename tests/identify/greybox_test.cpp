@@ -76,7 +76,7 @@ double worst_drift_percent(const trace::RigDescription& rig, const trace::RigDes
   sent.reset(static_cast<float>(drive.command_V.front()));
   sensor.configure(paths.sensor_lag_ticks, 1.0F);
   sensor.reset(300.0F);
-  float pressure_kPa = 300.0F;
+  plenum::numeric::Scalar pressure_kPa = 300.0F;
   double worst_kPa = 0.0;
   for (std::size_t k = 0; k + 1 < kRows; ++k) {
     const double from_mL = 1e6 * drive.volume_m3[k], to_mL = 1e6 * drive.volume_m3[k + 1];
