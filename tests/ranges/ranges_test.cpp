@@ -10,14 +10,16 @@
 #include <vector>
 
 #include "firmware/config/model_image.hpp"
+#include "host-sim/rounding/core_box.hpp"
 #include "tests/equivalence/core.hpp"
 #include "tests/firmware/control/random_subject.hpp"
-#include "tests/ranges/ranges.hpp"
 
 namespace ranges {
 namespace {
 
 using plenum::config::ModelKind;
+using rounding::Bounds;
+using rounding::Box;
 
 /// What a number of Q31.32 can be.
 constexpr double kRange = 2147483648.0;
@@ -27,15 +29,15 @@ enum : std::size_t { c1, c2, c3 };
 std::vector<Bounds> admissible() {
   std::vector<Bounds> bounds;
   for (const plenum::config::ParameterSpec& one : plenum::config::parameter_schema(ModelKind::tassa9))
-    bounds.emplace_back(one.low, one.high);
+    bounds.push_back({one.low, one.high});
   return bounds;
 }
 
 /// [0, nearest], and from there on by a factor each.
 std::vector<Bounds> by_factors(double nearest, double farthest, double factor) {
   std::vector<Bounds> parts{{0.0, nearest}};
-  while (parts.back().second < farthest)
-    parts.emplace_back(parts.back().second, std::min(farthest, parts.back().second * factor));
+  while (parts.back().high < farthest)
+    parts.push_back({parts.back().high, std::min(farthest, parts.back().high * factor)});
   return parts;
 }
 
@@ -46,29 +48,29 @@ double largest(const Bounds& speed_mL_s) {
   constexpr double kFactor = 1.5;
   std::vector<Bounds> box = admissible();
   const std::vector<Bounds> distances_V = by_factors(0.01, 8.0, kFactor);
-  const std::vector<Bounds> of_c2 = by_factors(box[c2].first, box[c2].second, kFactor);
-  const std::vector<Bounds> of_c3 = by_factors(1e-4, box[c3].second, kFactor);
+  const std::vector<Bounds> of_c2 = by_factors(box[c2].low, box[c2].high, kFactor);
+  const std::vector<Bounds> of_c3 = by_factors(1e-4, box[c3].high, kFactor);
   double found = 0;
-  for (const double end_V : {box[c1].first, box[c1].second}) {
+  for (const double end_V : {box[c1].low, box[c1].high}) {
     const double sign = end_V < 5 ? 1 : -1;
     const double reach_V = std::max(end_V, 10 - end_V);
     for (const Bounds& distance_V : distances_V) {
-      const double near_V = end_V + sign * distance_V.first, far_V = end_V + sign * distance_V.second;
-      const States states{.pressure_kPa = kPressure_kPa,
-                          .command_V = std::minmax(near_V, far_V),
-                          .volume_mL = kVolume_mL,
-                          .speed_mL_s = speed_mL_s};
+      const double near_V = end_V + sign * distance_V.low, far_V = end_V + sign * distance_V.high;
+      const Box states{.pressure_kPa = kPressure_kPa,
+                       .command_V = {std::min(near_V, far_V), std::max(near_V, far_V)},
+                       .volume_mL = kVolume_mL,
+                       .speed_mL_s = speed_mL_s};
       for (std::size_t i = 1; i < of_c2.size(); ++i) {
         const auto visit = [&](const Bounds& c3_part) {
           std::vector<Bounds> part = box;
           part[c1] = {end_V, end_V};
           part[c2] = of_c2[i];
           part[c3] = c3_part;
-          found = std::max(found, tick(part, states).largest);
+          found = std::max(found, rounding::core_model("tassa9", part)->tick(states).largest);
         };
         for (const Bounds& c3_part : of_c3) visit(c3_part);
         // config::validate(): the argument of g rises over the command range
-        visit({std::max(box[c3].first, -of_c2[i].second / (3 * reach_V * reach_V)), 0.0});
+        visit({std::max(box[c3].low, -of_c2[i].high / (3 * reach_V * reach_V)), 0.0});
       }
     }
   }
@@ -85,7 +87,7 @@ TEST(Ranges, AreLeftAtASpeedBeyondAnyChambers) {
   EXPECT_GT(largest({-15000, 15000}), kRange) << "the test above can fail";
 }
 
-// The instrument itself: what the core computes in double lies within what it computes in intervals.
+// The instrument itself: what the core computes in double lies within what it computes for a box.
 TEST(Ranges, HoldWhatTheCoreComputes) {
   std::mt19937 random(5);
   std::uniform_real_distribution<float> volts(0.0F, 10.0F);
@@ -103,16 +105,17 @@ TEST(Ranges, HoldWhatTheCoreComputes) {
                    static_cast<double>(command_V));
     std::vector<Bounds> points;
     std::transform(parameters.begin(), parameters.end(), std::back_inserter(points), point);
-    const Found found = tick(points, {.pressure_kPa = point(drawn.pressure_kPa),
-                                      .command_V = point(command_V),
-                                      .volume_mL = point(drawn.volume_mL),
-                                      .speed_mL_s = point(drawn.volume_rate_mL_s)});
-    constexpr double kRounded_kPa = 1e-9;  // of the doubles
-    ASSERT_GE(exact.end_kPa, found.end_kPa.first - kRounded_kPa);
-    ASSERT_LE(exact.end_kPa, found.end_kPa.second + kRounded_kPa);
-    ASSERT_GE(exact.mean_kPa, found.mean_kPa.first - kRounded_kPa);
-    ASSERT_LE(exact.mean_kPa, found.mean_kPa.second + kRounded_kPa);
-    ASSERT_LT(found.end_kPa.second - found.end_kPa.first, 1e-6) << "of points, an interval is as good as one";
+    const rounding::Tick found = rounding::core_model("tassa9", points)
+                                     ->tick({.pressure_kPa = point(drawn.pressure_kPa),
+                                             .command_V = point(command_V),
+                                             .volume_mL = point(drawn.volume_mL),
+                                             .speed_mL_s = point(drawn.volume_rate_mL_s)});
+    const double apart_kPa = found.error_kPa + 1e-9;  // series of its own, and the rounding of doubles
+    ASSERT_GE(exact.end_kPa, found.end_kPa.low - apart_kPa);
+    ASSERT_LE(exact.end_kPa, found.end_kPa.high + apart_kPa);
+    ASSERT_GE(exact.mean_kPa, found.mean_kPa.low - apart_kPa);
+    ASSERT_LE(exact.mean_kPa, found.mean_kPa.high + apart_kPa);
+    ASSERT_LT(found.end_kPa.high - found.end_kPa.low, 1e-6) << "of points, an interval is as good as one";
   }
 }
 
