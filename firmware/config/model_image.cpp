@@ -9,8 +9,8 @@
 namespace plenum::config {
 namespace {
 
-constexpr std::uint32_t kMagic = 0x314D4C50U;  // "PLM1"
-constexpr std::size_t kHeaderBytes = 28;
+constexpr std::uint32_t kMagic = 0x324D4C50U;  // "PLM2"
+constexpr std::size_t kHeaderBytes = 32;
 constexpr std::size_t kCountAt = 10;
 constexpr std::size_t kCrcBytes = 4;
 
@@ -261,7 +261,7 @@ const char* describe(ImageError error) noexcept {
     case ImageError::too_short:
       return "is shorter than a header and its CRC";
     case ImageError::bad_magic:
-      return "does not begin with PLM1";
+      return "does not begin with PLM2";
     case ImageError::unknown_kind:
       return "is of a model kind that this firmware does not know";
     case ImageError::schema_mismatch:
@@ -302,6 +302,9 @@ ImageVerdict validate(const ModelParameters& parameters) noexcept {
   if (!numeric::is_finite(parameters.fit_error_kPa)) {
     return {ImageError::not_finite, kFitErrorField, parameters.fit_error_kPa, 0.0F, 0.0F};
   }
+  if (!numeric::is_finite(parameters.fixed_error_kPa)) {
+    return {ImageError::not_finite, kFixedErrorField, parameters.fixed_error_kPa, 0.0F, 0.0F};
+  }
   for (std::size_t i = 0; i < schema.size(); ++i) {
     const float value = parameters.value[i];
     const auto index = static_cast<std::uint8_t>(i);
@@ -330,6 +333,7 @@ std::size_t encode(const ModelParameters& parameters, std::span<std::uint8_t> by
   out.f32(parameters.fit_error_kPa);
   out.u32(parameters.valve_serial);
   out.u32(parameters.sensor_serial);
+  out.f32(parameters.fixed_error_kPa);
   for (std::size_t i = 0; i < schema.size(); ++i) out.f32(parameters.value[i]);
   out.u32(crc32(out.written()));
   return size;
@@ -365,6 +369,7 @@ ImageVerdict decode(std::span<const std::uint8_t> bytes, ModelParameters& parame
   read.fit_error_kPa = in.f32();
   read.valve_serial = in.u32();
   read.sensor_serial = in.u32();
+  read.fixed_error_kPa = in.f32();
   for (std::size_t i = 0; i < schema.size(); ++i) read.value[i] = in.f32();
   const ImageVerdict verdict = validate(read);
   if (verdict) parameters = read;

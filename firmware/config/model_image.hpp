@@ -1,11 +1,13 @@
 // The bytes of one chamber's model, as they cross the bus and lie in the parameter store.
 //
 // Little endian, no padding:
-//   0  u32  magic "PLM1"            16  f32  fit error, RMS of the next-tick prediction [kPa]
-//   4  u32  schema hash of the kind 20  u32  valve serial number (0: not stated)
-//   8  u16  model kind              24  u32  sensor serial number (0: not stated)
-//  10  u16  parameter count n       28  f32  parameters[n]
-//  12  u32  fit date [s since 1970] 28+4n u32 CRC-32 (IEEE 802.3) of all bytes before it
+//   0  u32  magic "PLM2"            20  u32  valve serial number (0: not stated)
+//   4  u32  schema hash of the kind 24  u32  sensor serial number (0: not stated)
+//   8  u16  model kind              28  f32  bound of what fixed point makes of a tick's prediction [kPa]
+//  10  u16  parameter count n                (0: not stated)
+//  12  u32  fit date [s since 1970] 32  f32  parameters[n]
+//  16  f32  fit error, RMS of the   32+4n u32 CRC-32 (IEEE 802.3) of all bytes before it
+//           next-tick prediction [kPa]
 #pragma once
 
 #include <array>
@@ -20,7 +22,7 @@ namespace plenum::config {
 enum class ModelKind : std::uint16_t { none = 0, tassa9 = 1, greybox = 2, tassa9r = 3 };
 
 inline constexpr std::size_t kMaxParameters = 32;
-inline constexpr std::size_t kMaxImageBytes = 28 + 4 * kMaxParameters + 4;
+inline constexpr std::size_t kMaxImageBytes = 32 + 4 * kMaxParameters + 4;
 
 /// One chamber's model as numbers. Parameters are in the order and units of `parameter_schema(kind)`.
 struct ModelParameters {
@@ -29,6 +31,7 @@ struct ModelParameters {
   float fit_error_kPa = 0.0F;
   std::uint32_t valve_serial = 0;
   std::uint32_t sensor_serial = 0;
+  float fixed_error_kPa = 0.0F;  ///< at most, of the end and the mean of a tick; computed by who uploads
   std::uint16_t count = 0;
   std::array<float, kMaxParameters> value{};
 };
@@ -69,8 +72,9 @@ enum class ImageError : std::uint8_t {
   staged_by_another  ///< another master's upload session stands (see UploadSession), or its set is being staged
 };
 
-/// ImageVerdict::parameter when the header's fit error is to blame, which is no parameter of the schema.
+/// ImageVerdict::parameter when an error of the header is to blame, which is no parameter of the schema.
 inline constexpr std::uint8_t kFitErrorField = 0xFF;
+inline constexpr std::uint8_t kFixedErrorField = 0xFC;
 
 /// ImageVerdict::parameter of `wrong_serial`: which of the header's serial numbers.
 inline constexpr std::uint8_t kValveSerialField = 0xFE;

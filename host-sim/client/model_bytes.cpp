@@ -53,6 +53,7 @@ std::vector<std::uint8_t> encode_model(std::string_view kind, std::span<const do
   model.fit_date_s = origin.fit_date_s;
   model.valve_serial = origin.valve_serial;
   model.sensor_serial = origin.sensor_serial;
+  model.fixed_error_kPa = static_cast<float>(origin.fixed_error_kPa);
   for (std::size_t i = 0; i < parameters.size(); ++i) model.value[i] = static_cast<float>(parameters[i]);
   std::vector<std::uint8_t> image(plenum::config::kMaxImageBytes);
   image.resize(plenum::config::encode(model, image));
@@ -71,7 +72,8 @@ DecodedModel decode_model(std::span<const std::uint8_t> image) {
   decoded.origin = {.fit_error_kPa = shortest_decimal(model.fit_error_kPa),
                     .fit_date_s = model.fit_date_s,
                     .valve_serial = model.valve_serial,
-                    .sensor_serial = model.sensor_serial};
+                    .sensor_serial = model.sensor_serial,
+                    .fixed_error_kPa = shortest_decimal(model.fixed_error_kPa)};
   for (std::size_t i = 0; i < model.count; ++i)
     decoded.parameters.push_back(shortest_decimal(model.value[i]));
   return decoded;

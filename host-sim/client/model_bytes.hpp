@@ -15,6 +15,7 @@ struct ModelOrigin {
   std::uint32_t fit_date_s = 0;     ///< since 1970; 0: not stated
   std::uint32_t valve_serial = 0;   ///< 0: not stated
   std::uint32_t sensor_serial = 0;  ///< 0: not stated
+  double fixed_error_kPa = 0.0;     ///< bound of what fixed point makes of a tick's prediction; 0: not stated
 };
 
 struct DecodedModel {

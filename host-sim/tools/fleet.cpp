@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "host-sim/client/model_bytes.hpp"
+#include "host-sim/rounding/tick_error.hpp"
 #include "host-sim/trace/input_error.hpp"
 
 namespace plenum::host::tools {
@@ -19,6 +22,12 @@ constexpr const char* kDate = "date_s";
 constexpr const char* kValve = "valve_serial";
 constexpr const char* kSensor = "sensor_serial";
 
+/// 0 where none is known.
+double fixed_error_kPa(const trace::ModelFile& file) {
+  const double bound_kPa = rounding::tick_error_kPa(file.kind, file.parameters).value_or(0.0);
+  return std::isfinite(bound_kPa) ? bound_kPa : 0.0;
+}
+
 }  // namespace
 
 client::ModelUpload upload_of(const trace::ModelFile& file, unsigned chamber) {
@@ -27,7 +36,8 @@ client::ModelUpload upload_of(const trace::ModelFile& file, unsigned chamber) {
       .fit_error_kPa = error != file.fit.end() && error->is_number() ? error->get<double>() : 0.0,
       .fit_date_s = count_in(file.fit, kDate),
       .valve_serial = count_in(file.fit, kValve),
-      .sensor_serial = count_in(file.fit, kSensor)};
+      .sensor_serial = count_in(file.fit, kSensor),
+      .fixed_error_kPa = fixed_error_kPa(file)};
   return {static_cast<std::uint8_t>(chamber - 1), client::encode_model(file.kind, file.parameters, origin)};
 }
 

@@ -1,6 +1,7 @@
 #include <memory>
 
 #include "host-sim/client/board_facts.hpp"
+#include "host-sim/client/model_bytes.hpp"
 #include "host-sim/client/storing.hpp"
 #include "host-sim/tools/board_access.hpp"
 #include "host-sim/tools/command.hpp"
@@ -52,7 +53,11 @@ int run(const Options& options) {
     }
     by = file;
     uploads.push_back(upload_of(model, chamber));
-    list.push_back({{"file", file}, {"chamber", chamber}, {"bytes", uploads.back().image.size()}});
+    const double bound_kPa = client::decode_model(uploads.back().image).origin.fixed_error_kPa;
+    list.push_back({{"file", file},
+                    {"chamber", chamber},
+                    {"bytes", uploads.back().image.size()},
+                    {"fixed_error_kPa", bound_kPa > 0 ? Json(bound_kPa) : Json(nullptr)}});
   }
   const std::string& store = options.board.store;
   if (options.board.simulated()) require_folder(store);
@@ -62,8 +67,12 @@ int run(const Options& options) {
   // The session has read back and compared; what is left is that the board keeps them.
   client::await_stored(board.session());
   for (const Json& one : list) {
-    options.output.print("chamber {}: {}, {} bytes, read back alike\n", one["chamber"].get<unsigned>(),
-                         one["file"].get<std::string>(), one["bytes"].get<std::size_t>());
+    const Json& bound_kPa = one["fixed_error_kPa"];
+    options.output.print("chamber {}: {}, {} bytes, read back alike; {}\n", one["chamber"].get<unsigned>(),
+                         one["file"].get<std::string>(), one["bytes"].get<std::size_t>(),
+                         bound_kPa.is_null() ? std::string("what fixed point makes of it is not bounded")
+                                             : fmt::format("in fixed point a tick errs by {:.2g} kPa at most",
+                                                           bound_kPa.get<double>()));
   }
   options.output.finish({{"uploaded", list}});
   return kDone;

@@ -2,15 +2,14 @@
 // nothing else on the bus, over the bits that it took, requests, confirmations and stuffing included.
 //
 // A block transfer has five frames around its segments, and a last segment that may not be full. For n segments that leaves
-// n / (n + 5) at best: 0.70 for one image of twelve parameters (80 bytes), 0.95 for eight of them (641 bytes with their mask), which
+// n / (n + 5) at best: 0.70 for one image of twelve parameters (84 bytes), 0.95 for eight of them (673 bytes with their mask), which
 // is how they are uploaded. Only the bytes of the images count. The long value is the board's data sheet, read in blocks of
 // 127 segments.
 //
 // The five are initiate and its answer, the confirmation of the last block, end and its answer: CiA 301, 7.2.4.3.9 to 7.2.4.3.12, knows
-// no block download without any of them, and 640 bytes and a mask are no fewer than 92 segments, of which the images fill 91.4: 91.4 /
-// 97 = 0.943 where all frames are as long. Their bytes the standard sets, too, but for the size of a block, and long runs of zeros cost
-// them more stuff bits than data has: 0.941. So 0.95 is out of reach for eight images of twelve parameters, and 0.95 for one of them by
-// far. The rows ..._of_bound give the share of what is in reach: the bits of all frames that the standard asks for, written down here from
+// no block download without any of them, and 672 bytes and a mask are no fewer than 97 segments, of which the images fill 96: 96 / 102 =
+// 0.941 where all frames are as long. Their bytes the standard sets, too, but for the size of a block, and long runs of zeros cost them
+// more stuff bits than data has. So 0.95 is out of reach for eight images of twelve parameters, and for one of them by far. The rows ..._of_bound give the share of what is in reach: the bits of all frames that the standard asks for, written down here from
 // it, over the bits used. It is 1 when nothing else was sent and nothing twice.
 #include <algorithm>
 #include <array>

@@ -18,12 +18,12 @@ namespace {
 
 // The image of tassa9_sample() as Python's struct and zlib write it from the layout in model_image.hpp, with
 // the schema hash computed by a separate FNV-1a over the names and ranges.
-constexpr std::array<std::uint8_t, 80> kGolden = {
-    0x50, 0x4C, 0x4D, 0x31, 0x14, 0x16, 0x6F, 0xB6, 0x01, 0x00, 0x0C, 0x00, 0x00, 0xF1, 0x53, 0x65,
-    0x00, 0x00, 0xA0, 0x3F, 0x67, 0x12, 0x00, 0x00, 0x2F, 0x03, 0x00, 0x00, 0xD7, 0xA3, 0xA0, 0x40,
-    0x00, 0x00, 0x20, 0x40, 0x00, 0x00, 0x80, 0x40, 0xCD, 0xCC, 0x4C, 0xBD, 0xA6, 0x9B, 0x44, 0x3B,
-    0x0A, 0xD7, 0xA3, 0x3C, 0x00, 0x00, 0x20, 0x42, 0xCD, 0xCC, 0xCC, 0x3D, 0x0A, 0xD7, 0xA3, 0x3D,
-    0xCD, 0xCC, 0xCC, 0x3D, 0x00, 0x00, 0x1B, 0x44, 0x66, 0xA6, 0xCA, 0x42, 0xA6, 0x42, 0x6E, 0x01};
+constexpr std::array<std::uint8_t, 84> kGolden = {
+    0x50, 0x4C, 0x4D, 0x32, 0x14, 0x16, 0x6F, 0xB6, 0x01, 0x00, 0x0C, 0x00, 0x00, 0xF1, 0x53, 0x65, 0x00,
+    0x00, 0xA0, 0x3F, 0x67, 0x12, 0x00, 0x00, 0x2F, 0x03, 0x00, 0x00, 0xA6, 0x9B, 0xC4, 0x3A, 0xD7, 0xA3,
+    0xA0, 0x40, 0x00, 0x00, 0x20, 0x40, 0x00, 0x00, 0x80, 0x40, 0xCD, 0xCC, 0x4C, 0xBD, 0xA6, 0x9B, 0x44,
+    0x3B, 0x0A, 0xD7, 0xA3, 0x3C, 0x00, 0x00, 0x20, 0x42, 0xCD, 0xCC, 0xCC, 0x3D, 0x0A, 0xD7, 0xA3, 0x3D,
+    0xCD, 0xCC, 0xCC, 0x3D, 0x00, 0x00, 0x1B, 0x44, 0x66, 0xA6, 0xCA, 0x42, 0xD6, 0x70, 0x28, 0x87};
 
 constexpr std::size_t kCountAt = 10, kKindAt = 8, kHashAt = 4;
 
@@ -55,6 +55,7 @@ TEST(ModelImage, IsReadBackAsItWasWritten) {
   EXPECT_EQ(read.fit_error_kPa, sample.fit_error_kPa);
   EXPECT_EQ(read.valve_serial, sample.valve_serial);
   EXPECT_EQ(read.sensor_serial, sample.sensor_serial);
+  EXPECT_EQ(read.fixed_error_kPa, sample.fixed_error_kPa);
   EXPECT_EQ(read.count, sample.count);
   EXPECT_EQ(read.value, sample.value);
 }
@@ -73,7 +74,7 @@ TEST(ModelImage, IsRefusedWhenCutShortOrLengthened) {
   for (std::size_t size = 0; size < image.size(); ++size) {
     const ImageVerdict verdict =
         verdict_on({image.begin(), image.begin() + static_cast<std::ptrdiff_t>(size)});
-    EXPECT_EQ(verdict.error, size < 32 ? ImageError::too_short : ImageError::wrong_size) << size << " bytes";
+    EXPECT_EQ(verdict.error, size < 36 ? ImageError::too_short : ImageError::wrong_size) << size << " bytes";
     EXPECT_EQ(verdict.value, static_cast<float>(size));
   }
   std::vector<std::uint8_t> longer = image;
@@ -83,7 +84,7 @@ TEST(ModelImage, IsRefusedWhenCutShortOrLengthened) {
 
 TEST(ModelImage, OfForeignMagicKindSchemaOrCountIsNamedAsSuch) {
   std::vector<std::uint8_t> image = image_of(tassa9_sample());
-  image[3] = '2';
+  image[3] = '1';
   seal(image);
   EXPECT_EQ(verdict_on(image).error, ImageError::bad_magic);
 
@@ -117,7 +118,7 @@ TEST(ModelImage, TheFirstOfManyBytesIsAsLongAsItsCountSays) {
   EXPECT_EQ(first_image(bytes).size(), image.size());
   for (std::size_t size = 0; size < image.size(); ++size)
     EXPECT_TRUE(first_image(std::span(bytes).first(size)).empty()) << size << " bytes";
-  std::vector<std::uint8_t> many(28 + 4 * 33 + 4);
+  std::vector<std::uint8_t> many(32 + 4 * 33 + 4);
   many[kCountAt] = 33;
   EXPECT_TRUE(first_image(many).empty()) << "more parameters than an image can have";
 }
@@ -131,9 +132,9 @@ TEST(ModelImage, RefusedLeavesTheReadersParametersAlone) {
 }
 
 TEST(ModelImage, IsNotWrittenIntoTooSmallAPlaceOrForAnUnknownKind) {
-  std::array<std::uint8_t, 79> small{};
+  std::array<std::uint8_t, 83> small{};
   EXPECT_EQ(encode(tassa9_sample(), small), 0U);
-  EXPECT_EQ(small, (std::array<std::uint8_t, 79>{}));
+  EXPECT_EQ(small, (std::array<std::uint8_t, 83>{}));
   std::array<std::uint8_t, kMaxImageBytes> room{};
   EXPECT_EQ(encode(ModelParameters{}, room), 0U);
   ModelParameters miscounted = tassa9_sample();
@@ -206,6 +207,10 @@ TEST(ModelValidation, NamesTheParameterThatIsNotFinite) {
     p.fit_error_kPa = bad;
     EXPECT_EQ(validate(p).error, ImageError::not_finite);
     EXPECT_EQ(validate(p).parameter, kFitErrorField);
+    p = tassa9_sample();
+    p.fixed_error_kPa = bad;
+    EXPECT_EQ(validate(p).error, ImageError::not_finite);
+    EXPECT_EQ(validate(p).parameter, kFixedErrorField);
   }
 }
 

@@ -19,6 +19,7 @@ inline ModelParameters tassa9_sample() {
   p.fit_error_kPa = 1.25F;
   p.valve_serial = 4711;
   p.sensor_serial = 815;
+  p.fixed_error_kPa = 0.0015F;
   p.count = 12;
   p.value = {5.02F, 2.5F, 4.0F, -0.05F, 0.003F, 0.02F, 40.0F, 0.1F, 0.08F, 0.1F, 620.0F, 101.325F};
   return p;
