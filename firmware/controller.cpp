@@ -106,7 +106,8 @@ Outputs Controller::step(const Inputs& inputs) noexcept {
   image_.bus_off = inputs.can == ports::CanState::bus_off;
   image_.supply_Pa = config::supply_kPa(settings_.board(), inputs.supply.mean_V) * 1000.0F;
   ++image_.tick_count;
-  record(order.drive);
+  // What led to a fault stays, though in HOLD the valves are driven on.
+  if (report.reaction == safety::Reaction::none) record(order.drive);
   shadow_run_.step(slots_);
   image_.overrun_count += inputs.timing.overrun != Overrun::none ? 1U : 0U;
   image_.latency.add(inputs.timing.latency_us);

@@ -21,6 +21,11 @@ int run(const Options& options) {
   const auto history = client::read_fault_history(session);
   if (fault) {
     options.output.print("stands now: {}\n  {}\n", fault_text(*fault), fault_advice(fault->code));
+    const safety::FaultSpec* const spec = client::fault_spec(fault->code);
+    if (spec != nullptr && spec->reaction != safety::Reaction::none) {
+      options.output.print(
+          "  until its reset the board keeps the 10 s that led to it: plenum capture --last\n");
+    }
   } else {
     options.output.print("no fault stands\n");
   }

@@ -36,6 +36,27 @@ TEST(CaptureLog, HasARowForEachTickInWhichTheValvesAreDriven) {
   EXPECT_EQ(rows(bench), before + 17) << "disabled again";
 }
 
+TEST(CaptureLog, KeepsWhatLedToAFaultThoughTheBoardHolds) {
+  Bench bench;
+  bench.store_models();
+  bench.board.start();
+  bench.put(0, {1, 0});
+  bench.climb();
+  auto& supply = bench.forced[2 * config::kChambers];
+  supply = ports::AnalogReading{4.9F, true};  // too low
+  for (int i = 0; i < 40 && bench.state() != safety::State::fault_hold; ++i) bench.run(1);
+  ASSERT_EQ(bench.state(), safety::State::fault_hold);
+  const std::uint16_t then = rows(bench);
+  bench.run(100);
+  EXPECT_EQ(rows(bench), then) << "the valves are driven, to hold";
+  supply = ports::AnalogReading{6.2F, true};
+  bench.run(30);
+  EXPECT_EQ(rows(bench), then) << "the fault is latched";
+  bench.session.reset_fault();
+  bench.climb();
+  EXPECT_GT(rows(bench), then) << "after the reset it goes on";
+}
+
 TEST(CaptureLog, HasARowForEachTickOfExcitation) {
   Bench bench;
   bench.session.write(object::kControlMode, 0, std::int8_t{-1});
