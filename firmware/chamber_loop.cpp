@@ -95,8 +95,8 @@ safety::FaultSet ChamberLoop::measure(const Measured& readings, bool regulation_
                                 .pressure_fresh = readings.pressure.fresh,
                                 .position_V = readings.position.mean_V,
                                 .position_fresh = readings.position.fresh,
-                                .residual_kPa = static_cast<float>(residual_kPa_),
-                                .command_V = static_cast<float>(command_V_),
+                                .residual_kPa = residual_kPa_,
+                                .command_V = command_V_,
                                 .driven = was_regulating_ || was_exciting_,
                                 .regulation_asked = regulation_asked,
                                 .model_ready = has_model() || !model_needed});
@@ -110,10 +110,11 @@ safety::FaultSet ChamberLoop::measure(const Measured& readings, bool regulation_
   residual_kPa_ = 0;
   pressure_fresh_ = seen.pressure_usable;
   if (pressure_fresh_) {
-    pressure_kPa_ = config::pressure_kPa(settings_, readings.pressure.mean_V);
+    pressure_kPa_ = seen.pressure_kPa;
     if (!pressure_seen_) regulator_.reset(pressure_kPa_, command_V_);
     pressure_seen_ = true;
-    if (model != nullptr) residual_kPa_ = regulator_.observe(*model, pressure_kPa_, volume_.past());
+    if (model != nullptr)
+      residual_kPa_ = static_cast<float>(regulator_.observe(*model, pressure_kPa_, volume_.past()));
   } else if (pressure_seen_ && model != nullptr) {
     regulator_.coast(*model, volume_.past());
   }
@@ -131,16 +132,17 @@ float ChamberLoop::command(const Order& order, canopen::ChamberImage& image) noe
   }
   // Whatever has become of a setting, no converter is asked for more than it has; of no number for 0 V.
   driven = numeric::min(numeric::max(numeric::Scalar(0), driven), numeric::Scalar(config::kCommandSpan_V));
-  command_V_ = order.powered ? driven : settings_.null_V;  // what the valve does, to learn nothing false
-  regulator_.sent(command_V_);
+  const auto command_V = static_cast<float>(driven);
+  // what the valve does, to learn nothing false
+  regulator_.sent(order.powered ? driven : numeric::Scalar(settings_.null_V));
+  command_V_ = order.powered ? command_V : settings_.null_V;
 
-  const float command_V = static_cast<float>(driven);
-  image.actual_Pa = static_cast<float>(pressure_kPa_) * kPa;
+  image.actual_Pa = pressure_kPa_ * kPa;
   image.volume_m3 =
       static_cast<float>(motion_.volume_mL - motion_.volume_rate_mL_s * kHalfTick_s) * kM3_per_mL;
   image.command_V = command_V;
   image.feedback_V = command_V - image.feedforward_V;
-  image.residual_Pa = static_cast<float>(residual_kPa_) * kPa;
+  image.residual_Pa = residual_kPa_ * kPa;
   return command_V;
 }
 
@@ -162,7 +164,7 @@ numeric::Scalar ChamberLoop::driven_V(const Order& order, canopen::ChamberImage&
   };
   if (regulating) return allowed(regulated_V(order, image));
   image.feedforward_V = settings_.null_V;
-  image.demand_Pa = static_cast<float>(pressure_kPa_) * kPa;
+  image.demand_Pa = pressure_kPa_ * kPa;
   image.reference_Pa = image.demand_Pa;
   // The guard of the excitation lives on fresh pressures: without one the ports are shut.
   if (exciting) return pressure_fresh_ ? allowed(excitation_.step(pressure_kPa_)) : settings_.null_V;

@@ -84,11 +84,11 @@ class ChamberLoop {
   std::uint64_t resting_seal_ = 0;
   numeric::Scalar valve_delay_ticks_ = 0;  ///< the installer's, for a model that states none
 
-  numeric::Scalar farthest_mL_ = 0;   ///< that a believed estimate of the volume is off its measurement
-  numeric::Scalar pressure_kPa_ = 0;  ///< last usable measurement
-  control::ChamberMotion motion_;     ///< of the tick at hand
-  numeric::Scalar residual_kPa_ = 0;
-  numeric::Scalar command_V_ = 0;   ///< held over the tick just past
+  numeric::Scalar farthest_mL_ = 0;  ///< that a believed estimate of the volume is off its measurement
+  float pressure_kPa_ = 0;           ///< last usable measurement
+  control::ChamberMotion motion_;    ///< of the tick at hand
+  float residual_kPa_ = 0;
+  float command_V_ = 0;             ///< held over the tick just past
   bool rests_by_settings_ = false;  ///< resting_ is settings_
   bool has_commanded_ = false;      ///< an output stands, and no setting alone moves it
   bool pressure_fresh_ = false;     ///< a usable measurement has come this tick

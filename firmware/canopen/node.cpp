@@ -150,7 +150,7 @@ void Node::forget_process() noexcept {
   image.control_word = fresh.control_word;
   image.control_mode = fresh.control_mode;
   image.excitation = fresh.excitation;
-  image.volume_lsb_m3 = fresh.volume_lsb_m3;
+  image.volume_code = fresh.volume_code;
   image.preview_ticks = fresh.preview_ticks;
   for (ChamberImage& chamber : image.chamber) {
     chamber.setpoint_Pa = 0.0F;

@@ -68,6 +68,14 @@ struct StoreImage {
   friend bool operator==(const StoreImage&, const StoreImage&) noexcept = default;
 };
 
+/// What a volume's code on the bus counts. A board without floating point would feel a division in every frame.
+struct VolumeCode {
+  float lsb_m3 = kVolumeLsb_m3;  ///< 2228h:2
+  float per_m3 = 1.0F / kVolumeLsb_m3;
+
+  friend bool operator==(const VolumeCode&, const VolumeCode&) noexcept = default;
+};
+
 struct ProcessImage {
   // from the bus
   config::Twice<std::uint16_t> control_word{0};                                ///< 6040h
@@ -77,8 +85,8 @@ struct ProcessImage {
   std::uint32_t setpoint_count = 0;  ///< counts set-point PDOs accepted: the watchdog's food
   bool setpoint_lost = false;        ///< the RPDO event timer (1400h:5) ran out while 6040h asks for ACTIVE
   bool heartbeat_lost = false;       ///< a node of 1016h has fallen silent
-  float volume_lsb_m3 = kVolumeLsb_m3;  ///< 2228h:2
-  std::uint8_t preview_ticks = 0;       ///< 2160h: a set point is to be met this many ticks after its SYNC
+  VolumeCode volume_code;
+  std::uint8_t preview_ticks = 0;  ///< 2160h: a set point is to be met this many ticks after its SYNC
   // to the bus
   std::uint16_t status_word = 0;    ///< 6041h
   std::uint16_t error_code = 0;     ///< 604Eh, as in the emergency message

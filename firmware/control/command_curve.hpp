@@ -16,6 +16,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "firmware/config/limits.hpp"
 #include "firmware/numeric/scalar.hpp"
 
 namespace plenum::control {
@@ -32,8 +33,8 @@ inline Scalar volume_factor(Scalar c6_per_mL, Scalar volume_mL) noexcept {
 /// is held times a power of two: in float that changes no bit.
 class TickPerVolume {
  public:
-  TickPerVolume(Scalar tick_s, Scalar volume_factor) noexcept
-      : scaled_s_(tick_s * Scalar(1 << kScaleBits) / volume_factor) {}
+  explicit TickPerVolume(Scalar volume_factor) noexcept
+      : scaled_s_(numeric::near_ratio(kScaledTick_s, volume_factor)) {}
 
   /// rate h/(1 + c6 v)
   Scalar of(Scalar rate) const noexcept { return numeric::shifted_down<kScaleBits>(rate * scaled_s_); }
@@ -41,6 +42,7 @@ class TickPerVolume {
  private:
   /// The largest power with which c7 = 1e6 1/(V s) stays below 2^31 in an empty chamber.
   static constexpr int kScaleBits = 17;
+  static constexpr Scalar kScaledTick_s = Scalar(config::kTick_s) * Scalar(1 << kScaleBits);
 
   Scalar scaled_s_;
 };

@@ -19,7 +19,7 @@ constexpr Scalar kMeanOfEnd = Scalar(0.5);
 /// The share of its pressure that compression adds in a tick, were the chamber sealed and isothermal: -v' h/v.
 Scalar compressed(const ChamberMotion& motion) noexcept {
   constexpr Scalar kSmallestVolume_mL = Scalar(1);
-  return -motion.volume_rate_mL_s * kTick_s / max(motion.volume_mL, kSmallestVolume_mL);
+  return numeric::near_ratio(-motion.volume_rate_mL_s * kTick_s, max(motion.volume_mL, kSmallestVolume_mL));
 }
 
 /// No gas has less, no chamber has more. Without bounds a volume signal that jumps about multiplies the
@@ -122,7 +122,7 @@ void Regulator::learn(Scalar residual_kPa, Scalar compression_kPa) noexcept {
   const CommandTrim::Place place = trim_.place(acted.model_V);
   const Scalar spread = weights_.noise_and_steady + compression_moves * by_compression +
                         trim_moves * by_trim * CommandTrim::reach(place);
-  const Scalar share = residual_kPa / spread;
+  const Scalar share = numeric::near_ratio(residual_kPa, spread);
 
   const Scalar steady_limit = config_.disturbance_limit_kPa;
   steady_kPa_ = clamp(steady_kPa_ + weights_.steady_moves * share, -steady_limit, steady_limit);
@@ -177,8 +177,8 @@ Regulator::Command Regulator::regulate(const PressureModel& model,
   // What of the rise the measurement asked for, beyond that of the reference, in volts at the slope here.
   const Scalar correction_kPa = (target_kPa - start.pressure_kPa) - (wanted.to_kPa - wanted.from_kPa);
   const Scalar slope = max(inverse.by_command_kPa_V, kLeastSlope_kPa_V);
-  const Scalar feedforward_V =
-      clamp(inverse.command_V - correction_kPa / slope, config_.command_low_V, config_.command_high_V);
+  const Scalar feedforward_V = clamp(inverse.command_V - numeric::near_ratio(correction_kPa, slope),
+                                     config_.command_low_V, config_.command_high_V);
   return {.command_V = planned_V_, .feedforward_V = feedforward_V, .saturated = inverse.saturated};
 }
 

@@ -21,7 +21,7 @@ void Tassa9::configure(std::span<const Scalar, kParameters> parameters, Scalar c
 }
 
 Moving Tassa9::moving(const ChamberMotion& motion) const noexcept {
-  const TickPerVolume per_volume(kTick_s, volume_factor(c6_, motion.volume_mL));
+  const TickPerVolume per_volume(volume_factor(c6_, motion.volume_mL));
   return {.first = c4_ * motion.volume_rate_mL_s,
           .second = per_volume.of(c7_),
           .third = per_volume.of(c5_ * motion.volume_rate_mL_s)};

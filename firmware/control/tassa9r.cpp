@@ -27,7 +27,7 @@ void Tassa9r::configure(std::span<const Scalar, kParameters> parameters, Scalar 
 
 Moving Tassa9r::moving(const ChamberMotion& motion) const noexcept {
   const TickPerVolume per_volume(
-      kTick_s, volume_factor(c6_, clamp(motion.volume_mL, -kMostVolume_mL, kMostVolume_mL)));
+      volume_factor(c6_, clamp(motion.volume_mL, -kMostVolume_mL, kMostVolume_mL)));
   const Scalar speed_mL_s = clamp(motion.volume_rate_mL_s, -kMostSpeed_mL_s, kMostSpeed_mL_s);
   return {.first = per_volume.of(c7_), .second = per_volume.of(c5_ * speed_mL_s)};
 }

@@ -6,6 +6,7 @@
 //
 //   + - == < conversion of a whole number   exact
 //   * / conversion of a float               1/2 ulp
+//   near_ratio                              2^-25 of it, and 1 ulp
 //   sqrt                                    1/2 ulp below 2^24, 16 ulp from there on
 //   inverse_sqrt                            2^-28 of it, and 1 ulp
 //
@@ -124,6 +125,7 @@ class Fixed {
     return from_raw(ratio(a.raw_, b.raw_));
   }
 
+  friend constexpr Fixed near_ratio(Fixed a, Fixed b) noexcept;
   friend constexpr Fixed sqrt(Fixed x) noexcept;
   friend constexpr Fixed inverse_sqrt(Fixed x) noexcept;
 
@@ -310,6 +312,22 @@ constexpr std::int64_t Fixed::ratio(std::int64_t a, std::int64_t b) noexcept {
   return with_sign(quotient(x, y), negative);
 }
 
+/// a/b of b > 0 for half the price: its error is in the table above.
+constexpr Fixed near_ratio(Fixed a, Fixed b) noexcept {
+  const std::uint64_t x = Fixed::magnitude(a.raw_);
+  if (b.raw_ <= 1 || x >> 31U >= static_cast<std::uint64_t>(b.raw_)) return a / b;
+  const auto of = static_cast<std::uint64_t>(b.raw_);
+  const auto shift = static_cast<unsigned>(std::countl_zero(of));
+  const std::uint32_t r = Fixed::reciprocal(static_cast<std::uint32_t>(of << shift >> 32U));
+  // x r 2^(shift - 62)
+  const std::uint64_t below = Fixed::wide(static_cast<std::uint32_t>(x), r);
+  const std::uint64_t above = Fixed::wide(static_cast<std::uint32_t>(x >> 32U), r) + (below >> 32U);
+  const std::uint64_t whole =
+      shift > 30 ? above << (shift - 30) | std::uint64_t{static_cast<std::uint32_t>(below)} >> (62 - shift)
+                 : above >> (30 - shift);
+  return Fixed::from_raw(Fixed::with_sign(whole, a.raw_ < 0));
+}
+
 /// Of raw > 0. By Newton's method from a table.
 constexpr Fixed::InverseRoot Fixed::inverse_root(std::uint64_t raw) noexcept {
   const unsigned half_shift = static_cast<unsigned>(std::countl_zero(raw | 1U)) / 2;
@@ -383,6 +401,13 @@ class Fraction {
     const std::int64_t raw = of.raw();
     const auto high = static_cast<std::int32_t>(raw >> 32U);
     const std::uint64_t below = std::uint64_t{static_cast<std::uint32_t>(raw)} * part.raw_ + 0x80000000U;
+    return Fixed::from_raw(std::int64_t{high} * part.raw_ + static_cast<std::int64_t>(below >> 32U));
+  }
+  /// The same, rounded down.
+  friend constexpr Fixed times_down(Fixed of, Fraction part) noexcept {
+    const std::int64_t raw = of.raw();
+    const auto high = static_cast<std::int32_t>(raw >> 32U);
+    const std::uint64_t below = std::uint64_t{static_cast<std::uint32_t>(raw)} * part.raw_;
     return Fixed::from_raw(std::int64_t{high} * part.raw_ + static_cast<std::int64_t>(below >> 32U));
   }
 

@@ -26,9 +26,12 @@ constexpr Fixed shifted_down(Fixed x) noexcept {
 
 /// What decay() knows beforehand.
 struct DecayTable {
-  static constexpr int kBits = 7;
-  std::array<std::uint32_t, 1U << kBits> power{};  ///< 2^-(i/128) in units of 2^-32, the first less one unit
-  std::array<std::uint32_t, 4> term{};             ///< (ln2/128)^k/k! in units of 2^-39
+  static constexpr int kBits = 10;
+  std::array<std::uint32_t, 1U << kBits>
+      power{};  ///< 2^-(i/1024) in units of 2^-32, rounded down: what is taken off is, too
+  // of y and -y^2 in 1 - 2^-(y/1024), in units of 2^-42
+  std::uint32_t linear = 0;
+  std::uint32_t square = 0;
 };
 inline constexpr DecayTable kDecay = [] {
   // NOLINTNEXTLINE(bugprone-incorrect-roundings)
@@ -42,13 +45,12 @@ inline constexpr DecayTable kDecay = [] {
   constexpr auto kStep = std::numbers::ln2 / (1U << DecayTable::kBits);
   table.power[0] = 0xFFFFFFFFU;
   for (std::size_t i = 1; i < table.power.size(); ++i) {
-    table.power[i] = nearest(0x1p32 * series(kStep * static_cast<int>(i)));
+    table.power[i] = static_cast<std::uint32_t>(0x1p32 * series(kStep * static_cast<int>(i)));
   }
-  auto term = 0x1p39;
-  for (std::size_t k = 1; k < table.term.size(); ++k) {
-    term *= kStep / static_cast<int>(k);
-    table.term[k] = nearest(term);
-  }
+  // Of the third term, y^3, what a quadratic can take of it from 0 to 1: 1.5 y^2 - 0.5625 y, within 1/32.
+  constexpr auto kFirst = 0x1p42 * kStep, kSecond = kFirst * kStep / 2, kThird = kSecond * kStep / 3;
+  table.linear = nearest(kFirst - 0.5625 * kThird);
+  table.square = nearest(kSecond - 1.5 * kThird);
   return table;
 }();
 
@@ -57,16 +59,15 @@ inline constexpr auto kLog2eRaw = static_cast<std::uint32_t>(0x1p31 * std::numbe
 
 /// 2^-t in units of 2^-32, one less for t = 0, for t in units of 2^-32 below 32.
 ///
-/// Method: t = n + i/128 + y/128, 2^-(i/128) by a table, and 1 - 2^-(y/128) by its Taylor polynomial of degree 3 (remainder
-/// 4e-11) in 32 bit products.
+/// Method: t = n + i/1024 + y/1024, 2^-(i/1024) by a table, and 1 - 2^-(y/1024) by a quadratic (remainder 2e-12) in 32 bit
+/// products.
 constexpr std::uint32_t power_of_half(std::uint64_t t) noexcept {
   const auto times = [](std::uint32_t a, std::uint32_t b) noexcept {
     return static_cast<std::uint32_t>(std::uint64_t{a} * b >> 32U);
   };
   const auto fraction = static_cast<std::uint32_t>(t);
   const std::uint32_t y = fraction << DecayTable::kBits;
-  const auto& term = kDecay.term;
-  const std::uint32_t done = times(y, term[1] - times(y, term[2] - times(y, term[3])));
+  const std::uint32_t done = times(y, kDecay.linear - times(y, kDecay.square));
   const std::uint32_t power = kDecay.power[fraction >> (32 - DecayTable::kBits)];
   return (power - (times(power, done) >> DecayTable::kBits)) >> (t >> 32U);
 }
@@ -128,7 +129,7 @@ constexpr void decays(Fixed gain, Fixed shift, const std::array<Fraction, kCount
   constexpr Fixed kPerOne = Fixed::from_raw(std::int64_t{kLog2eRaw} * 2);
   const Fixed t_gain = within_2_29(gain * kPerOne);  // of powers of a half
   const std::int64_t t_shift = within_2_29(shift * kPerOne).raw();
-  for (std::size_t i = 0; i < kCount; ++i) done[i] = done_after((t_gain * k[i]).raw() + t_shift);
+  for (std::size_t i = 0; i < kCount; ++i) done[i] = done_after(times_down(t_gain, k[i]).raw() + t_shift);
 }
 
 /// share = (of + shift) part - less for many, |of| below 2^30, shift and less held within 2^29: the nearest, a tie up.

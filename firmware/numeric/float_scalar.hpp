@@ -18,6 +18,11 @@ inline float inverse_sqrt(float x) noexcept {
   return 1.0F / sqrt(x);
 }
 
+/// a/b of b > 0.
+constexpr float near_ratio(float a, float b) noexcept {
+  return a / b;
+}
+
 /// True for a number, false for infinities and not-a-number.
 constexpr bool is_finite(float x) noexcept {
   constexpr std::uint32_t kExponent = 0x7F800000U;

@@ -1,5 +1,7 @@
 #include "firmware/safety/monitors.hpp"
 
+#include <bit>
+
 #include "firmware/numeric/scalar.hpp"
 
 namespace plenum::safety {
@@ -49,8 +51,10 @@ ChamberMonitor::Output ChamberMonitor::step(const config::ChamberSettings& setti
   out.causes |=
       if_so(in.position_fresh && position.finite && !position.in_range, Fault::position_out_of_range);
 
-  // Air in motion and a converter's noise let no two ticks agree for long.
-  const bool stands_still = in.driven && in.pressure_fresh && in.pressure_V == pressure_before_V_;
+  // Air in motion and a converter's noise let no two ticks agree for long, bit by bit.
+  const bool stands_still =
+      in.driven && in.pressure_fresh &&
+      std::bit_cast<std::uint32_t>(in.pressure_V) == std::bit_cast<std::uint32_t>(pressure_before_V_);
   pressure_before_V_ = in.pressure_V;
   lowest_V_ = stands_still ? numeric::min(lowest_V_, in.command_V) : in.command_V;
   highest_V_ = stands_still ? numeric::max(highest_V_, in.command_V) : in.command_V;
@@ -64,10 +68,10 @@ ChamberMonitor::Output ChamberMonitor::step(const config::ChamberSettings& setti
   // a usable pressure says nothing for or against. A reading above the valid range still counts as too much
   // pressure.
   if (in.pressure_fresh && pressure.finite) {
-    const float pressure_kPa = config::pressure_kPa(settings, in.pressure_V);
-    const std::uint16_t count = over_pressure_.step(pressure_kPa > settings.over_pressure_kPa);
+    out.pressure_kPa = config::pressure_kPa(settings, in.pressure_V);
+    const std::uint16_t count = over_pressure_.step(out.pressure_kPa > settings.over_pressure_kPa);
     over_pressure_tripped_ = count >= settings.over_pressure_ticks ||
-                             (over_pressure_tripped_ && pressure_kPa > settings.pressure_high_kPa);
+                             (over_pressure_tripped_ && out.pressure_kPa > settings.pressure_high_kPa);
   }
   out.causes |= if_so(over_pressure_tripped_, Fault::over_pressure);
 

@@ -50,6 +50,7 @@ class ChamberMonitor {
     FaultSet causes = 0;
     bool pressure_usable = false;  ///< fresh, finite and in range: may be regulated on
     bool position_usable = false;
+    float pressure_kPa = 0.0F;  ///< what the sensor says, where usable
   };
 
   /// One tick. Of a chamber that is not in use nothing is raised.

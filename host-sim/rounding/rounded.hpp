@@ -135,9 +135,17 @@ inline Rounded inverse_sqrt(const Rounded& x) {
   const double nearest = x.low() - x.error();
   if (nearest <= 0)
     return Rounded::made(0, std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity());
-  const double high = 1 / std::sqrt(nearest);
-  return Rounded::made(1 / std::sqrt(x.high()), high,
-                       0.5 * x.error() * high * high * high + kRelative * high + Rounded::kUlp);
+  const double most = 1 / std::sqrt(nearest);
+  return Rounded::made(1 / std::sqrt(x.high()), 1 / std::sqrt(x.low()),
+                       0.5 * x.error() * most * most * most + kRelative * most + Rounded::kUlp);
+}
+
+/// Of b > 0.
+inline Rounded near_ratio(const Rounded& a, const Rounded& b) {
+  constexpr double kRelative = 0x1p-25;
+  const Rounded exact = a / b;
+  return {exact.low(), exact.high(),
+          exact.error() * (1 + kRelative) + exact.most() * kRelative + Rounded::kHalfUlp};
 }
 
 /// The largest error of decay() and decay_part() of Q31.32 themselves.

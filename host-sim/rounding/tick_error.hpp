@@ -12,7 +12,7 @@ namespace plenum::host::rounding {
 ///   speeds that change the volume by half in a tick at most, and 1.5 L/s;
 /// infinite where a number on the way may pass the range. None for a kind that is not bounded (greybox).
 /// Method: the box of these states is split, the worst part first, until its bound is near what some state in it has.
-/// `parameters`: of the file trace::ModelFile. Throws std::invalid_argument for another number of them.
+/// `parameters`: in the order of the image. Throws std::invalid_argument for another number of them.
 std::optional<double> tick_error_kPa(std::string_view kind, std::span<const double> parameters);
 
 }  // namespace plenum::host::rounding

@@ -53,8 +53,6 @@ void compare_models(std::span<const std::uint8_t> file, std::span<const std::uin
                    fmt::format("{}", b.origin.valve_serial)});
   lines.push_back({where + "sensor serial", fmt::format("{}", a.origin.sensor_serial),
                    fmt::format("{}", b.origin.sensor_serial)});
-  lines.push_back({where + "bound in fixed point [kPa]", shown(a.origin.fixed_error_kPa),
-                   shown(b.origin.fixed_error_kPa)});
 }
 
 std::string text_of(const client::Setting& setting) {

@@ -22,13 +22,12 @@ constexpr const char* kDate = "date_s";
 constexpr const char* kValve = "valve_serial";
 constexpr const char* kSensor = "sensor_serial";
 
-/// 0 where none is known.
+}  // namespace
+
 double fixed_error_kPa(const trace::ModelFile& file) {
   const double bound_kPa = rounding::tick_error_kPa(file.kind, file.parameters).value_or(0.0);
   return std::isfinite(bound_kPa) ? bound_kPa : 0.0;
 }
-
-}  // namespace
 
 client::ModelUpload upload_of(const trace::ModelFile& file, unsigned chamber) {
   const auto error = file.fit.find(kError);

@@ -12,6 +12,9 @@
 
 namespace plenum::host::tools {
 
+/// A bound of what a board in fixed point errs in a tick of this model [kPa]; 0 where none is known.
+double fixed_error_kPa(const trace::ModelFile& file);
+
 /// A model file as it is handed to a board. `chamber` from 1.
 client::ModelUpload upload_of(const trace::ModelFile& file, unsigned chamber);
 

@@ -1,7 +1,6 @@
 #include <memory>
 
 #include "host-sim/client/board_facts.hpp"
-#include "host-sim/client/model_bytes.hpp"
 #include "host-sim/client/storing.hpp"
 #include "host-sim/tools/board_access.hpp"
 #include "host-sim/tools/command.hpp"
@@ -53,7 +52,7 @@ int run(const Options& options) {
     }
     by = file;
     uploads.push_back(upload_of(model, chamber));
-    const double bound_kPa = client::decode_model(uploads.back().image).origin.fixed_error_kPa;
+    const double bound_kPa = fixed_error_kPa(model);
     list.push_back({{"file", file},
                     {"chamber", chamber},
                     {"bytes", uploads.back().image.size()},

@@ -13,6 +13,9 @@ namespace plenum::numeric {
 inline double sqrt(double x) noexcept {
   return std::sqrt(x);
 }
+inline double near_ratio(double a, double b) {
+  return a / b;
+}
 inline double inverse_sqrt(double x) noexcept {
   return 1.0 / std::sqrt(x);
 }

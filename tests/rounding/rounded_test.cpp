@@ -76,6 +76,8 @@ TEST(Rounded, HoldsSumsProductsAndQuotients) {
     expect_held(a.box * a.box, a.number * a.number, a.on_board * a.on_board, "square");
     expect_held(a.box / d.box, a.number / d.number, a.on_board / d.on_board, "/");
     expect_held(a.box / -d.box, a.number / -d.number, a.on_board / -d.on_board, "/ of less than 0");
+    expect_held(near_ratio(a.box, d.box), a.number / d.number, near_ratio(a.on_board, d.on_board),
+                "near_ratio");
     expect_held(clamp(a.box, Rounded(-5), b.box), std::min(std::max(a.number, Exact(-5)), b.number),
                 min(max(a.on_board, Fixed(-5)), b.on_board), "clamp");
   }

@@ -40,18 +40,19 @@ inline Abort read_command_code(const Device& device, Place at, std::uint32_t& bi
 }
 
 inline Abort read_volume_code(const Device& device, Place at, std::uint32_t& bits) noexcept {
-  const float codes = device.image.chamber[at.instance].volume_m3 / device.image.volume_lsb_m3;
+  const float codes = device.image.chamber[at.instance].volume_m3 * device.image.volume_code.per_m3;
   bits = bits_of(numeric::nearest_within(codes, 0, 65535, 0));
   return Abort::none;
 }
 
 inline Abort read_volume_lsb(const Device& device, Place, std::uint32_t& bits) noexcept {
-  bits = bits_of(device.image.volume_lsb_m3);
+  bits = bits_of(device.image.volume_code.lsb_m3);
   return Abort::none;
 }
 
 inline Abort write_volume_lsb(Device& device, Place, std::uint32_t bits) noexcept {
-  device.image.volume_lsb_m3 = std::bit_cast<float>(bits);
+  const auto lsb_m3 = std::bit_cast<float>(bits);
+  device.image.volume_code = {.lsb_m3 = lsb_m3, .per_m3 = 1.0F / lsb_m3};
   return Abort::none;
 }
 

@@ -44,11 +44,11 @@ TEST(StagedSetObject, HandsInWhatItTakesAndTellsTheOutcome) {
   EXPECT_EQ(bench.answer("605 40 22 21 02 00 00 00 00"), "585 4F 22 21 02 08 00 00 00");
 }
 
-// 1281 bytes are 05 01h: eight of the largest images and the mask.
+// 1313 bytes are 05 21h: eight of the largest images and the mask.
 TEST(StagedSetObject, TakesEightOfTheLargestImagesAndNoByteMore) {
   Bench bench;
-  EXPECT_EQ(bench.answer("605 C2 22 21 01 02 05 00 00"), "585 80 22 21 01 12 00 07 06");
-  EXPECT_EQ(bench.answer("605 C2 22 21 01 01 05 00 00"), "585 A4 22 21 01 7F 00 00 00");
+  EXPECT_EQ(bench.answer("605 C2 22 21 01 22 05 00 00"), "585 80 22 21 01 12 00 07 06");
+  EXPECT_EQ(bench.answer("605 C2 22 21 01 21 05 00 00"), "585 A4 22 21 01 7F 00 00 00");
 }
 
 TEST(ModelParameters, AreThoseOfTheImageInForce) {

@@ -30,7 +30,7 @@ inline ImageVerdict verdict_with(ModelParameters model, std::string_view name, f
 inline void expect_comes_back(const ModelParameters& model) {
   std::array<std::uint8_t, kMaxImageBytes> bytes{};
   const std::size_t size = encode(model, bytes);
-  ASSERT_EQ(size, 28U + 4U * model.count + 4U);
+  ASSERT_EQ(size, 32U + 4U * model.count + 4U);
   ModelParameters read;
   ASSERT_TRUE(decode(std::span(bytes).first(size), read));
   EXPECT_EQ(read.kind, model.kind);

@@ -62,6 +62,25 @@ TEST(Fixed, QuotientsAreTheExactOnesRounded) {
   }
 }
 
+TEST(Fixed, NearRatiosAreWithinTwoToTheMinus25OfTheExactOnesAndAnUlp) {
+  std::mt19937_64 random(6);
+  for (int i = 0; i < 2'000'000; ++i) {
+    const std::int64_t a = any_raw(random), b = std::abs(any_raw(random));
+    if (b == 0) continue;
+    const Wide dividend = (a < 0 ? -Wide{a} : Wide{a}) << 32;
+    const std::int64_t got = near_ratio(Fixed::from_raw(a), Fixed::from_raw(b)).raw();
+    if (dividend / b > kMost) {
+      ASSERT_EQ(got, a < 0 ? kLeast : kMost) << a << " / " << b;
+      continue;
+    }
+    // |got| b and the dividend, apart by an ulp of the quotient and a share of it
+    const Wide off = (got < 0 ? -Wide{got} : Wide{got}) * b - dividend;
+    ASSERT_LE(off < 0 ? -off : off, Wide{b} + (dividend >> 25)) << a << " / " << b;
+    ASSERT_TRUE(got == 0 || (got < 0) == (a < 0));
+  }
+  EXPECT_EQ(near_ratio(Fixed(3), Fixed(0)).raw(), (Fixed(3) / Fixed(0)).raw());
+}
+
 TEST(Fixed, RootsAreTheNearest) {
   std::mt19937_64 random(5);
   for (int i = 0; i < 2'000'000; ++i) {
