@@ -82,7 +82,7 @@ TEST(SameBits, OfTheNineParameterModelOnEveryArchitecture) {
     model.configure(scalars(parameters), 0.0F, 10.0F);
     crc = crc_of(model, random, crc);
   }
-  EXPECT_EQ(crc, of_scalar(0xEC4A7BA1U, 0x62EF3699U)) << std::hex << "found " << crc;
+  EXPECT_EQ(crc, of_scalar(0xEC4A7BA1U, 0xC29BED20U)) << std::hex << "found " << crc;
 }
 
 TEST(SameBits, OfTheRepairedFormOnEveryArchitecture) {
@@ -96,7 +96,7 @@ TEST(SameBits, OfTheRepairedFormOnEveryArchitecture) {
     model.configure(scalars(without_c4), 0.0F, 10.0F);
     crc = crc_of(model, random, crc);
   }
-  EXPECT_EQ(crc, of_scalar(0x6A7D3A29U, 0x1C76EB4CU)) << std::hex << "found " << crc;
+  EXPECT_EQ(crc, of_scalar(0x6A7D3A29U, 0x679F2663U)) << std::hex << "found " << crc;
 }
 
 TEST(SameBits, OfTheGreyBoxModelOnEveryArchitecture) {
@@ -107,7 +107,7 @@ TEST(SameBits, OfTheGreyBoxModelOnEveryArchitecture) {
     model.configure(scalars(parameters), 0.0F, 10.0F);
     crc = crc_of(model, random, crc);
   }
-  EXPECT_EQ(crc, of_scalar(0x1DF02106U, 0x9478EFC8U)) << std::hex << "found " << crc;
+  EXPECT_EQ(crc, of_scalar(0x1DF02106U, 0x9AF8AFEEU)) << std::hex << "found " << crc;
 }
 
 }  // namespace
