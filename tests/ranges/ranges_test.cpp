@@ -29,7 +29,7 @@ enum : std::size_t { c1, c2, c3 };
 std::vector<Bounds> admissible() {
   std::vector<Bounds> bounds;
   for (const plenum::config::ParameterSpec& one : plenum::config::parameter_schema(ModelKind::tassa9))
-    bounds.push_back({one.low, one.high});
+    bounds.push_back({static_cast<double>(one.low), static_cast<double>(one.high)});
   return bounds;
 }
 
@@ -91,7 +91,9 @@ TEST(Ranges, AreLeftAtASpeedBeyondAnyChambers) {
 TEST(Ranges, HoldWhatTheCoreComputes) {
   std::mt19937 random(5);
   std::uniform_real_distribution<float> volts(0.0F, 10.0F);
-  const auto point = [](float value) { return Bounds{value, value}; };
+  const auto point = [](float value) {
+    return Bounds{static_cast<double>(value), static_cast<double>(value)};
+  };
   for (int i = 0; i < 3000; ++i) {
     const plenum::control::testing::Subject drawn =
         plenum::control::testing::draw_subject(random, ModelKind::tassa9);
