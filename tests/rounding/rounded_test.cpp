@@ -39,7 +39,9 @@ class Random {
     const double number = uniform(from, to);
     const double apart = (ulps - 0.5) * Rounded::kUlp;
     const Fixed on_board = Fixed(number + uniform(-apart, apart));  // nearest: half an ulp more
-    return {.box = Rounded(from, to, ulps * Rounded::kUlp), .number = number, .on_board = on_board};
+    return {.box = Rounded(from, to, ulps * Rounded::kUlp),
+            .number = static_cast<Exact>(number),
+            .on_board = on_board};
   }
 
  private:

@@ -34,7 +34,8 @@ double found_kPa(const control::testing::Subject& drawn, int states, std::mt1993
   const std::span parameters(drawn.model.value.data(), drawn.model.count);
   const auto fixed = equivalence::core_in_fixed(static_cast<std::uint16_t>(drawn.model.kind), parameters);
   const auto exact = equivalence::core_in_double(static_cast<std::uint16_t>(drawn.model.kind), parameters);
-  std::uniform_real_distribution<double> share(0.0, 1.0), pressure_kPa(drawn.ambient_kPa, drawn.supply_kPa);
+  std::uniform_real_distribution<double> share(0.0, 1.0),
+      pressure_kPa(static_cast<double>(drawn.ambient_kPa), static_cast<double>(drawn.supply_kPa));
   double found = 0;
   for (int i = 0; i < states; ++i) {
     const double volume_mL = std::pow(10.0, 4 * share(random));
