@@ -47,7 +47,7 @@ Drive violent() {
 std::vector<double> of_the_rig(const trace::RigDescription& rig, const Drive& drive) {
   const chamber::Scene scene = chamber::make_scene(rig);
   constexpr effects::Timing kMeans{.tick_s = 0.01, .average_s = 0.01, .steps = 8};
-  const effects::Run run{scene.nominal, 300e3};
+  const effects::Run run{scene.nominal, {300e3}};
   std::vector<double> lanes(kRows * effects::kLanes);
   effects::free_run(scene.around, effects::make_drive(drive.command_V, drive.volume_m3, kMeans), scene.known,
                     {&run, 1}, lanes);
