@@ -61,6 +61,8 @@ class Node {
 
   NmtState state() const noexcept { return state_; }
   const Counters& counters() const noexcept { return device_.counters; }
+  /// As objects 1005h to 1A0Bh show them, and what the PDOs are doing.
+  const Communication& communication() const noexcept { return device_.communication; }
 
  private:
   enum class Reset : std::uint8_t { none, communication, node };

@@ -7,14 +7,18 @@
 // follow it, and what the step needs. Bytes that are missing are 0.
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
-#include <memory>
+#include <cstring>
 #include <span>
-#include <vector>
+#include <type_traits>
+#include <utility>
 
 #include "firmware/canopen/node.hpp"
 #include "firmware/config/parameter_slots.hpp"
 #include "firmware/shadow_run.hpp"
+#include "tests/fuzz/fresh.hpp"
+#include "tests/fuzz/good_model.hpp"
 #include "tests/fuzz/require.hpp"
 
 namespace {
@@ -23,7 +27,6 @@ using namespace plenum;
 using canopen::Kept;
 using fuzz::require;
 using ports::CanFrame;
-using Bytes = std::vector<std::uint8_t>;
 
 constexpr std::uint8_t kNode = 5;
 constexpr std::size_t kMostSteps = 600;
@@ -32,6 +35,7 @@ constexpr int kMostFrames = 64 + static_cast<int>(canopen::kTpdos) + 1 + 1 + 2;
 
 /// What a step is; any other number is an SDO request of eight bytes.
 enum class Step : std::uint8_t {
+  write = 7,       ///< by SDO, to an object that there is: its row, U16, instance, sub-index; four bytes
   nmt = 8,         ///< command
   sync = 9,        ///< length, data
   rpdo = 10,       ///< number, length, data
@@ -70,31 +74,45 @@ class Input {
   std::span<const std::uint8_t> rest_;
 };
 
-/// What stands on a board, but for the process image.
-struct Held {
-  Bytes rows;  ///< the communication parameters and settings
-  std::array<Bytes, config::kChambers> models;
-  std::uint32_t generation = 0;
-  telemetry::Recorder::State recording = telemetry::Recorder::State::rolling;
-  std::uint8_t recorded_chamber = 0;
-  std::uint16_t recorded_rows = 0;
-  canopen::NmtState state = canopen::NmtState::initialising;
+/// What stands on a board, but for the process image and the commit that is being asked for (2120h), which a refusal ends: as bytes, for it is
+/// compared after each frame that is refused.
+class Held {
+ public:
+  /// Of the same memory each time: padding, too, stays as it is where nothing is written.
+  template <class T>
+  void add(const T& object) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    add_bytes(std::as_bytes(std::span(&object, 1)));
+  }
+  void add_bytes(std::span<const std::byte> bytes) {
+    require(bytes.size() <= bytes_.size() - size_, "there is room for all that stands");
+    std::memcpy(bytes_.data() + size_, bytes.data(), bytes.size());
+    size_ += bytes.size();
+  }
+  bool operator==(const Held& other) const {
+    return size_ == other.size_ && std::memcmp(bytes_.data(), other.bytes_.data(), size_) == 0;
+  }
 
-  bool operator==(const Held&) const = default;
+ private:
+  std::array<std::byte, std::size_t{8} * 1024> bytes_;  // the first size_ are written
+  std::size_t size_ = 0;
 };
 
 class Board {
  public:
   Board() {
+    node_.prepare();
     drain();
-    static const Held kAtStart = held();
-    held_ = kAtStart;
+    fuzz::put_good_models_in_force(slots_, 2);
   }
 
   void step(Input& input) {
     const std::uint8_t first = input.byte();
     const std::uint32_t id = node_.node_id();
     switch (static_cast<Step>(first & 0x0FU)) {
+      case Step::write:
+        receive(write_of_object(input, id));
+        break;
       case Step::nmt: {
         CanFrame frame = input.frame(canopen::cob::kNmt, 1);
         frame.length = 2;
@@ -156,6 +174,23 @@ class Board {
   }
 
  private:
+  static CanFrame write_of_object(Input& input, std::uint32_t id) {
+    const std::span<const canopen::Entry> rows = canopen::object_dictionary();
+    const std::uint32_t low = input.byte();
+    const canopen::Entry& row = rows[(low | std::uint32_t{input.byte()} << 8U) % rows.size()];
+    const std::uint32_t index = row.index + std::uint32_t{input.byte()} % row.instances * row.stride;
+    const std::uint32_t sub = row.sub + std::uint32_t{input.byte()} % (row.last_sub - row.sub + 1U);
+    CanFrame frame = input.frame(canopen::cob::kSdoRequest + id, 4);
+    frame.length = 8;
+    std::copy_n(frame.data.begin(), 4, frame.data.begin() + 4);
+    const std::size_t left_out =
+        (4 - canopen::size_of(row.type)) % 4;  // of a long value four bytes are written, too
+    frame.data[0] = static_cast<std::uint8_t>(0x23U | left_out << 2U);
+    frame.data[1] = static_cast<std::uint8_t>(index);
+    frame.data[2] = static_cast<std::uint8_t>(index >> 8U);
+    frame.data[3] = static_cast<std::uint8_t>(sub);
+    return frame;
+  }
   static CanFrame any_frame(Input& input) {
     const std::uint32_t low = input.byte();
     const std::uint32_t high = input.byte();
@@ -167,20 +202,29 @@ class Board {
 
   Held held() const {
     Held held;
-    held.rows.resize(config::kMaxBodyBytes);
-    config::RowWriter rows(held.rows);
-    node_.collect(Kept::communication, rows);
-    node_.collect(Kept::application, rows);
-    held.rows.resize(rows.size());
+    const canopen::Communication& communication = node_.communication();
+    held.add(communication.sync_cob_id);
+    held.add(communication.cycle_period_us);
+    held.add(communication.sync_overflow);
+    held.add(communication.emergency_cob_id);
+    held.add(communication.heartbeat_ms);
+    held.add(communication.error_behaviour);
+    for (std::size_t i = 0; i < canopen::HeartbeatConsumer::kWatches; ++i)
+      held.add(communication.heartbeats.entry(i));
+    for (const canopen::Rpdo& rpdo : communication.rpdo) held.add(rpdo.parameters);
+    for (const canopen::Tpdo& tpdo : communication.tpdo) held.add(tpdo.parameters);
+    held.add(settings_.board());
     for (std::uint8_t c = 0; c < config::kChambers; ++c) {
+      held.add(settings_.chamber(c));
       const std::span<const std::uint8_t> image = slots_.active_image(c);
-      held.models[c].assign(image.begin(), image.end());
+      held.add(image.size());
+      held.add_bytes(std::as_bytes(image));
     }
-    held.generation = slots_.generation();
-    held.recording = recorder_.state();
-    held.recorded_chamber = recorder_.selected();
-    held.recorded_rows = recorder_.length();
-    held.state = node_.state();
+    held.add(slots_.generation());
+    held.add(recorder_.state());
+    held.add(recorder_.selected());
+    held.add(recorder_.length());
+    held.add(node_.state());
     return held;
   }
 
@@ -211,6 +255,8 @@ class Board {
   }
 
   void tick(std::uint32_t elapsed_us) {
+    const auto moving = [this] { return std::pair(node_.state(), recorder_.state()); };
+    const auto before = moving();
     // a reset that was asked for is worked off now
     if (slots_.apply_at_tick_edge() != 0 || node_.state() == canopen::NmtState::initialising) known_ = false;
     settings_.take_changed();
@@ -219,7 +265,7 @@ class Board {
     shadow_run_.step(slots_);
     node_.tick(elapsed_us);
     drain();
-    known_ = known_ && held_.state == node_.state() && held_.recording == recorder_.state();
+    known_ = known_ && moving() == before;
   }
 
   /// As the keeper of the parameters does it.
@@ -229,7 +275,6 @@ class Board {
     order.result = result == 0 ? canopen::Abort::none : canopen::Abort::hardware_error;
     order.done = true;
     if (result != 0) return;
-    kept_.resize(config::kMaxBodyBytes);
     config::RowWriter rows(kept_);
     if (order.what == canopen::StoreOrder::What::store) {
       node_.collect(Kept::communication, rows);
@@ -267,7 +312,7 @@ class Board {
   ShadowRun shadow_run_{recorder_, 2.0F};
   config::ParameterSlots slots_{&shadow_run_};
   config::SettingsDesk settings_;
-  Bytes kept_;
+  std::array<std::uint8_t, config::kMaxBodyBytes> kept_{};
   canopen::Node node_{
       {.node_id = kNode,
        .identity = {.vendor_id = 0x11, .product_code = 0x22, .revision = 0x33, .serial = 0x44}},
@@ -275,16 +320,16 @@ class Board {
       slots_,
       settings_,
       recorder_};
-  Held held_;          ///< as of the last frame that may have changed it
-  bool known_ = true;  ///< held_ is what stands
+  Held held_;           ///< as of the last frame that may have changed it
+  bool known_ = false;  ///< held_ is what stands
 };
 
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  const auto board = std::make_unique<Board>();
+  auto& board = plenum::fuzz::fresh<Board>();
   Input input({data, size});
-  for (std::size_t steps = 0; steps < kMostSteps && !input.at_end(); ++steps) board->step(input);
-  board->conclude();
+  for (std::size_t steps = 0; steps < kMostSteps && !input.at_end(); ++steps) board.step(input);
+  board.conclude();
   return 0;
 }

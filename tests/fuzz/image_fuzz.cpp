@@ -11,6 +11,7 @@
 #include "firmware/config/parameter_slots.hpp"
 #include "firmware/control/any_model.hpp"
 #include "firmware/numeric/scalar.hpp"
+#include "tests/fuzz/good_model.hpp"
 #include "tests/fuzz/require.hpp"
 
 namespace {
@@ -73,23 +74,9 @@ Bytes bytes_of(std::span<const std::uint8_t> image) {
   return {image.begin(), image.end()};
 }
 
-/// A board with a good model in force.
 config::ParameterSlots board() {
-  config::ModelParameters good;
-  good.kind = config::ModelKind::tassa9;
-  good.count = control::Tassa9::kParameters;
-  constexpr std::array<float, 12> kGood = {5.02F, 2.5F, 4.0F,  -0.05F, 0.003F, 0.02F,
-                                           40.0F, 0.1F, 0.08F, 0.1F,   620.0F, 101.325F};
-  std::copy(kGood.begin(), kGood.end(), good.value.begin());
-  Bytes image(config::kMaxImageBytes);
-  image.resize(config::encode(good, image));
   config::ParameterSlots slots;
-  const std::uint32_t crc = config::trailing_crc(image);
-  require(static_cast<bool>(slots.stage(0, image)), "the good model is staged");
-  require(
-      slots.commit(1, config::commit_crc({&crc, 1}), config::kCommitKey) == config::CommitResult::accepted,
-      "the good model is committed");
-  require(slots.apply_at_tick_edge() == 1, "the good model is taken over");
+  fuzz::put_good_models_in_force(slots, 1);
   return slots;
 }
 
