@@ -18,6 +18,8 @@ constexpr std::uint8_t kLastSegment = 0x80;
 constexpr std::uint8_t kSequenceMask = 0x7F;
 constexpr std::uint8_t kLargestBlock = 127;
 constexpr int kTries = 3;  ///< blocks in a row of which nothing arrives
+constexpr int kMostPassedOver =
+    2 * kLargestBlock;  ///< the rest of a block that has lost a segment, each doubled
 
 constexpr std::size_t segments_of(std::size_t bytes) {
   return (bytes + kSegmentBytes - 1) / kSegmentBytes;
@@ -70,12 +72,16 @@ class SdoClient::BlockReader {
         good = 0;
         continue;
       }
-      if (*segment == accepted_) continue;  // doubled on the way
+      if (*segment == accepted_) {  // doubled on the way
+        pass_over();
+        continue;
+      }
       const auto sequence = static_cast<std::uint8_t>((*segment)[0] & kSequenceMask);
       if (sequence == 0 || sequence > size) {
         client_.fail(object_, Abort::invalid_sequence,
                      fmt::format("segment {} of a block, expected 1..{}", sequence, size));
       }
+      if (sequence != good + 1) pass_over();
       if (sequence <= good) continue;
       ended = ((*segment)[0] & kLastSegment) != 0 || sequence == size;
       if (sequence != good + 1) continue;  // one was lost: the server sends again from there
@@ -93,8 +99,16 @@ class SdoClient::BlockReader {
     return good != 0 && (accepted_[0] & kLastSegment) != 0;
   }
 
+  /// A frame that brings nothing new: no time-out ends a server that sends such frames for ever.
+  void pass_over() {
+    if (++passed_over_ <= kMostPassedOver) return;
+    client_.fail(object_, Abort::invalid_sequence,
+                 fmt::format("{} segments in a row that were not the next one, expected that", passed_over_));
+  }
+
   void take(const Bytes& segment) {
     accepted_ = segment;
+    passed_over_ = 0;
     bytes_.insert(bytes_.end(), segment.begin() + 1, segment.end());
     if (bytes_.size() < limit_ + kSegmentBytes) return;
     client_.fail(object_, Abort::length_mismatch,
@@ -121,7 +135,10 @@ class SdoClient::BlockReader {
 
   void finish() {
     Bytes end = await_end();
-    while (end == accepted_) end = await_end();  // doubled on the way
+    while (end == accepted_) {  // doubled on the way
+      pass_over();
+      end = await_end();
+    }
     if ((end[0] & 0xE3U) != 0xC1U) {
       client_.fail(object_, Abort::unknown_command,
                    fmt::format("command {:02X}h, expected the end of a block upload", end[0]));
@@ -149,6 +166,7 @@ class SdoClient::BlockReader {
   Bytes accepted_;                 ///< the newest frame taken: what a doubled one repeats
   std::uint8_t acknowledged_ = 0;  ///< the newest answer
   int idle_ = 0;
+  int passed_over_ = 0;
 };
 
 std::vector<std::uint8_t> SdoClient::read_blocks(const Object& object, const Bytes& first,

@@ -143,6 +143,8 @@ std::vector<std::uint8_t> SdoClient::read_answered(const Object& object, const B
     const std::size_t count = sdo::kSegmentBytes - ((header >> 1) & 7U);
     bytes.insert(bytes.end(), segment.begin() + 1, segment.begin() + 1 + static_cast<std::ptrdiff_t>(count));
     const bool last = (header & 1U) != 0;
+    if (count == 0 && !last)  // of which a server could send any number
+      fail(object, Abort::general, "an empty segment that is not the last one");
     if (bytes.size() > announced || (sized && last && bytes.size() != announced)) {
       fail(object, Abort::length_mismatch,
            fmt::format("{} bytes, expected the {} {}", bytes.size(), announced,

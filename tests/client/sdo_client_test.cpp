@@ -184,6 +184,40 @@ TEST(SdoBlockUpload, GivesUpOnBytesThatAreNotThoseAnnounced) {
   EXPECT_THROW(client_on(endless, {.largest_bytes = 7}).read_domain(0x2118, 0), ProtocolError);
 }
 
+std::string repeated(const std::string& frame, int times) {
+  std::string line = frame;
+  while (--times > 0) line += '|' + frame;
+  return line;
+}
+
+TEST(SdoBlockUpload, GivesUpOnAServerThatRepeatsAFrameForEver) {
+  const std::string first = "585 C6 18 21 00 11 00 00 00";
+  const std::string segment = "585 01 01 02 03 04 05 06 07";
+  const std::string second = "585 02 08 09 0A 0B 0C 0D 0E";
+  const std::string last = "585 83 0F 10 11 00 00 00 00";
+  constexpr int kForEver = 1000;
+  for (const std::deque<std::string>& script : std::vector<std::deque<std::string>>{
+           {first, repeated(segment, kForEver)},
+           {first, segment + '|' + second + '|' + repeated(segment, kForEver)},
+           {first, segment + '|' + second + '|' + last, repeated(last, kForEver)}}) {
+    ScriptedLink link(script);
+    EXPECT_THROW(client_on(link).read_domain(0x2118, 0), ProtocolError) << script.back().substr(0, 27);
+    EXPECT_EQ(link.sent.back(), "605 80 18 21 00 03 00 04 05");
+  }
+}
+
+TEST(SdoUpload, GivesUpOnAServerWhoseSegmentsAreEmpty) {
+  ScriptedLink link(
+      {"585 41 18 21 00 11 00 00 00", "585 0E 00 00 00 00 00 00 00", "585 1E 00 00 00 00 00 00 00"});
+  EXPECT_THROW(client_on(link).read(0x2118, 0), ProtocolError);
+  EXPECT_EQ(link.sent.back(), "605 80 18 21 00 00 00 00 08");
+}
+
+TEST(SdoUpload, TakesAnEmptyValue) {
+  ScriptedLink link({"585 40 18 21 00 00 00 00 00", "585 0F 00 00 00 00 00 00 00"});
+  EXPECT_EQ(client_on(link).read(0x2118, 0), Bytes{});
+}
+
 TEST(SdoBlockUpload, ThrowsTheAbortOfTheServerInTheMiddle) {
   ScriptedLink link(
       {"585 C6 18 21 00 11 00 00 00", "585 01 01 02 03 04 05 06 07|585 80 18 21 00 20 00 00 08"});
