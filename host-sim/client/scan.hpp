@@ -1,4 +1,4 @@
-// Who is on a bus: every node id is asked at once, and heartbeats tell of those that do not answer.
+// Who is on a bus: heartbeats tell, and ids that are silent are asked.
 #pragma once
 
 #include <cstdint>
@@ -29,9 +29,12 @@ struct ScannedNode {
   std::string trouble;  ///< why the rest is missing; empty when nothing is
 };
 
-/// Listens for `timeout_s` in all, then asks those it found one by one. In the order of node ids. Throws
-/// std::runtime_error when the link fails. Reading 1000h ends an SDO transfer that another client has under way with the
-/// same node.
-std::vector<ScannedNode> scan(Link& link, double timeout_s);
+/// Listens for `duration_s` in all, but no shorter than the 0.4 s in which it asks the ids that it has heard nothing of until then for
+/// 1000h, one every 2.7 ms; then it reads what those it found say of themselves, one by one. In the order of node ids. Throws
+/// std::runtime_error when the link fails.
+///
+/// A request would end an SDO transfer that another master has under way with the node: one that is heard by then is not asked in this
+/// way, and with `config` each session can listen before it reads.
+std::vector<ScannedNode> scan(Link& link, double duration_s, const SessionConfig& config = {});
 
 }  // namespace plenum::host::client

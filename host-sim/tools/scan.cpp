@@ -61,7 +61,8 @@ void print_row(const Output& output, const client::ScannedNode& node) {
 
 int run(const Options& options) {
   BoardAccess access(options.board);
-  const std::vector<client::ScannedNode> nodes = client::scan(access.link(), options.seconds);
+  const std::vector<client::ScannedNode> nodes =
+      client::scan(access.link(), options.seconds, options.board.session_config());
   Json list = Json::array();
   if (!nodes.empty()) {
     options.output.print("{:>4}  {:<15}  {:<22}  {:<18}  {:<10}  {:<14}  {:>6}  {}\n", "node", "NMT",
@@ -85,11 +86,15 @@ int run(const Options& options) {
 
 Command add_scan(CLI::App& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = program.add_subcommand(
-      "scan", "Find the nodes of a bus: identity, state, models, faults. Asks all of 1..127 at once");
+  CLI::App* app = program.add_subcommand("scan",
+                                         "Find the nodes of a bus: identity, state, models, faults. Listens "
+                                         "first, and asks the ids of 1..127 that "
+                                         "are silent one by one");
   options->board.add_to(*app);
-  app->add_option("--seconds", options->seconds,
-                  "How long to listen; a node whose heartbeat is slower shows no NMT state [s]")
+  app->add_option(
+         "--seconds", options->seconds,
+         "How long to listen, the last 0.4 s of it while asking; a node whose heartbeat is slower shows no "
+         "NMT state [s]")
       ->check(CLI::Range(0.05, 60.0))
       ->capture_default_str();
   options->output.add_to(*app);

@@ -5,7 +5,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
+#include <vector>
 
 #include "host-sim/client/scan.hpp"
 #include "host-sim/client/settings.hpp"
@@ -116,6 +118,57 @@ TEST(Scan, FindsTheBoardWithIdentityStateAndFault) {
   ASSERT_TRUE(nodes[0].board->fault);
   EXPECT_EQ(nodes[0].board->fault->code, 0x3412);
   EXPECT_LT(world.now_s(), 1.5) << "one time-out, not 127";
+}
+
+/// What somebody says on the way to a board, and when.
+class OverheardLink final : public Link {
+ public:
+  explicit OverheardLink(Link& link) : link_(link) {}
+  void send(const CanFrame& frame) override {
+    said.push_back({link_.now_s(), frame});
+    link_.send(frame);
+  }
+  std::optional<CanFrame> receive(double timeout_s) override { return link_.receive(timeout_s); }
+  double now_s() const override { return link_.now_s(); }
+
+  /// How many requests for 1000h went to a node within the first `duration_s`.
+  std::ptrdiff_t asked(std::uint8_t node, double duration_s) const {
+    return std::count_if(said.begin(), said.end(), [&](const Arrival& one) {
+      return one.time_s < duration_s && one.frame.id == canopen::cob::kSdoRequest + node;
+    });
+  }
+
+  std::vector<Arrival> said;
+
+ private:
+  Link& link_;
+};
+
+TEST(Scan, ListensFirstAndAsksOneByOneWhomItHasNotHeard) {
+  BoardOnBus world;
+  world.run_ticks(150);  // past the boot-up message, to the middle between two heartbeats
+  const double begin_s = world.now_s();
+  OverheardLink link(world);
+  ASSERT_EQ(scan(link, 1.2).size(), 1U);
+  EXPECT_EQ(link.asked(5, begin_s + 1.2), 0) << "its heartbeat was enough";
+  EXPECT_EQ(link.asked(6, begin_s + 1.2), 1);
+  ASSERT_GT(link.said.size(), 126U);
+  EXPECT_GT(link.said[0].time_s, begin_s + 0.75);
+  for (std::size_t i = 1; i < 126; ++i)
+    EXPECT_GT(link.said[i].time_s - link.said[i - 1].time_s, 0.002) << "request " << i;
+}
+
+TEST(Scan, AsksABoardThatHasNoHeartbeat) {
+  BoardOnBus world;
+  Session(world, 5).write<std::uint16_t>(object::kHeartbeatTime, 0, 0);
+  world.run_ticks(10);
+  while (world.receive(0.0)) {  // nobody was there to hear its boot-up message
+  }
+  OverheardLink link(world);
+  const auto nodes = scan(link, 1.2);
+  ASSERT_EQ(nodes.size(), 1U);
+  EXPECT_FALSE(nodes[0].nmt);
+  EXPECT_TRUE(nodes[0].board);
 }
 
 TEST(Scan, ShowsAStoppedNodeByItsHeartbeatAlone) {

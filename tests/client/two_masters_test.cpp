@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "host-sim/client/scan.hpp"
 #include "host-sim/client/session.hpp"
 #include "tests/firmware/config/tassa9_sample.hpp"
 
@@ -52,6 +53,34 @@ std::array<std::uint32_t, 2> in_order(int run) {
 /// Seeds, so that a failure comes again.
 SessionConfig config_of(std::uint32_t master, int run) {
   return {.sdo = {.seed = master + 10U * static_cast<std::uint32_t>(run)}};
+}
+
+// A tool that does not listen reads the data sheet by segments, for longer than a scan listens and asks.
+TEST(TwoMasters, AScanLeavesTheTransferOfAnotherAlone) {
+  BoardOnBus world(kNode);
+  Masters masters(world);
+  int segments = 0;
+  bool disturbed = false;
+  masters.add(0.0, [&](Link& link) {
+    const auto exchange = [&](const std::array<std::uint8_t, 8>& data) {
+      link.send({.id = canopen::cob::kSdoRequest + kNode, .length = 8, .data = data});
+      while (const auto frame = link.receive(0.1)) {
+        if (frame->id == canopen::cob::kSdoResponse + kNode) return frame->data[0];
+      }
+      return std::uint8_t{0x80};
+    };
+    exchange({0x40, 0x21, 0x10});
+    for (std::uint8_t toggle = 0; link.now_s() < 1.5 && !disturbed; toggle ^= 0x10U, ++segments)
+      disturbed = exchange({static_cast<std::uint8_t>(0x60U | toggle)}) != toggle;
+    link.send({.id = canopen::cob::kSdoRequest + kNode, .length = 8, .data = {0x80, 0x21, 0x10}});
+  });
+  std::vector<ScannedNode> found;
+  masters.add(0.02,
+              [&](Link& link) { found = scan(link, 1.2, {.sdo = {.listen_first_s = 0.05, .seed = 1}}); });
+  ASSERT_NO_THROW(masters.run());
+  EXPECT_FALSE(disturbed) << "after " << segments << " segments";
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_TRUE(found[0].board);
 }
 
 // The second begins at every 0.31 ms of the first one's upload, which takes some 0.1 s; in run 0 with it.
