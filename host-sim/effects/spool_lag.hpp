@@ -5,9 +5,8 @@
 // u command, c current of the coil, x effective command [V]; w = 2 pi f natural frequency [rad/s]; zeta damping [-];
 // tau the coil's time constant [s]; S greatest speed of the spool [V/s], that of saturated current and of flow forces.
 // Assumptions: no stop. Vanishes at f -> infinity with tau = 0 and S -> infinity, which is x'' = w^2 (u - x) - 2 zeta w
-// x'. Numerical treatment: closed form for a command held over a step: (x - c, v/w) is multiplied by the exponential of
-// a 2x2 matrix, which is found once a run, and c enters by its mean. What enters is the mean of x over the step, from
-// the equation integrated over it,
+// x'. Numerical treatment: closed form for a command held over a step (second_order.hpp), in which c enters by its mean. What
+// enters is the mean of x over the step, from the equation integrated over it,
 //   int (x - u) = -(x1' - x0')/w^2 - 2 zeta (x1 - x0)/w:
 // exact at any w, so that a spool faster than the step is late by the right area, 2 zeta/w to the first order. With a
 // speed limit the way of the step is cut by the limit at its mean speed, and v regains what the spring then keeps.
@@ -16,11 +15,11 @@
 #pragma once
 
 #include <array>
-#include <complex>
 #include <numbers>
 
 #include "host-sim/effects/effect.hpp"
 #include "host-sim/effects/lanes.hpp"
+#include "host-sim/effects/second_order.hpp"
 
 namespace plenum::host::effects {
 
@@ -45,21 +44,13 @@ class SpoolLag {
  public:
   /// `x`: 1/f [s], zeta, 1/S^2 [s^2/V^2] and tau; `step_s`: what one call of follow() spans.
   void prepare(const N* x, double step_s, double command_V) {
-    for (int i = 0; i < kLanesOf<N>; ++i) {
-      const double tau_s = lane(x[0], i) * (0.5 / std::numbers::pi);
-      const auto e = over(tau_s > 0.0 ? step_s / tau_s : kInfinity, lane(x[1], i));
-      set_lane(own_, i, e[0]);
-      set_lane(speed_to_place_, i, e[1]);
-      set_lane(place_to_speed_, i, e[2]);
-      set_lane(speed_own_, i, e[3]);
-    }
-    tau_per_step_ = x[0] * (0.5 / std::numbers::pi / step_s);
-    twice_damping_ = 2.0 * x[1];
+    const N tau_s = x[0] * x[1] * (1.0 / std::numbers::pi);
+    mass_.prepare(tau_s, 1.0 / (x[1] * x[1]), step_s);
     per_slew_ = x[2] * (1.0 / (step_s * step_s));
-    // half of w h: what the spring gives to the speed, held below 1 for a spool faster than the step
-    regain_ = each(x[0], [&](double period_s) {
-      return period_s > 0.0 ? 1.0 / (1.0 + period_s / (std::numbers::pi * step_s)) : 0.0;
-    });
+    // half of w h: what the spring gives to v/w, held below 1 for a spool faster than the step
+    regain_ = 2.0 * x[1] * each(x[0], [&](double period_s) {
+                return period_s > 0.0 ? 1.0 / (1.0 + period_s / (std::numbers::pi * step_s)) : 0.0;
+              });
     keep_current_ = each(x[3], [&](double tau) { return tau > 0.0 ? std::exp(-step_s / tau) : 0.0; });
     coil_per_step_ = x[3] * (1.0 / step_s);
     current_V_ = N(command_V);
@@ -73,36 +64,20 @@ class SpoolLag {
     const N current = command - coil_per_step_ * (current_end - current_V_);
     current_V_ = current_end;
     const N off = place_V_ - current;
-    const N off_end = own_ * off + speed_to_place_ * speed_V_;
-    const N speed_end = place_to_speed_ * off + speed_own_ * speed_V_;
-    const N mean = current - tau_per_step_ * (speed_end - speed_V_ + twice_damping_ * (off_end - off));
-    const N way = off_end - off;
+    const auto end = mass_.after_step({off, speed_V_});
+    const N way = end.off - off;
+    const N mean = current - mass_.late(way, end.speed - speed_V_);
     const N kept = 1.0 - 1.0 / root(1.0 + per_slew_ * way * way);  // of the way, by the limit
     const N late = kept * (mean - place_V_);
-    place_V_ = current + off_end - kept * way;
-    speed_V_ = speed_end + regain_ * kept * way;
+    place_V_ = current + end.off - kept * way;
+    speed_V_ = end.speed + regain_ * kept * way;
     return mean - late;
   }
 
  private:
-  /// exp(z [[0, 1], [-1, -2 zeta]]), row by row.
-  static std::array<double, 4> over(double z, double zeta) {
-    if (z > 700.0) return {};
-    // distinct poles, real or complex; near critical damping the poles are moved apart by 1e-4
-    const double apart = std::abs(zeta * zeta - 1.0) < 1e-8 ? zeta + 1e-4 : zeta;
-    const std::complex<double> half_gap = std::sqrt(std::complex<double>(apart * apart - 1.0));
-    const std::complex<double> a = -apart + half_gap;
-    const std::complex<double> b = -apart - half_gap;
-    const std::complex<double> ea = std::exp(a * z);
-    const std::complex<double> eb = std::exp(b * z);
-    const double sine = ((ea - eb) / (a - b)).real();
-    const double cosine = ((a * eb - b * ea) / (a - b)).real();
-    return {cosine, sine, -sine, cosine - 2.0 * apart * sine};
-  }
-
-  N own_{}, speed_to_place_{}, place_to_speed_{}, speed_own_{}, tau_per_step_{}, twice_damping_{};
+  SecondOrder<N> mass_;
   N per_slew_{}, regain_{}, keep_current_{}, coil_per_step_{};
-  N current_V_{}, place_V_{}, speed_V_{};
+  N current_V_{}, place_V_{}, speed_V_{};  ///< the speed as 2 zeta v/w
 };
 
 }  // namespace plenum::host::effects
