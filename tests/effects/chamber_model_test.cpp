@@ -96,6 +96,7 @@ TEST(ChamberModel, ErrorFallsWithTheSquareOfTheStepWhateverTheEffect) {
                         {kIdHeatTransfer, {0.5, 1.3, 0.8, 30.0}},
                         {kIdVolumeError, {30.0}},
                         {kIdSensorLag, {0.02}},
+                        {kIdSensorLag, {0.02, 0.7}},
                         {kIdSensorBias, {5.0, 0.02}}};
   for (const Case& c : cases) {
     Figures figures = nominal();

@@ -1,14 +1,18 @@
 // sensor_lag and sensor_bias.
 #include <gtest/gtest.h>
 
+#include <complex>
+
 #include "tests/effects/chamber_under_effects.hpp"
 
 namespace plenum::host::effects {
 namespace {
 
-SensorLag<double> sensor_of(double time_constant_s, double step_s, double start_Pa) {
+SensorLag<double> sensor_of(double time_constant_s, double step_s, double start_Pa,
+                            double damping = kInfinity) {
+  const double x[] = {time_constant_s, 1.0 / (damping * damping)};
   SensorLag<double> sensor;
-  sensor.prepare(&time_constant_s, step_s, start_Pa);
+  sensor.prepare(x, step_s, start_Pa);
   return sensor;
 }
 
@@ -35,6 +39,53 @@ TEST(SensorLag, StepIsReadAsAnExponential) {
   for (int k = 1; k < 40; ++k) {
     sensor.follow(2e5, 2e5, 2e5);
     ASSERT_NEAR(sensor.reading_Pa(), 2e5 - 1e5 * std::exp(-0.0025 * k / 0.015), 1e-6) << "Pa";
+  }
+}
+
+/// Of a step from 0 to 1, a time after it, with the two poles of the equation.
+double damped_step_response(double time_s, double time_constant_s, double damping) {
+  const double wt = 2.0 * damping / time_constant_s * time_s;
+  if (damping == 1.0) return 1.0 - (1.0 + wt) * std::exp(-wt);
+  const std::complex<double> gap = std::sqrt(std::complex<double>(damping * damping - 1.0));
+  const std::complex<double> a = -damping + gap;
+  const std::complex<double> b = -damping - gap;
+  return 1.0 - ((a * std::exp(b * wt) - b * std::exp(a * wt)) / (a - b)).real();
+}
+
+/// Its mean over a step that ends then, by Simpson's rule in 200 pieces.
+double mean_damped_step_response(double end_s, double step_s, double time_constant_s, double damping) {
+  constexpr int kPieces = 200;
+  double sum = 0.0;
+  for (int i = 0; i <= kPieces; ++i) {
+    const double weight = i == 0 || i == kPieces ? 1.0 : (i % 2 == 1 ? 4.0 : 2.0);
+    sum += weight * damped_step_response(end_s - step_s * i / kPieces, time_constant_s, damping);
+  }
+  return sum / (3.0 * kPieces);
+}
+
+TEST(SensorLag, StepIsReadAsByADampedMass) {
+  for (const double damping : {0.5, 0.7, 1.0, 1.5, 30.0}) {
+    for (const double step_s : {0.0005, 0.0025, 0.02}) {
+      SensorLag<double> sensor = sensor_of(0.015, step_s, 1e5, damping);
+      for (int k = 1; k * step_s < 0.2; ++k) {
+        const double mean = sensor.follow(2e5, 2e5, 2e5);
+        ASSERT_NEAR(sensor.reading_Pa(), 1e5 + 1e5 * damped_step_response(k * step_s, 0.015, damping), 1e-3)
+            << "Pa, damping " << damping << " step " << step_s << " s, number " << k;
+        ASSERT_NEAR(mean, 1e5 + 1e5 * mean_damped_step_response(k * step_s, step_s, 0.015, damping), 1.0)
+            << "Pa, damping " << damping << " step " << step_s << " s, number " << k;
+      }
+    }
+  }
+}
+
+TEST(SensorLag, RampIsReadLateByTheTimeConstantWhateverTheDamping) {
+  for (const double damping : {0.5, 1.0, 3.0}) {
+    SensorLag<double> sensor = sensor_of(0.02, 0.0025, 1e5, damping);
+    double p = 1e5;
+    double mean = 0.0;
+    for (int k = 0; k < 400; ++k, p += 1e3) mean = sensor.follow(p, p + 1e3, p + 500.0);
+    EXPECT_NEAR(p - sensor.reading_Pa(), 4e5 * 0.02, 1e-5) << "Pa, damping " << damping;
+    EXPECT_NEAR(p - 500.0 - mean, 4e5 * 0.02, 1e-5) << "Pa, damping " << damping;
   }
 }
 
