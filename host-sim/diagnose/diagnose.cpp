@@ -14,6 +14,7 @@
 #include "host-sim/diagnose/latent.hpp"
 #include "host-sim/diagnose/next_experiment.hpp"
 #include "host-sim/diagnose/search.hpp"
+#include "host-sim/diagnose/verdict.hpp"
 #include "host-sim/diagnose/where.hpp"
 #include "host-sim/identify/box_solver.hpp"
 #include "host-sim/identify/chamber/noise.hpp"
@@ -42,16 +43,9 @@ constexpr std::size_t most_parameters() {
 }
 static_assert(effects::kValveFigures + kMostEffects * most_parameters() + 4 * kMostLogs <=
               identify::kMostVariables);
-/// Ratios to the noise floor. Clutter that no model holds (quantisation, jitter, ripple) raised the error of perfect
-/// models by up to a tenth in simulated recordings.
-constexpr double kAtFloor = 1.12;
-constexpr double kNearFloor = 1.3;
 /// From this share of the gap on, or at the floor, the effects found know their equation better than the latent
 /// disturbances do.
 constexpr double kKnowsEquation = 0.6;
-/// Shares of what recalibration left: below the first an effect explains nothing, from the second on it explains all.
-constexpr double kExplainsSome = 0.35;
-constexpr double kExplainsAll = 0.9;
 /// A cause is named alone from this probability on; another one is its alias from that probability on.
 constexpr double kNamedAlone = 0.8;
 constexpr double kAlias = 0.02;
@@ -343,34 +337,40 @@ class Diagnosis {
   }
 
   void decide() {
-    const double floor = report_.noise_floor_Pa;
-    const double closable = report_.recalibrated_Pa - floor;
-    report_.closed_fraction =
-        closable > 0.0 ? std::clamp((report_.recalibrated_Pa - report_.with_effects_Pa) / closable, 0.0, 1.0)
-                       : 0.0;
-    if (search_.best.on == 0) {
-      report_.verdict = report_.as_configured_Pa < kAtFloor * floor ? Verdict::none
-                        : calibrated()                              ? Verdict::calibration
-                                                                    : Verdict::unexplained;
-      if (report_.verdict != Verdict::unexplained) report_.closed_fraction = 0.0;
-    } else if (report_.closed_fraction < kExplainsSome) {
-      report_.verdict = calibrated() ? Verdict::calibration : Verdict::unexplained;
-      report_.effects.clear();
-      report_.with_effects_Pa = report_.recalibrated_Pa;
-      report_.closed_fraction = 0.0;
-      used_ = &search_.recalibrated;
-    } else {
-      const bool all =
-          report_.closed_fraction >= kExplainsAll || report_.with_effects_Pa < kNearFloor * floor;
-      report_.verdict = all ? Verdict::explained : Verdict::partly_explained;
-      if (doubtful_ && !alias_trials_.empty()) {
-        report_.verdict = Verdict::ambiguous;
-        list_rivals();
-      }
+    const bool rivals = doubtful_ && !alias_trials_.empty();
+    const GapErrors errors{.as_configured_Pa = report_.as_configured_Pa,
+                           .recalibrated_Pa = report_.recalibrated_Pa,
+                           .recalibrated_fitted_Pa = search_.recalibrated.fit.rms_Pa(),
+                           .with_effects_Pa = report_.with_effects_Pa,
+                           .noise_floor_Pa = report_.noise_floor_Pa};
+    report_.verdict = verdict_of(errors, search_.best.on == 0 ? Best::no_effect
+                                         : rivals             ? Best::has_rivals
+                                                              : Best::alone);
+    switch (report_.verdict) {
+      case Verdict::none:
+      case Verdict::calibration:
+        name_nothing();
+        break;
+      case Verdict::unexplained:
+        name_nothing();
+        blame();
+        plan({{"recalibrated", search_.recalibrated.on | scene_.known, search_.recalibrated.fit.figures}});
+        break;
+      case Verdict::explained:
+      case Verdict::partly_explained:
+      case Verdict::ambiguous:
+        report_.closed_fraction = closed_fraction(errors);
+        if (rivals) list_rivals();
+        blame();
+        if (rivals) plan(likeliest_rivals());
     }
-    const bool gap = report_.verdict != Verdict::none && report_.verdict != Verdict::calibration;
-    if (gap) blame();
-    if (report_.verdict == Verdict::ambiguous || report_.verdict == Verdict::unexplained) plan();
+  }
+
+  void name_nothing() {
+    if (search_.best.on == 0) return;
+    report_.effects.clear();
+    report_.with_effects_Pa = report_.recalibrated_Pa;
+    used_ = &search_.recalibrated;
   }
 
   /// The equation whose disturbance explains the readings, whatever the catalogue holds; where effects close most of the
@@ -390,15 +390,6 @@ class Diagnosis {
     report_.equation = known || found.empty()
                            ? blame_
                            : Blame{report_.disturbances.front().equation, found.front().probability};
-  }
-
-  /// Whether the recalibrated model follows the held-out rows; or else the fitted ones, and the others as well as its
-  /// figures are known: a log that does not show all of them leaves twice the noise there.
-  bool calibrated() const {
-    const double floor = report_.noise_floor_Pa;
-    return report_.recalibrated_Pa < kNearFloor * floor ||
-           (search_.recalibrated.fit.rms_Pa() < kNearFloor * floor &&
-            report_.recalibrated_Pa < (kNearFloor + 1.0) * floor);
   }
 
   /// Both causes that fit alike are listed.
@@ -422,22 +413,16 @@ class Diagnosis {
     }
   }
 
-  void plan() {
-    std::vector<Rival> rivals;
-    const auto add = [&](const std::string& id, const Trial& trial) {
-      rivals.push_back({id, trial.on | scene_.known, trial.fit.figures});
-    };
-    if (report_.verdict == Verdict::ambiguous) {
-      add(report_.effects.front().id, search_.best);
-      const auto most =
-          std::max_element(alias_trials_.begin(), alias_trials_.end(),
-                           [](const auto& a, const auto& b) { return a.probability < b.probability; });
-      add(id_of(most->effect), *most->trial);
-    } else {
-      add("recalibrated", search_.recalibrated);
-    }
-    report_.next = next_experiment(scene_, rivals);
+  /// The set that fits best, and the likeliest of those that are not told from it.
+  std::vector<Rival> likeliest_rivals() const {
+    const auto most =
+        std::max_element(alias_trials_.begin(), alias_trials_.end(),
+                         [](const auto& a, const auto& b) { return a.probability < b.probability; });
+    return {{report_.effects.front().id, search_.best.on | scene_.known, search_.best.fit.figures},
+            {id_of(most->effect), most->trial->on | scene_.known, most->trial->fit.figures}};
   }
+
+  void plan(const std::vector<Rival>& rivals) { report_.next = next_experiment(scene_, rivals); }
 
   void where() {
     std::vector<Scored> scored;

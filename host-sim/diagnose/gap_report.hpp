@@ -15,8 +15,8 @@ enum class Verdict {
   none,              ///< no gap beyond noise as configured
   calibration,       ///< recalibration alone closes it
   explained,         ///< the effects named close it
-  partly_explained,  ///< a significant effect, and a significant rest
-  ambiguous,         ///< two causes fit alike: all of them are listed
+  partly_explained,  ///< a significant effect, and a significant rest; rivals of the effect are listed, too
+  ambiguous,         ///< two causes close it alike: all of them are listed
   unexplained,       ///< a significant gap that no catalogued effect closes
 };
 
@@ -136,7 +136,7 @@ struct GapReport {
   std::vector<Disturbance>
       disturbances;  ///< of each equation alone, most probable first; none where there is no gap
   std::vector<RegimeShare> where;      ///< largest first
-  std::optional<NextExperiment> next;  ///< where the verdict is ambiguous or unexplained
+  std::optional<NextExperiment> next;  ///< where rivals are listed, or nothing is named
   std::vector<CalibratedFigure> calibration;
   double gap_p_value = 1.0;  ///< of the recalibrated model's error, were it noise alone; 0.001 at least
   std::vector<Trace> traces;

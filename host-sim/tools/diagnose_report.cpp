@@ -197,9 +197,12 @@ void add_cause(Page& page, const GapReport& report) {
       break;
     case Verdict::partly_explained:
       section.note(
-          "What is named here is present, but does not close the gap: a rest beyond noise has another cause, "
-          "which the "
-          "catalogue may not have.");
+          report.next
+              ? "Part of the gap closes with what is named here, of which some are rivals, not a sum: the "
+                "table says "
+                "which. A rest beyond noise has another cause, which the catalogue may not have."
+              : "What is named here is present, but does not close the gap: a rest beyond noise has another "
+                "cause, which the catalogue may not have.");
       break;
   }
   if (!report.effects.empty()) {

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host-sim/diagnose/found_rig.hpp"
+
 namespace plenum::host::tools {
 namespace {
 
@@ -22,6 +24,21 @@ std::vector<std::string> ids_of(const std::vector<NamedEffect>& effects) {
   ids.reserve(effects.size());
   for (const NamedEffect& one : effects) ids.push_back(one.id);
   return ids;
+}
+
+/// The effects that the model holds, each with the rivals listed that it is not told from: "dead_time or sensor_lag".
+std::vector<std::string> causes_of(const GapReport& report) {
+  std::vector<std::string> causes;
+  for (const NamedEffect& held : diagnose::effects_in_model(report)) {
+    std::vector<std::string> rivals{held.id};
+    for (const NamedEffect& one : report.effects) {
+      if (std::find(held.aliases.begin(), held.aliases.end(), one.id) != held.aliases.end()) {
+        rivals.push_back(one.id);
+      }
+    }
+    causes.push_back(listed(rivals, "or"));
+  }
+  return causes;
 }
 
 }  // namespace
@@ -70,8 +87,8 @@ std::string baseline_sentence(const GapReport& report) {
 std::string verdict_sentence(const GapReport& report) {
   const std::string recalibrated = kPa_text(report.recalibrated_Pa);
   const std::string with_effects = kPa_text(report.with_effects_Pa);
-  const std::vector<std::string> ids = ids_of(report.effects);
-  const bool several = ids.size() > 1;
+  const std::vector<std::string> causes = causes_of(report);
+  const bool several = causes.size() > 1;
   const std::string closed = percent(report.closed_fraction);
   switch (report.verdict) {
     case Verdict::none:
@@ -88,14 +105,14 @@ std::string verdict_sentence(const GapReport& report) {
     case Verdict::partly_explained: {
       const bool all = report.verdict == Verdict::explained;
       return fmt::format("{} {} {}the gap: with {} the model errs by {} instead of {}, which closes {}{}.",
-                         listed(ids, "and"), several ? "explain" : "explains", all ? "" : "part of ",
+                         listed(causes, "and"), several ? "explain" : "explains", all ? "" : "part of ",
                          several ? "them" : "it", with_effects, recalibrated, closed,
                          all ? " of what could be closed" : "; a rest beyond noise stays unexplained");
     }
     case Verdict::ambiguous:
       return fmt::format(
           "{}: these logs cannot tell which; the model errs by {} with the likeliest, {} without.",
-          listed(ids, "or"), with_effects, recalibrated);
+          listed(ids_of(report.effects), "or"), with_effects, recalibrated);
     case Verdict::unexplained:
       break;
   }

@@ -1,0 +1,39 @@
+#include "host-sim/diagnose/verdict.hpp"
+
+#include <algorithm>
+
+namespace plenum::host::diagnose {
+namespace {
+
+/// Shares of what recalibration left: below the first an effect explains nothing, from the second on it explains all.
+constexpr double kExplainsSome = 0.35;
+constexpr double kExplainsAll = 0.9;
+
+/// Whether the recalibrated model follows the held-out rows; or else the fitted ones, and the others as well as its
+/// figures are known: a log that does not show all of them leaves twice the noise there.
+bool calibrated(const GapErrors& errors) {
+  const double floor = errors.noise_floor_Pa;
+  return errors.recalibrated_Pa < kNearFloor * floor || (errors.recalibrated_fitted_Pa < kNearFloor * floor &&
+                                                         errors.recalibrated_Pa < (kNearFloor + 1.0) * floor);
+}
+
+}  // namespace
+
+double closed_fraction(const GapErrors& errors) {
+  const double closable = errors.recalibrated_Pa - errors.noise_floor_Pa;
+  return closable > 0.0 ? std::clamp((errors.recalibrated_Pa - errors.with_effects_Pa) / closable, 0.0, 1.0)
+                        : 0.0;
+}
+
+Verdict verdict_of(const GapErrors& errors, Best best) {
+  const double closed = closed_fraction(errors);
+  if (best == Best::no_effect && errors.as_configured_Pa < kAtFloor * errors.noise_floor_Pa)
+    return Verdict::none;
+  if (best == Best::no_effect || closed < kExplainsSome)
+    return calibrated(errors) ? Verdict::calibration : Verdict::unexplained;
+  if (closed < kExplainsAll && errors.with_effects_Pa >= kNearFloor * errors.noise_floor_Pa)
+    return Verdict::partly_explained;
+  return best == Best::has_rivals ? Verdict::ambiguous : Verdict::explained;
+}
+
+}  // namespace plenum::host::diagnose
