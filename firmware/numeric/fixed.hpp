@@ -185,6 +185,26 @@ class Fixed {
   static constexpr InverseRoot inverse_root(std::uint64_t raw) noexcept;
   static constexpr std::uint64_t quotient(std::uint64_t a, std::uint64_t b) noexcept;
   static constexpr std::uint32_t reciprocal(std::uint32_t d) noexcept;
+  /// Of b > 1: the reciprocal of its first 32 bits.
+  struct Divisor {
+    explicit constexpr Divisor(std::uint64_t b) noexcept
+        : shift(static_cast<unsigned>(std::countl_zero(b))),
+          r(reciprocal(static_cast<std::uint32_t>(b << shift >> 32U))) {}
+    /// x r: all but its last 32 bits, and those.
+    constexpr std::pair<std::uint64_t, std::uint32_t> times_r(std::uint64_t x) const noexcept {
+      const std::uint64_t below = wide(static_cast<std::uint32_t>(x), r);
+      const std::uint64_t above = wide(static_cast<std::uint32_t>(x >> 32U), r) + (below >> 32U);
+      return {above, static_cast<std::uint32_t>(below)};
+    }
+    /// x 2^32/b by it, for x < 2^31 b.
+    constexpr std::uint64_t estimate(std::uint64_t x) const noexcept {
+      const auto [top, below] = times_r(x);
+      return shift > 30 ? top << (shift - 30) | std::uint64_t{below} >> (62 - shift) : top >> (30 - shift);
+    }
+
+    unsigned shift;
+    std::uint32_t r;
+  };
   [[gnu::cold]] static constexpr std::int64_t any_product_by_parts(std::int64_t a, std::int64_t b) noexcept;
   static constexpr bool below_2_15(std::int32_t high) noexcept {
     return static_cast<std::uint32_t>(high) + 0x8000U < 0x10000U;
@@ -270,17 +290,10 @@ constexpr std::uint64_t Fixed::quotient(std::uint64_t a, std::uint64_t b) noexce
   std::uint64_t left = 0;  // a 2^32 - whole b
   if (a >> 57U == 0 && b > 1) {
     // Twice an estimate from below, by the reciprocal of b's first 32 bits: the second one is off by a few units at most.
-    const auto shift = static_cast<unsigned>(std::countl_zero(b));
-    const std::uint32_t r = reciprocal(static_cast<std::uint32_t>(b << shift >> 32U));
-    const auto times_r = [r](std::uint64_t x) noexcept {  // x r: all but its last 32 bits, and those
-      const std::uint64_t below = wide(static_cast<std::uint32_t>(x), r);
-      const std::uint64_t above = wide(static_cast<std::uint32_t>(x >> 32U), r) + (below >> 32U);
-      return std::pair(above, static_cast<std::uint32_t>(below));
-    };
-    const auto [top, below] = times_r(a);
-    whole = shift > 30 ? top << (shift - 30) | std::uint64_t{below} >> (62 - shift) : top >> (30 - shift);
+    const Divisor by(b);
+    whole = by.estimate(a);
     left = (a << 32U) - whole * b;
-    const std::uint64_t more = times_r(left).first >> (62 - shift);
+    const std::uint64_t more = by.times_r(left).first >> (62 - by.shift);
     whole += more;
     left -= more * b;
     while (left >= b) {
@@ -316,15 +329,7 @@ constexpr std::int64_t Fixed::ratio(std::int64_t a, std::int64_t b) noexcept {
 constexpr Fixed near_ratio(Fixed a, Fixed b) noexcept {
   const std::uint64_t x = Fixed::magnitude(a.raw_);
   if (b.raw_ <= 1 || x >> 31U >= static_cast<std::uint64_t>(b.raw_)) return a / b;
-  const auto of = static_cast<std::uint64_t>(b.raw_);
-  const auto shift = static_cast<unsigned>(std::countl_zero(of));
-  const std::uint32_t r = Fixed::reciprocal(static_cast<std::uint32_t>(of << shift >> 32U));
-  // x r 2^(shift - 62)
-  const std::uint64_t below = Fixed::wide(static_cast<std::uint32_t>(x), r);
-  const std::uint64_t above = Fixed::wide(static_cast<std::uint32_t>(x >> 32U), r) + (below >> 32U);
-  const std::uint64_t whole =
-      shift > 30 ? above << (shift - 30) | std::uint64_t{static_cast<std::uint32_t>(below)} >> (62 - shift)
-                 : above >> (30 - shift);
+  const std::uint64_t whole = Fixed::Divisor(static_cast<std::uint64_t>(b.raw_)).estimate(x);
   return Fixed::from_raw(Fixed::with_sign(whole, a.raw_ < 0));
 }
 
@@ -398,20 +403,20 @@ class Fraction {
 
   /// To the nearest, a tie up.
   friend constexpr Fixed operator*(Fixed of, Fraction part) noexcept {
-    const std::int64_t raw = of.raw();
-    const auto high = static_cast<std::int32_t>(raw >> 32U);
-    const std::uint64_t below = std::uint64_t{static_cast<std::uint32_t>(raw)} * part.raw_ + 0x80000000U;
-    return Fixed::from_raw(std::int64_t{high} * part.raw_ + static_cast<std::int64_t>(below >> 32U));
+    return product(of, part, 0x80000000U);
   }
   /// The same, rounded down.
-  friend constexpr Fixed times_down(Fixed of, Fraction part) noexcept {
+  friend constexpr Fixed times_down(Fixed of, Fraction part) noexcept { return product(of, part, 0); }
+
+ private:
+  /// Rounded down after `added`, in units of 2^-64.
+  static constexpr Fixed product(Fixed of, Fraction part, std::uint32_t added) noexcept {
     const std::int64_t raw = of.raw();
     const auto high = static_cast<std::int32_t>(raw >> 32U);
-    const std::uint64_t below = std::uint64_t{static_cast<std::uint32_t>(raw)} * part.raw_;
+    const std::uint64_t below = std::uint64_t{static_cast<std::uint32_t>(raw)} * part.raw_ + added;
     return Fixed::from_raw(std::int64_t{high} * part.raw_ + static_cast<std::int64_t>(below >> 32U));
   }
 
- private:
   std::uint32_t raw_;
 };
 
