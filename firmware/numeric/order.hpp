@@ -30,5 +30,7 @@ struct Parts {
 
 /// Where a decay has reached its end: e^-24 is less than half a unit in the last place of 1, in float as in Q31.32.
 inline constexpr int kDecayHigh = 24;
+/// Growth is followed up to this exponent: e^4 is 55.
+inline constexpr int kGrowthHigh = 4;
 
 }  // namespace plenum::numeric

@@ -113,9 +113,6 @@ inline Real power(Real x, Real exponent) noexcept {
   return Real(1) - decay(-exponent * log(x));
 }
 
-/// Growth is followed up to this exponent: e^4 is 55.
-inline constexpr int kGrowthHigh = 4;
-
 /// (1 - e^-x)/x for x of either sign, 1 at x = 0; x below -kGrowthHigh counts as that.
 template <Number Real>
 inline Real phi_1(Real x) noexcept {

@@ -17,6 +17,8 @@
 #include <stdexcept>
 #include <type_traits>
 
+#include "firmware/numeric/order.hpp"
+
 #define PLENUM_SCALAR_TYPE Rounded
 
 namespace plenum::numeric {
@@ -150,22 +152,19 @@ inline Rounded near_ratio(const Rounded& a, const Rounded& b) {
 
 /// The largest error of decay() and decay_part() of Q31.32 themselves.
 inline constexpr double kDecayError = 3.5 * Rounded::kUlp;
-/// Where they end: what e^-x is there.
-inline constexpr double kDecayEnds = 24, kDecayLeft = 3.8e-11;
+/// e^-x where they end.
+inline constexpr double kDecayLeft = 3.8e-11;
 
 inline Rounded decay(const Rounded& x) {
   const auto of = [](double t) { return -std::expm1(-std::max(t, 0.0)); };
   const double steepest = std::exp(-std::max(x.low() - x.error(), 0.0));
   return Rounded::made(
       of(x.low()), of(x.high()),
-      steepest * x.error() + kDecayError + (x.high() + x.error() > kDecayEnds ? kDecayLeft : 0.0));
+      steepest * x.error() + kDecayError + (x.high() + x.error() > kDecayHigh ? kDecayLeft : 0.0));
 }
 
 /// phi_1 and phi_2 of scalar.hpp and what the core computes for them: exact values, and bounds of their slopes and roundings.
 namespace phi {
-
-/// Growth is followed so far.
-inline constexpr double kLow = -4;
 
 /// (1 - e^-x)/x
 inline double first(double x) {
@@ -188,7 +187,7 @@ inline double slope(double (&of)(double), double low) {
 inline double mean_decay_rounding(double low, double high) {
   constexpr double kSeriesBelow = 0x1p-7;
   const double quotient =
-      (kDecayError + (high > kDecayEnds ? kDecayLeft : 0.0)) / std::max(low, kSeriesBelow) +
+      (kDecayError + (high > kDecayHigh ? kDecayLeft : 0.0)) / std::max(low, kSeriesBelow) +
       Rounded::kHalfUlp;
   // remainder of the series, its three products and two constants
   const double series = std::pow(std::min(high, kSeriesBelow), 3) / 24 + 4 * Rounded::kHalfUlp;
@@ -197,7 +196,7 @@ inline double mean_decay_rounding(double low, double high) {
 inline double first_rounding(double low, double high) {
   double worst = high >= 0 ? mean_decay_rounding(std::max(low, 0.0), high) : 0;
   if (low < 0) {  // the mean of a decay over what a decay leaves
-    const double steepest = std::min(-low, -kLow);
+    const double steepest = std::min(-low, double{kGrowthHigh});
     const double left = std::exp(-steepest) - kDecayError;
     worst = std::max(
         worst, (mean_decay_rounding(std::max(-high, 0.0), steepest) + first(-steepest) * kDecayError) / left +
@@ -229,10 +228,10 @@ inline Rounded mean_decay(const Rounded& x, const Rounded& /*done*/) {
   return phi::of(phi::first, phi::mean_decay_rounding, 0.0, x);
 }
 inline Rounded phi_1(const Rounded& x) {
-  return phi::of(phi::first, phi::first_rounding, phi::kLow, x);
+  return phi::of(phi::first, phi::first_rounding, -kGrowthHigh, x);
 }
 inline Rounded phi_2(const Rounded& x, const Rounded& /*phi_1*/) {
-  return phi::of(phi::second, phi::second_rounding, phi::kLow, x);
+  return phi::of(phi::second, phi::second_rounding, -kGrowthHigh, x);
 }
 
 }  // namespace plenum::numeric

@@ -28,7 +28,7 @@ MAY_INCLUDE = {
     # The socketcand and SocketCAN doors: the driver of the board is an exception.
     "host-sim/client": ["firmware/canopen", "firmware/safety", "firmware/telemetry", "firmware/ports", "host-sim/wire", "board/drivers"],
     "host-sim/dictionary": ["firmware"],
-    "host-sim/rounding": ["firmware/control", "firmware/config"],
+    "host-sim/rounding": ["firmware/control", "firmware/config", "firmware/numeric"],
     "host-sim/report": ["host-sim/trace"],
     "host-sim/reproduce": ["host-sim/plant", "host-sim/effects", "host-sim/trace", "host-sim/identify", "host-sim/report"],
     "host-sim/tools": ["host-sim"],
