@@ -33,10 +33,8 @@ class CommandTerms : public LatentTerms {
     Action* const a = tick.terms;
     Action& w = tick.disturbance;
     std::size_t i = 0;
-    for (std::size_t part = 0; part < kParts; ++part) {
-      w.input[kInlet + part] = b.at[k].inlet.slope;
-      w.input[kExhaust + part] = -b.at[k].exhaust.slope;
-    }
+    w.open(kInlet, b.at[k].inlet.slope);
+    w.open(kExhaust, -b.at[k].exhaust.slope);
     w.own = 1.0;
     for (std::size_t j = 0; j < kLagParts.size(); ++j, ++i) {
       for (std::size_t part = 0; part < kParts; ++part) {
@@ -56,9 +54,9 @@ class CommandTerms : public LatentTerms {
     }
     for (std::size_t j = 0; j < kPlays_V.size(); ++j, ++i) {
       const Ports& x = at_played_[j][k];
+      a[i].open(kInlet, x.inlet.area - b.at[k].inlet.area);
+      a[i].open(kExhaust, x.exhaust.area - b.at[k].exhaust.area);
       for (std::size_t part = 0; part < kParts; ++part) {
-        a[i].input[kInlet + part] = x.inlet.area - b.at[k].inlet.area;
-        a[i].input[kExhaust + part] = x.exhaust.area - b.at[k].exhaust.area;
         for (std::size_t f = 0; f < 4; ++f) {
           tick.inlet_by[part][f] += tick.size[i] * (x.inlet.by[f] - b.at[k].inlet.by[f]);
           tick.exhaust_by[part][f] += tick.size[i] * (x.exhaust.by[f] - b.at[k].exhaust.by[f]);

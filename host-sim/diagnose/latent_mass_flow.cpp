@@ -82,8 +82,7 @@ class MassFlowTerms : public LatentTerms {
       const double flow = inlet ? b.in_flow[k] : -b.ex_flow[k];
       for (std::size_t j = 1; j < kRatios.size(); ++j, ++i) {
         const double h = hat(kRatios, j, std::min(r, 1.0));
-        for (std::size_t part = 0; part < kParts; ++part)
-          a[i].input[(inlet ? kInlet : kExhaust) + part] = area * h;
+        a[i].open(inlet ? kInlet : kExhaust, area * h);
         a[i].own = flow * h / scale;
       }
     }

@@ -20,6 +20,11 @@ struct Action {
   Inputs input{};
   double reading = 0.0;
   double own = 0.0;  // the same in the unit of the equation's disturbance
+
+  /// The same area in every part of the tick. `port`: kInlet or kExhaust.
+  void open(std::size_t port, double area) {
+    for (std::size_t part = 0; part < kParts; ++part) input[port + part] = area;
+  }
 };
 
 struct Term {

@@ -23,10 +23,8 @@ class ValveAreaTerms : public LatentTerms {
     Action* const a = tick.terms;
     Action& w = tick.disturbance;
     std::size_t i = 0;
-    for (std::size_t part = 0; part < kParts; ++part) {
-      w.input[kInlet + part] = b.at[k].inlet.area;
-      w.input[kExhaust + part] = b.at[k].exhaust.area;
-    }
+    w.open(kInlet, b.at[k].inlet.area);
+    w.open(kExhaust, b.at[k].exhaust.area);
     w.own = 1.0;
     const double in_V = b.u[k] - (*b.figures)[effects::kOpenAbove];
     const double ex_V = (*b.figures)[effects::kExhaustBelow] - b.u[k];
@@ -36,8 +34,7 @@ class ValveAreaTerms : public LatentTerms {
         if (o <= 0.0) continue;
         const double h = hat(kOpenings, j, o / (o + 2.0));
         const double area = (*b.figures)[inlet ? effects::kInletGain : effects::kExhaustGain] * o * h;
-        for (std::size_t part = 0; part < kParts; ++part)
-          a[i].input[(inlet ? kInlet : kExhaust) + part] = area;
+        a[i].open(inlet ? kInlet : kExhaust, area);
         a[i].own = h;
       }
     }
