@@ -63,8 +63,10 @@ std::vector<identify::Tassa9Fit> identify_and_upload(BoardAccess& board, const R
         std::ref(progress));
   }
   std::vector<client::ModelUpload> uploads;
-  for (unsigned c = 0; c < chambers; ++c)
-    uploads.push_back(upload_of(identify::to_model_file(fits[c], c + 1), c + 1));
+  for (unsigned c = 0; c < chambers; ++c) {
+    const trace::ModelFile model = identify::to_model_file(fits[c], c + 1);
+    uploads.push_back(upload_of(model, c + 1, fixed_error_kPa(model)));
+  }
   // models that regulate better may predict the ten seconds that the board remembers worse
   board.session().upload_models(uploads, client::Doubted::force);
   return fits;

@@ -105,7 +105,8 @@ std::vector<Line> compare_model(const Options& options, client::Session& session
         fmt::format("{}: chamber {}, expected 1 to {}", options.file, chamber, client::kChambers));
   }
   std::vector<Line> lines;
-  compare_models(upload_of(model, chamber).image,
+  constexpr double kNotCompared = 0.0;  // it follows from the parameters
+  compare_models(upload_of(model, chamber, kNotCompared).image,
                  session.download_model(static_cast<std::uint8_t>(chamber - 1)), chamber, lines);
   return lines;
 }

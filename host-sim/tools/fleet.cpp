@@ -29,14 +29,14 @@ double fixed_error_kPa(const trace::ModelFile& file) {
   return std::isfinite(bound_kPa) ? bound_kPa : 0.0;
 }
 
-client::ModelUpload upload_of(const trace::ModelFile& file, unsigned chamber) {
+client::ModelUpload upload_of(const trace::ModelFile& file, unsigned chamber, double fixed_error_kPa) {
   const auto error = file.fit.find(kError);
   const client::ModelOrigin origin{
       .fit_error_kPa = error != file.fit.end() && error->is_number() ? error->get<double>() : 0.0,
       .fit_date_s = count_in(file.fit, kDate),
       .valve_serial = count_in(file.fit, kValve),
       .sensor_serial = count_in(file.fit, kSensor),
-      .fixed_error_kPa = fixed_error_kPa(file)};
+      .fixed_error_kPa = fixed_error_kPa};
   return {static_cast<std::uint8_t>(chamber - 1), client::encode_model(file.kind, file.parameters, origin)};
 }
 

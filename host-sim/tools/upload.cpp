@@ -51,8 +51,8 @@ int run(const Options& options) {
           fmt::format("{}: chamber {} has its model from {} already, expected one each", file, chamber, by));
     }
     by = file;
-    uploads.push_back(upload_of(model, chamber));
     const double bound_kPa = fixed_error_kPa(model);
+    uploads.push_back(upload_of(model, chamber, bound_kPa));
     list.push_back({{"file", file},
                     {"chamber", chamber},
                     {"bytes", uploads.back().image.size()},
