@@ -114,6 +114,19 @@ def include_fault(root, room, ours, foreign):
     return None
 
 
+# ---- rooms that a reader finds
+
+def unlisted_rooms(root):
+    """Each folder that has a README is linked from a README above it."""
+    found = []
+    for path in files(root, "firmware", "board", "host-sim", "tests"):
+        if path.name == "README.md":
+            above = (folder / "README.md" for folder in path.parent.parents if folder == root or root in folder.parents)
+            if not any(f"({path.relative_to(one.parent).as_posix()})" in one.read_text(encoding="utf-8") for one in above if one.is_file()):
+                found.append(f"{path.relative_to(root).as_posix()}:1: no README of a folder above links to it")
+    return found
+
+
 # ---- words that the core's sources may not hold
 
 BANNED_WORDS = [

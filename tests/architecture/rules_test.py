@@ -130,6 +130,20 @@ class MachineNames(unittest.TestCase):
                 self.assertTrue(violations[0].startswith("toolchains/x.txt:2: "), violations[0])
 
 
+class Rooms(unittest.TestCase):
+    def test_each_room_is_found_from_a_readme_above(self):
+        violations = rules.unlisted_rooms(SOURCE_DIR)
+        self.assertEqual(violations, [], listed(violations))
+
+    def test_a_room_that_no_readme_names_is_caught(self):
+        with PlantedTree() as tree:
+            tree.plant("README.md", "[plant](host-sim/plant/README.md)")
+            tree.plant("host-sim/plant/README.md", "[valve](valve/README.md), [gas](../gas/README.md)")
+            for room in ("plant/valve", "gas"):
+                tree.plant(f"host-sim/{room}/README.md", "")
+            self.assertEqual(rules.unlisted_rooms(tree.root), ["host-sim/gas/README.md:1: no README of a folder above links to it"])
+
+
 class Symbols(unittest.TestCase):
     def test_the_firmware_archive_needs_no_heap_throw_thread_clock_or_libm(self):
         violations = rules.symbol_violations(ARCHIVE)
