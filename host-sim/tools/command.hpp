@@ -20,6 +20,7 @@ struct Command {
 Command add_sim(CLI::App& program);
 Command add_capture(CLI::App& program);
 Command add_identify(CLI::App& program);
+Command add_orifice(CLI::App& program);
 Command add_diagnose(CLI::App& program);
 Command add_effects(CLI::App& program);
 Command add_upload(CLI::App& program);

@@ -53,14 +53,14 @@ int main(int argc, char** argv) {
       "computed.\n"
       "\nExample:\n  plenum demo    # the whole line on a simulated rig, and a report of it");
   const std::vector<tools::Command> commands{
-      tools::add_demo(program),       tools::add_sim(program),      tools::add_capture(program),
-      tools::add_identify(program),   tools::add_diagnose(program), tools::add_effects(program),
-      tools::add_upload(program),     tools::add_download(program), tools::add_regulate(program),
-      tools::add_scan(program),       tools::add_info(program),     tools::add_faults(program),
-      tools::add_reset(program),      tools::add_diff(program),     tools::add_backup(program),
-      tools::add_restore(program),    tools::add_monitor(program),  tools::add_record(program),
-      tools::add_decode(program),     tools::add_blind(program),    tools::add_reproduce(program),
-      tools::add_acceptance(program), tools::add_calibrate(program)};
+      tools::add_demo(program),       tools::add_sim(program),       tools::add_capture(program),
+      tools::add_identify(program),   tools::add_diagnose(program),  tools::add_effects(program),
+      tools::add_upload(program),     tools::add_download(program),  tools::add_regulate(program),
+      tools::add_scan(program),       tools::add_info(program),      tools::add_faults(program),
+      tools::add_reset(program),      tools::add_diff(program),      tools::add_backup(program),
+      tools::add_restore(program),    tools::add_monitor(program),   tools::add_record(program),
+      tools::add_decode(program),     tools::add_blind(program),     tools::add_reproduce(program),
+      tools::add_acceptance(program), tools::add_calibrate(program), tools::add_orifice(program)};
 
   const auto chosen = [&] {
     return std::find_if(commands.begin(), commands.end(),

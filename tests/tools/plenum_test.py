@@ -13,7 +13,7 @@ from pathlib import Path
 
 PROGRAM = TOP = None
 COMMANDS = ["demo", "sim", "capture", "identify", "diagnose", "effects", "upload", "download", "regulate", "reproduce",
-            "scan", "info", "faults", "reset", "diff", "backup", "restore", "monitor", "acceptance", "calibrate"]
+            "scan", "info", "faults", "reset", "diff", "backup", "restore", "monitor", "acceptance", "calibrate", "orifice"]
 SMALL = ["--chambers", "2"]
 
 
@@ -381,6 +381,48 @@ def agrees(finding):
     above = finding["ours"] > finding["paper"] + room
     below = finding["ours"] < finding["paper"] - room
     return {"near": not above and not below, "at most": not above, "at least": not below}[finding["expect"]]
+
+
+class Orifice(Plenum):
+    """Choked flow has a closed form: p falls as e^(-k t), and rises at k P_s. A row is the mean over the 10 ms before it."""
+
+    RATE_1_S, VOLUME_M3, SUPPLY_PA = 0.05, 0.2e-3, 700e3
+
+    def log(self, name, pressure_Pa, seconds=6.0, command_V=lambda t: 5.0, volume=lambda t: 1.0):
+        rows = [f"{t:.2f},{command_V(t)},{pressure_Pa(t - 0.005):.6f},{self.VOLUME_M3 * volume(t):.9f}"
+                for t in (0.01 * k for k in range(round(100 * seconds)))]
+        return self.write(name, "time_s,command_V,pressure_Pa,volume_m3\n" + "\n".join(rows) + "\n")
+
+    def emptying(self, name, **how):
+        return self.log(name, lambda t: self.SUPPLY_PA * math.exp(-self.RATE_1_S * t), **how)
+
+    def test_a_choked_vessel_shows_the_rate_the_area_and_the_sonic_conductance(self):
+        filling = self.log("filling.csv", lambda t: 101325 + self.RATE_1_S * self.SUPPLY_PA * t, command_V=lambda t: 6.0)
+        answer = json.loads(self.done("orifice", "--thin-plate", "--exponent", "1", "--json", "-", self.emptying("emptying.csv"), filling))
+        # mass per second per pascal at 293.15 K, and ISO 6358's 1.185 kg/m3; of a thin plate 0.0404 A p/sqrt(T) with C_d 1
+        mass_kg_s_Pa = self.RATE_1_S * self.VOLUME_M3 / (287.87 * 293.15)
+        for of, flow, command_V in zip(answer["orifices"], ("discharge", "charge"), (5, 6)):
+            self.assertEqual((of["flow"], of["command_V"]), (flow, command_V))
+            self.assertAlmostEqual(of["parameters"]["choked_rate_1_s"]["value"], self.RATE_1_S, delta=1e-6)
+            self.assertAlmostEqual(of["sonic_conductance_dm3_s_bar"], 1e8 * mass_kg_s_Pa / 1.185, delta=1e-6)
+            self.assertAlmostEqual(of["parameters"]["area_m2"]["value"] / (mass_kg_s_Pa * math.sqrt(293.15) / 0.040418), 1.0, delta=0.01)
+            self.assertTrue(of["parameters"]["critical_ratio"]["held"])
+            self.assertLess(of["mean_absolute_error_kPa"], 1e-3)
+
+    def test_the_page_and_the_text_say_the_same(self):
+        text = self.done("orifice", "--thin-plate", self.emptying("leak.csv"), "--report", "leak.html")
+        rate = re.search(r"choked_rate +(\S+)", text)[1]
+        self.assertIn(rate[:6], html.unescape((self.folder / "leak.html").read_text(encoding="utf-8")))
+
+    def test_what_is_no_single_orifice_is_refused_with_the_part_that_is_one(self):
+        steps = self.emptying("steps.csv", command_V=lambda t: 5.0 if t < 1.995 else 4.8)
+        self.refused(3, "orifice", steps, says=["steps.csv", "the command changes", "--from 2 --to 5.99"])
+        self.done("orifice", "--thin-plate", steps, "--from", "2")
+        moving = self.emptying("moving.csv", volume=lambda t: 1.0 + 0.02 * t)
+        self.refused(3, "orifice", moving, says=["moving.csv", "the volume moves from 200 to"])
+        tight = self.log("tight.csv", lambda t: self.SUPPLY_PA * math.exp(-1e-3 * t))
+        self.refused(3, "orifice", tight, says=["tight.csv", "pressure ratios from", "--thin-plate"])
+        self.refused(2, "orifice", tight, "--from", "7", says=["tight.csv", "--from 7", "3 or more"])
 
 
 class Blind(Plenum):
