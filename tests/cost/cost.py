@@ -7,8 +7,9 @@ call graph (call_graph.py); the stack that they really used (stack.cpp), which m
 where the build is for this machine, the instructions of the dearest calls that a search finds, under callgrind (instructions.cpp).
 
 A row that grew by more than 10 % fails. One that shrank by more asks to be written anew, so that it cannot grow back unseen. Figures
-of another compiler are not compared. --write takes over what is measured. Exit code: 0 nothing grew, 1 something did or could not be
-measured, 2 bad usage.
+of another compiler are not compared. --write searches several times as long, takes over what is measured, and keeps the dearest cases
+in FILE's cases.json: there each search begins, so that what a change costs is seen on the very same cases. Exit code: 0 nothing grew,
+1 something did or could not be measured, 2 bad usage.
 """
 
 import argparse
@@ -18,13 +19,16 @@ import subprocess
 import sys
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
+from itertools import repeat
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
 from call_graph import CallGraph, RefusedGraph  # noqa: E402
 
 TABLE = Path(__file__).with_name("cost.json")
+CASES = "cases.json"
 LIMIT = 0.10
+SEED, ROUNDS_OF_WRITE = 2024, 4
 STACK, USED, INSTRUCTIONS = "stack at most [bytes]", "stack used [bytes]", "instructions of the dearest call found"
 
 # The functions that the owner of a board calls, as gcc prints them. The drivers that a Board calls are not counted.
@@ -46,9 +50,9 @@ class NotMeasured(Exception):
     pass
 
 
-def lines_of(command):
-    """What a program prints, a JSON object a line."""
-    done = subprocess.run(command, capture_output=True, text=True)
+def lines_of(command, told=""):
+    """What a program that is told this prints, a JSON object a line."""
+    done = subprocess.run(command, input=told, capture_output=True, text=True)
     if done.returncode != 0:
         raise NotMeasured(f"{' '.join(map(str, command))} ended with {done.returncode}: {done.stderr.strip()}")
     return [json.loads(line) for line in done.stdout.splitlines()]
@@ -64,27 +68,32 @@ def stack_used(build):
     return {one["row"]: one["bytes"] for one in lines_of(emulator + [build["stack"]])}
 
 
-def count_rows(program, rows):
+def count_rows(program, seed, known, rows):
+    """What a search finds in each of `rows`, from the cases `known` on: {row, instructions, kept, case}."""
+    cases = "".join(f"{row}\t{case}\n" for row in rows for case in sorted(known.get(row, ())))
     with tempfile.TemporaryDirectory() as folder:
         out = f"{folder}/out"
-        found = lines_of(["valgrind", "--tool=callgrind", "--collect-atstart=no", "--dump-line=no", f"--callgrind-out-file={out}",
-                          program, out, *rows])
-    return {one["row"]: one["instructions"] for one in found}
+        return lines_of(["valgrind", "--tool=callgrind", "--collect-atstart=no", "--dump-line=no", f"--callgrind-out-file={out}",
+                         program, out, str(seed), *rows], cases)
 
 
-def instructions(program):
+def instructions(program, known, rounds):
+    """By row: instructions of the dearest case found, its case, and what the dearest of the cases known before took."""
     rows = subprocess.run([program, "--list"], capture_output=True, text=True, check=True).stdout.splitlines()
     dear = [row for row in rows if row.startswith("Controller::")]
     jobs = [[row] for row in dear] + [[row for row in rows if row not in dear]]
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        found = {}
-        for counts in pool.map(lambda job: count_rows(program, job), jobs):
-            found |= counts
+    found = {}
+    for turn in range(rounds):
+        begin = {row: known.get(row, set()) | ({found[row]["case"]} if row in found else set()) for row in rows}
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            for counts in pool.map(count_rows, repeat(program), repeat(SEED + turn), repeat(begin), jobs):
+                for one in counts:
+                    found[one["row"]] = one | {"kept": found.get(one["row"], one)["kept"]}
     return {row: found[row] for row in rows}
 
 
-def measure(build, say):
-    """A section of the table, and what is wrong with the measurement itself."""
+def measure(build, cases, rounds, say):
+    """A section of the table, its dearest cases by row, and what is wrong with the measurement itself."""
     needs, used = stack_needs(build), stack_used(build)
     faults = []
     for entry, bytes_used in used.items():
@@ -95,9 +104,19 @@ def measure(build, say):
     for entry, need in needs.items():
         say(f"   {entry}: at most {need.bytes} bytes of stack: {path_of(need)}")
     section = {"compiler": build["compiler"], STACK: {entry: need.bytes for entry, need in needs.items()}, USED: used}
+    dearest = {}
     if build["instructions"]:
-        section[INSTRUCTIONS] = instructions(build["instructions"])
-    return section, faults
+        known = {}
+        for of_section in cases.values():
+            for row, case in of_section.items():
+                known.setdefault(row, set()).add(case)
+        found = instructions(build["instructions"], known, rounds)
+        section[INSTRUCTIONS] = {row: one["instructions"] for row, one in found.items()}
+        dearest = {row: one["case"] for row, one in found.items()}
+        for row, one in found.items():
+            if one["instructions"] > one["kept"] * (1 + LIMIT):
+                say(f"   {row}: {one['instructions']} instructions in a case newly found, {one['kept']} in the cases kept")
+    return section, dearest, faults
 
 
 def path_of(need):
@@ -164,21 +183,25 @@ def main(words):
     parser.add_argument("--table", type=Path, default=TABLE)
     parser.add_argument("builds", nargs="+", type=Path, metavar="BUILD_JSON")
     arguments = parser.parse_args(words)
-    measured, faults = {}, []
+    cases_path = arguments.table.with_name(CASES)
+    measured, cases, faults = {}, read_table(cases_path), []
     for path in arguments.builds:
         build = json.loads(path.read_text(encoding="utf-8"))
+        name = build["section"]
         try:
-            print(f"-- {build['section']}", flush=True)
-            measured[build["section"]], wrong = measure(build, print)
-            faults += [f"{build['section']}: {fault}" for fault in wrong]
+            print(f"-- {name}", flush=True)
+            measured[name], dearest, wrong = measure(build, cases, ROUNDS_OF_WRITE if arguments.write else 1, print)
+            if dearest:
+                cases[name] = dearest
+            faults += [f"{name}: {fault}" for fault in wrong]
         except (RefusedGraph, NotMeasured, OSError) as refusal:
-            faults.append(f"{build['section']}: {refusal}")
+            faults.append(f"{name}: {refusal}")
     for fault in faults:
         print(f"cost: {fault}", file=sys.stderr)
     table = read_table(arguments.table)
     if arguments.write and not faults:
-        merged = dict(sorted((table | measured).items()))
-        arguments.table.write_text(json.dumps(merged, indent=1) + "\n", encoding="utf-8")
+        for file, what in ((arguments.table, table | measured), (cases_path, cases)):
+            file.write_text(json.dumps(dict(sorted(what.items())), indent=1) + "\n", encoding="utf-8")
         print(f"cost: written: {arguments.table.name}, {', '.join(measured)}")
         return 0
     return 1 if faults or compare(table, measured) else 0

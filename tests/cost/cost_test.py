@@ -190,13 +190,17 @@ class Command(Folder):
         self.write(lines)
         self.table = self.folder / "cost.json"
 
-    def run_cost(self, *words, used=200):
-        program = self.folder / "stack"
-        program.write_text(f'#!/bin/sh\necho \'{{"row": "Controller::step", "bytes": {used}}}\'\n')
+    def program(self, name, lines):
+        program = self.folder / name
+        program.write_text("#!/bin/sh\n" + lines)
         program.chmod(0o755)
+        return program
+
+    def run_cost(self, *words, used=200, counter=""):
+        program = self.program("stack", f'echo \'{{"row": "Controller::step", "bytes": {used}}}\'\n')
         build = self.folder / "build.json"
         build.write_text(json.dumps({"section": "toy, float", "compiler": "GNU 12", "root": str(self.folder), "emulator": [""],
-                                     "stack": str(program), "instructions": "", "objects": [str(self.folder / "0.o")]}))
+                                     "stack": str(program), "instructions": str(counter), "objects": [str(self.folder / "0.o")]}))
         printed, errors = io.StringIO(), io.StringIO()
         with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(errors):
             code = cost.main([*words, "--table", str(self.table), str(build)])
@@ -220,6 +224,29 @@ class Command(Folder):
             self.assertEqual(code, 1)
             self.assertIn(f"Controller::step used {used} bytes of stack", errors)
             self.assertFalse(self.table.exists())
+
+    def counter(self, dearest_known):
+        """A program that counts one row: a case takes as many instructions as its number says, a search finds `dearest_known` + 1."""
+        return self.program("counter", f"""
+if [ "$1" = --list ]; then echo 'Toy::step'; exit; fi
+most=0; while read -r row number; do [ "$row" = Toy::step ] && [ "$number" -gt $most ] && most=$number; done
+found=$((most < {dearest_known} ? most + 1 : most)); [ $most -gt 0 ] || found=100
+echo "{{\\"row\\": \\"Toy::step\\", \\"instructions\\": $found, \\"kept\\": $most, \\"case\\": \\"$found\\"}}"
+""")
+
+    def test_a_search_begins_with_the_cases_kept_and_one_that_is_written_goes_further(self):
+        counter = self.counter(1000)
+        code, _, errors = self.run_cost("--write", counter=counter)
+        self.assertEqual(code, 0, errors)
+        cases = self.folder / "cases.json"
+        most = 100 + cost.ROUNDS_OF_WRITE - 1
+        self.assertEqual(json.loads(cases.read_text()), {"toy, float": {"Toy::step": str(most)}})
+        self.assertEqual(json.loads(self.table.read_text())["toy, float"][cost.INSTRUCTIONS], {"Toy::step": most})
+        cases.write_text(json.dumps({"toy, float": {"Toy::step": "115"}, "toy, fixed": {"Toy::step": "116"}}))
+        code, _, errors = self.run_cost(counter=counter)
+        self.assertEqual(code, 1)
+        self.assertIn(f"Toy::step: from {most} to 117", errors)
+        self.assertIn("116", cases.read_text())  # nothing is written where nothing was asked to be
 
     def test_a_graph_that_is_refused_fails_with_its_reason(self):
         self.write([node("a", "void a()", "8 bytes (dynamic)")])

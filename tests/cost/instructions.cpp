@@ -3,18 +3,23 @@
 // Each row below draws a case from a Tape: admissible parameters, a state, and what is asked. tape.hpp searches for the dearest. What
 // is counted lies between two client requests, the call itself included; callgrind's dump is read back at once.
 //
-// usage: valgrind --tool=callgrind --collect-atstart=no --callgrind-out-file=FILE plenum_cost_instructions FILE [ROW...]
+// usage: valgrind --tool=callgrind --collect-atstart=no --callgrind-out-file=FILE plenum_cost_instructions FILE SEED [ROW...]
 //        plenum_cost_instructions --list      the rows
 //
-// Prints one JSON object a line: {"row": "Tassa9::inverse", "instructions": 1234}
+// SEED is that of the search. Standard input: cases that it begins with, a line each: the row, a tabulator, a tape. Prints one JSON
+// object a line; "kept": what the dearest of the cases given takes, 0 if there is none:
+//   {"row": "Tassa9::inverse", "instructions": 1234, "kept": 1230, "case": "7e8 3 ffff"}
 #include <valgrind/callgrind.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <iostream>
+#include <map>
 #include <memory>
 #include <random>
 #include <stdexcept>
@@ -41,7 +46,6 @@ using control::ChamberMotion;
 using cost::Tape;
 using numeric::Scalar;
 
-constexpr std::uint64_t kSeed = 2024;
 constexpr cost::Effort kOfFunction{.drawn = 150, .varied = 150};
 constexpr cost::Effort kOfEpisode{.drawn = 30, .varied = 90};
 constexpr cost::Effort kOfSession{.drawn = 10, .varied = 6};
@@ -339,6 +343,34 @@ std::vector<Row> all_rows() {
 
 }  // namespace
 
+namespace {
+
+/// The cases of standard input, by their rows.
+std::map<std::string, std::vector<Tape>> known_cases() {
+  std::map<std::string, std::vector<Tape>> known;
+  for (std::string line; std::getline(std::cin, line);) {
+    const std::size_t tabulator = line.find('\t');
+    if (tabulator == std::string::npos)
+      throw std::invalid_argument("a row, a tabulator and a tape are expected, found '" + line.substr(0, 40) +
+                                  "'");
+    known[line.substr(0, tabulator)].push_back(Tape::from(line.substr(tabulator + 1)));
+  }
+  return known;
+}
+
+void print(const Row& row, std::uint64_t seed, const std::vector<Tape>& known, Instructions& instructions) {
+  const auto cost_of = [&](Tape& tape) { return row.cost(instructions, tape); };
+  const std::uint64_t kept = known.empty() ? 0 : cost::dearest(seed, known, {}, cost_of).cost;
+  const cost::Dearest found = cost::dearest(seed, known, row.effort, cost_of);
+  std::printf(R"({"row": "%s", "instructions": %llu, "kept": %llu, "case": "%s"})"
+              "\n",
+              row.name.c_str(), static_cast<unsigned long long>(found.cost),
+              static_cast<unsigned long long>(kept), found.tape.text().c_str());
+  std::fflush(stdout);
+}
+
+}  // namespace
+
 int main(int count, char** words) {
   const std::vector<std::string> arguments(words + 1, words + count);
   const std::vector<Row> rows = all_rows();
@@ -346,21 +378,25 @@ int main(int count, char** words) {
     for (const Row& row : rows) std::printf("%s\n", row.name.c_str());
     return 0;
   }
-  if (arguments.empty() || RUNNING_ON_VALGRIND == 0) {
-    std::fprintf(stderr,
-                 "plenum_cost_instructions: expected --list, or FILE [ROW...] under callgrind, whose output "
-                 "FILE is\n");
+  if (arguments.size() < 2 || RUNNING_ON_VALGRIND == 0) {
+    std::fprintf(
+        stderr,
+        "plenum_cost_instructions: expected --list, or FILE SEED [ROW...] under callgrind, whose output "
+        "FILE is\n");
     return 2;
   }
-  Instructions instructions(arguments[0]);
-  for (const Row& row : rows) {
-    const auto asked = std::find(arguments.begin() + 1, arguments.end(), row.name);
-    if (arguments.size() > 1 && asked == arguments.end()) continue;
-    const std::uint64_t most =
-        cost::dearest(kSeed, row.effort, [&](Tape& tape) { return row.cost(instructions, tape); });
-    std::printf(R"({"row": "%s", "instructions": %llu})"
-                "\n",
-                row.name.c_str(), static_cast<unsigned long long>(most));
-    std::fflush(stdout);
+  try {
+    Instructions instructions(arguments[0]);
+    const std::uint64_t seed = std::stoull(arguments[1]);
+    const std::map<std::string, std::vector<Tape>> known = known_cases();
+    for (const Row& row : rows) {
+      const auto asked = std::find(arguments.begin() + 2, arguments.end(), row.name);
+      if (arguments.size() > 2 && asked == arguments.end()) continue;
+      const auto of_row = known.find(row.name);
+      print(row, seed, of_row == known.end() ? std::vector<Tape>{} : of_row->second, instructions);
+    }
+  } catch (const std::exception& fault) {
+    std::fprintf(stderr, "plenum_cost_instructions: %s\n", fault.what());
+    return 2;
   }
 }
