@@ -70,20 +70,25 @@ def run(command):
         raise Impossible(f"{shlex.join(map(str, command))}\n{done.stderr}")
 
 
-def made_by(core, target, level, folder, pool):
+def made_by(core, target, level, folder):
     """The program of one row."""
     _, compiler, emulator = target
     objects = [folder / f"{source}.o" for source, _, _ in core]
-
-    def compile_one(at):
-        _, launcher, words = core[at]
-        objects[at].parent.mkdir(parents=True, exist_ok=True)
-        run([*launcher, compiler, *words, "-w", level, "-c", "-o", objects[at]])
-
-    list(pool.map(compile_one, range(len(core))))
+    for (_, launcher, words), made in zip(core, objects):
+        made.parent.mkdir(parents=True, exist_ok=True)
+        run([*launcher, compiler, *words, "-w", level, "-c", "-o", made])
     program = folder / "plenum_same_bits"
     run([compiler, *objects, *(["-static"] if emulator else []), "-o", program])
     return program
+
+
+def shown_the_recording(build, core, target, level):
+    """What a row prints, and what its program says against the digest expected; nothing if that is met."""
+    name, compiler, emulator = target
+    program = made_by(core, target, level, TOP / "build" / "same-bits" / build.name / f"{compiler}{level}")
+    done = subprocess.run([*emulator, program, DATA / "recording.txt", DATA / "expected.txt"], capture_output=True, text=True)
+    differs = done.returncode != 0
+    return f"{build.name:<8} {name:<16} {level}  {'DIFFERS' if differs else 'same'}", f"{done.stderr}\n" if differs else ""
 
 
 def main(arguments):
@@ -96,19 +101,19 @@ def main(arguments):
                 raise Impossible(f"{name} asks for {program}: see toolchains/packages.txt and packages-cross.txt")
     differing = 0
     with ThreadPoolExecutor(int(os.environ.get("JOBS", os.cpu_count()))) as pool:
-        for build in map(Path, arguments):
-            core = sources(build)
-            for target in targets():
-                for level in LEVELS:
-                    name, compiler, emulator = target
-                    folder = TOP / "build" / "same-bits" / build.name / f"{compiler}{level}"
-                    program = made_by(core, target, level, folder, pool)
-                    done = subprocess.run([*emulator, program, DATA / "recording.txt", DATA / "expected.txt"],
-                                          capture_output=True, text=True)
-                    print(f"{build.name:<8} {name:<16} {level}  {'same' if done.returncode == 0 else 'DIFFERS'}", flush=True)
-                    if done.returncode != 0:
-                        differing += 1
-                        print(done.stderr, file=sys.stderr, flush=True)
+        rows = [pool.submit(shown_the_recording, build, core, target, level)
+                for build, core in ((build, sources(build)) for build in map(Path, arguments))
+                for target in targets() for level in LEVELS]
+        try:
+            for row in rows:
+                line, fault = row.result()
+                print(line, flush=True)
+                if fault:
+                    differing += 1
+                    print(fault, file=sys.stderr, flush=True)
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
     return 1 if differing else 0
 
 
