@@ -39,6 +39,15 @@ class SettingsDesk {
   /// No bit has flipped in the settings in force of a chamber, or with kChambers of the board, since they were written.
   bool intact(std::size_t owner) const noexcept { return seal_[owner] == sum_in_force(owner); }
 
+  bool intact() const noexcept {
+    for (std::size_t owner = 0; owner <= kChambers; ++owner) {
+      if (!intact(owner)) return false;
+    }
+    return true;
+  }
+  /// What edited() gives may be set() again with one field changed: of damaged settings the rest would be sealed as if it were good.
+  bool may_edit(std::size_t owner) const noexcept { return restoring_ || intact(owner); }
+
   /// Refused settings change nothing; why they were refused is kept as refusal().
   SettingVerdict set(const BoardSettings& settings) noexcept;
   SettingVerdict set(std::size_t chamber, const ChamberSettings& settings) noexcept;

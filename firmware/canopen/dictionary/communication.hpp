@@ -96,6 +96,10 @@ template <StoreOrder::What what, std::uint32_t signature>
 Abort order_store(Device& device, Place at, std::uint32_t bits) noexcept {
   if (bits != signature) return Abort::cannot_store;
   if (device.order.what != StoreOrder::What::none) return Abort::device_state;
+  constexpr std::uint8_t kCommunicationSub = 2;
+  const bool saves_settings = what == StoreOrder::What::store && at.sub != kCommunicationSub;
+  if (saves_settings && !device.settings.intact())
+    return Abort::hardware_error;  // damage would outlive a restart
   device.order = {.what = what, .sub = at.sub};
   return Abort::pending;
 }

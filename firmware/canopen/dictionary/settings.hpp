@@ -16,6 +16,7 @@ inline Abort set_chamber(Device& device, Place at, const config::ChamberSettings
   const bool refused =
       must_vent && !device.settings.restoring();  // a reset brings back what a power cycle would
   if (refused || (device.image.status_word & word::kStateMask) != 0) return Abort::device_state;
+  if (!device.settings.may_edit(at.instance)) return Abort::hardware_error;
   return device.settings.set(at.instance, settings) ? Abort::none : Abort::value_range;
 }
 
@@ -67,6 +68,7 @@ inline Abort write_safe_output(Device& device, Place at, std::uint32_t bits) noe
 
 inline Abort set_board(Device& device, const config::BoardSettings& settings) noexcept {
   if ((device.image.status_word & word::kStateMask) != 0) return Abort::device_state;
+  if (!device.settings.may_edit(config::kChambers)) return Abort::hardware_error;
   return device.settings.set(settings) ? Abort::none : Abort::value_range;
 }
 

@@ -51,6 +51,44 @@ TEST(Settings, BearTheNamesAndRangesOfTheirFields) {
   EXPECT_STREQ(row(0x2419, 0).name, "supply_ticks");
 }
 
+/// A bit has flipped in memory.
+template <class T>
+void flip_a_bit_of(const T& value) {
+  reinterpret_cast<unsigned char&>(const_cast<T&>(value)) ^= 0x10U;
+}
+
+TEST(Settings, ThatAreDamagedAreNotSealedByAWriteOfAnotherField) {
+  InitBench bench;
+  flip_a_bit_of(bench.settings.chamber(3).over_pressure_kPa);
+  EXPECT_EQ(bench.answer("605 23 03 24 0A 00 00 16 44"), "585 80 03 24 0A 00 00 06 06");
+  EXPECT_EQ(bench.answer("605 2B 0B 24 02 05 00 00 00"), "585 80 0B 24 02 00 00 06 06");
+  EXPECT_EQ(bench.answer("605 2F 13 24 01 00 00 00 00"), "585 80 13 24 01 00 00 06 06");
+  EXPECT_FALSE(bench.settings.intact(3));
+  EXPECT_EQ(bench.settings.chamber(3).pressure_high_kPa, 800.0F);
+  EXPECT_EQ(bench.answer("605 23 02 24 0A 00 00 16 44"), "585 60 02 24 0A 00 00 00 00")
+      << "another chamber's";
+
+  flip_a_bit_of(bench.settings.board().supply_low_kPa);
+  EXPECT_EQ(bench.answer("605 2B 19 24 03 04 00 00 00"), "585 80 19 24 03 00 00 06 06");
+  EXPECT_FALSE(bench.settings.intact(config::kChambers));
+
+  bench.send("000 81 05");
+  bench.tick(20);
+  bench.drain();
+  EXPECT_TRUE(bench.settings.intact()) << "a reset of the node brings them back";
+  EXPECT_EQ(bench.answer("605 23 03 24 0A 00 00 16 44"), "585 60 03 24 0A 00 00 00 00");
+}
+
+TEST(Settings, ThatAreDamagedAreNotStored) {
+  InitBench bench;
+  flip_a_bit_of(bench.settings.chamber(7).over_pressure_kPa);
+  EXPECT_EQ(bench.answer("605 23 10 10 01 73 61 76 65"), "585 80 10 10 01 00 00 06 06");
+  EXPECT_EQ(bench.answer("605 23 10 10 03 73 61 76 65"), "585 80 10 10 03 00 00 06 06");
+  EXPECT_EQ(bench.node.order().what, StoreOrder::What::none);
+  EXPECT_EQ(bench.answer("605 23 10 10 02 73 61 76 65"), "") << "communication parameters are none of them";
+  EXPECT_EQ(bench.node.order().what, StoreOrder::What::store);
+}
+
 TEST(Settings, AreWrittenOfTheChamberThatTheyName) {
   InitBench bench;
   EXPECT_EQ(bench.answer("605 23 03 24 0A 00 00 16 44"), "585 60 03 24 0A 00 00 00 00") << "600 kPa";
