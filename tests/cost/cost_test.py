@@ -242,11 +242,13 @@ echo "{{\\"row\\": \\"Toy::step\\", \\"instructions\\": $found, \\"kept\\": $mos
         most = 100 + cost.ROUNDS_OF_WRITE - 1
         self.assertEqual(json.loads(cases.read_text()), {"toy, float": {"Toy::step": str(most)}})
         self.assertEqual(json.loads(self.table.read_text())["toy, float"][cost.INSTRUCTIONS], {"Toy::step": most})
-        cases.write_text(json.dumps({"toy, float": {"Toy::step": "115"}, "toy, fixed": {"Toy::step": "116"}}))
+        cases.write_text(json.dumps({"toy, float": {"Toy::step": "116"}, "toy, fixed": {"Toy::step": "300"}}))
         code, _, errors = self.run_cost(counter=counter)
         self.assertEqual(code, 1)
         self.assertIn(f"Toy::step: from {most} to 117", errors)
         self.assertIn("116", cases.read_text())  # nothing is written where nothing was asked to be
+        self.run_cost("--write", counter=counter)
+        self.assertEqual(json.loads(cases.read_text())["toy, float"]["Toy::step"], str(300 + cost.ROUNDS_OF_WRITE))
 
     def test_a_graph_that_is_refused_fails_with_its_reason(self):
         self.write([node("a", "void a()", "8 bytes (dynamic)")])
