@@ -72,7 +72,7 @@ class Tape {
     copy.at_ = 0;
     if (numbers_.empty()) return copy;
     for (std::uint64_t left = 1 + random() % 4; left > 0; --left) {
-      const std::size_t place = random() % numbers_.size();
+      const auto place = static_cast<std::size_t>(random() % numbers_.size());
       std::uint64_t& number = copy.numbers_[place];
       const std::uint64_t fresh = random();
       number = random() % 2 == 0 ? fresh : number + (fresh >> 6U) - (max() >> 7U);
@@ -115,7 +115,8 @@ Dearest dearest(std::uint64_t seed, const std::vector<Tape>& known, Effort effor
   };
   for (const Tape& tape : known) weigh(tape);
   for (int i = 0; i < effort.drawn; ++i) weigh(Tape(random()));
-  for (int i = 0; i < effort.varied; ++i) weigh(kept[random() % kept.size()].tape.varied(random));
+  for (int i = 0; i < effort.varied; ++i)
+    weigh(kept[static_cast<std::size_t>(random() % kept.size())].tape.varied(random));
   return kept.front();
 }
 
