@@ -34,6 +34,9 @@ TEST(RigToml, TakesLettersBeyondAsciiInCommentsOnly) {
   EXPECT_EQ(refusal("\xEF\xBB\xBF[sampling]\nrate_Hz = 100  # Prüfstand, 20 °C\n"), "accepted");
   EXPECT_THAT(refusal("[sampling]\nrate_Hz = 100\nµ = 1 # m\n"),
               HasSubstr("rig.toml: line 3: a character beyond ASCII"));
+  EXPECT_THAT(refusal("a = \"\"\"\n# \\\n\xC2\xA7\"\"\"\n"),
+              HasSubstr("rig.toml: line 3: a character beyond ASCII, expected none in a file with \"\"\""))
+      << "what looks like a comment may be a string";
 }
 
 TEST(RigToml, ReadsTheExampleOfTheContract) {
