@@ -7,7 +7,8 @@
 //   p1 = p + h phi_1(h J) f(p),   S = (f(p1) - f(p))/(p1 - p),   p+ = p + h phi_1(h S) f(p),
 //   mean = p + h phi_2(h S) f(p):
 // stable at any step, exact where the rate is linear in p, second order elsewhere; the chord settles on the right
-// end where the rate is a square root, at equal pressures. Source: "Modeling and Identification of Pneumatic
+// end where the rate is a square root, at equal pressures. Areas that change within the step, behind a dead time or a
+// spool, enter by their first moment, too: what flows sooner counts longer in the mean. Source: "Modeling and Identification of Pneumatic
 // Actuators" (1)-(4); Hochbruck and Ostermann, Acta Numerica 19 (2010).
 #pragma once
 
@@ -49,20 +50,23 @@ class ChamberModel {
   }
 
  private:
+  /// Of a step: the means of the areas, and how much sooner than evenly they are open, int (1/2 - s) area ds, 0 <= s <= 1.
   struct Openings {
     N inlet_m2, exhaust_m2;
+    N inlet_sooner_m2{}, exhaust_sooner_m2{};
   };
   struct Flow {
     N flow, by_upstream, by_downstream;
   };
   struct Balance {
     N rate, slope, inlet, exhaust;
+    N sooner;  ///< of the rate
   };
 
   static constexpr int kSpoolParts = 3;
 
   bool on(Id id) const { return (on_ >> id & 1U) != 0; }
-  Openings mean_openings(double command_V, int step);
+  Openings openings_over(double command_V, int step);
   Openings openings(const N& command_V) const;
   Flow plate(const N& first_Pa, const N& second_Pa) const;
   Balance balance(const N& pressure_Pa, const Openings& open, const N& supply_Pa, const N& behind_Pa) const;
@@ -128,16 +132,17 @@ ChamberModel<N>::ChamberModel(const Surroundings& around, const Timing& timing, 
   sensor_bias_.prepare(x(kIdSensorBias), around.ambient_Pa);
 }
 
-/// The openings' mean over a step, which is not the opening at the mean command: a command or a spool on its way
+/// The openings over a step. Their mean is not the opening at the mean command: a command or a spool on its way
 /// from one port to the other crosses the valve's null. With a spool the step's thirds are averaged.
 template <class N>
-typename ChamberModel<N>::Openings ChamberModel<N>::mean_openings(double command_V, int step) {
+typename ChamberModel<N>::Openings ChamberModel<N>::openings_over(double command_V, int step) {
   const auto stuck = [&](const N& u) { return on(kIdValveHysteresis) ? hysteresis_.follow(u) : u; };
   const auto drifted = [&](const N& x) { return on(kIdNullDrift) ? null_drift_.at(x) : x; };
   const auto share = [&](double parts) { return (step + parts) / timing_.steps; };
   if (on(kIdSpoolLag)) {
     Openings sum{N(0.0), N(0.0)};
     for (int i = 0; i < kSpoolParts; ++i) {
+      const double sooner = 0.5 - (i + 0.5) / kSpoolParts;
       const N u = on(kIdDeadTime) ? dead_time_
                                         .during(share(static_cast<double>(i) / kSpoolParts),
                                                 share(static_cast<double>(i + 1) / kSpoolParts))
@@ -146,6 +151,8 @@ typename ChamberModel<N>::Openings ChamberModel<N>::mean_openings(double command
       const Openings open = openings(drifted(spool_.follow(stuck(u))));
       sum.inlet_m2 += (1.0 / kSpoolParts) * open.inlet_m2;
       sum.exhaust_m2 += (1.0 / kSpoolParts) * open.exhaust_m2;
+      sum.inlet_sooner_m2 += (sooner / kSpoolParts) * open.inlet_m2;
+      sum.exhaust_sooner_m2 += (sooner / kSpoolParts) * open.exhaust_m2;
     }
     return sum;
   }
@@ -153,8 +160,11 @@ typename ChamberModel<N>::Openings ChamberModel<N>::mean_openings(double command
     const auto held = dead_time_.during(share(0.0), share(1.0));
     const Openings first = openings(drifted(stuck(held.first)));
     const Openings second = openings(drifted(stuck(held.second)));
-    return {second.inlet_m2 + held.share * (first.inlet_m2 - second.inlet_m2),
-            second.exhaust_m2 + held.share * (first.exhaust_m2 - second.exhaust_m2)};
+    const N inlet_less = first.inlet_m2 - second.inlet_m2;
+    const N exhaust_less = first.exhaust_m2 - second.exhaust_m2;
+    const N sooner = 0.5 * held.share * (1.0 - held.share);
+    return {second.inlet_m2 + held.share * inlet_less, second.exhaust_m2 + held.share * exhaust_less,
+            sooner * inlet_less, sooner * exhaust_less};
   }
   return openings(drifted(stuck(N(command_V))));
 }
@@ -172,7 +182,7 @@ typename ChamberModel<N>::Openings ChamberModel<N>::openings(const N& command_V)
   const N to_supply = valve_[kInletGain] * inlet_V - valve_[kInletLeak];
   const N to_ambient = valve_[kExhaustGain] * exhaust_V - valve_[kExhaustLeak];
   return {valve_[kInletLeak] + 0.5 * (root(to_supply * to_supply + w2) + to_supply),
-          valve_[kExhaustLeak] + 0.5 * (root(to_ambient * to_ambient + w2) + to_ambient)};
+          valve_[kExhaustLeak] + 0.5 * (root(to_ambient * to_ambient + w2) + to_ambient), N(0.0), N(0.0)};
 }
 
 /// phi(p_1, p_2) of (1b) over a square metre, with its slopes. Within 1e-4 of equal pressures the root of (1c) goes
@@ -220,7 +230,8 @@ typename ChamberModel<N>::Balance ChamberModel<N>::balance(const N& pressure_Pa,
   const Flow exhaust = plate(pressure_Pa, behind_Pa);
   const N in = open.inlet_m2 * inlet.flow;
   const N out = open.exhaust_m2 * exhaust.flow;
-  return {in - out, open.inlet_m2 * inlet.by_downstream - open.exhaust_m2 * exhaust.by_upstream, in, out};
+  return {in - out, open.inlet_m2 * inlet.by_downstream - open.exhaust_m2 * exhaust.by_upstream, in, out,
+          open.inlet_sooner_m2 * inlet.flow - open.exhaust_sooner_m2 * exhaust.flow};
 }
 
 /// One step: moves the pressure, returns its mean. What the flows of the step change slowly (supply, pressure behind
@@ -298,8 +309,15 @@ N ChamberModel<N>::step(const Openings& open, const N& volume_m3, const N& squee
     const N chord =
         select(magnitude(way) < N(0.1), J, (f_trial - f) / select(magnitude(way) < N(0.1), N(1.0), way));
     const Exponential<N> z = exponential(smaller(step_s_ * chord, N(1.0)));
-    pressure_Pa_ = larger(begin + step_s_ * z.phi_1 * f, N(1e3));
+    N end = begin + step_s_ * z.phi_1 * f;
     mean = begin + step_s_ * z.phi_2 * f;
+    if (on(kIdDeadTime) || on(kIdSpoolLag)) {
+      // what flows sooner is in the mean longer, and meets e^(z (1 - s)) of the rate where that is less
+      const N sooner = 0.5 * step_s_ * per_mass * (first.sooner + second.sooner);
+      end += (6.0 * z.phi_1 - 12.0 * z.phi_2) * sooner;
+      mean += z.phi_1 * sooner;
+    }
+    pressure_Pa_ = larger(end, N(1e3));
     inlet = 0.5 * (first.inlet + second.inlet);
     exhaust = 0.5 * (first.exhaust + second.exhaust);
   }
@@ -321,7 +339,7 @@ N ChamberModel<N>::tick(double command_V, const double* volume_m3) {
   const int counted =
       std::clamp(static_cast<int>(std::lround(timing_.average_s / step_s_)), 1, timing_.steps);
   for (int i = 0; i < timing_.steps; ++i) {
-    const Openings open = mean_openings(command_V, i);
+    const Openings open = openings_over(command_V, i);
     const double logged = 0.5 * (volume_m3[i] + volume_m3[i + 1]);
     const double rate = (volume_m3[i + 1] - volume_m3[i]) / step_s_;
     const N volume = on(kIdVolumeError) ? volume_error_.volume(logged) : N(logged);

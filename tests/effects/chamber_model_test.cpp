@@ -116,6 +116,25 @@ TEST(ChamberModel, ErrorFallsWithTheSquareOfTheStepWhateverTheEffect) {
   }
 }
 
+TEST(ChamberModel, DelayThatEndsWithinAStepIsReadFromWhereItEnds) {
+  // a port that opens to choked flow d into a tick: the pressure then rises by F a second, its mean over the tick by
+  // F (h - d)^2/(2 h)
+  std::vector<double> command_V(20, 5.0);
+  constexpr std::size_t kOpens = 3;
+  for (std::size_t row = kOpens; row < command_V.size(); ++row) command_V[row] = 7.0;
+  for (const Id with_spool : {kIdDeadTime, kIdSpoolLag}) {
+    for (double delay_s = 0.0; delay_s < kTick_s; delay_s += 0.0007) {
+      Figures figures = with(sharp_valve(1.5e-6), kIdDeadTime, {delay_s});
+      const EffectSet on = only(kIdDeadTime) | only(with_spool);  // a spool that vanishes changes nothing
+      const std::vector<double> reading_Pa = run(on, figures, drive_of(command_V, still_volume(), 4), 150e3);
+      const double rise_Pa = reading_Pa[kOpens + 3] - reading_Pa[kOpens + 2];  // F h
+      const double expected_Pa = rise_Pa * std::pow(1.0 - delay_s / kTick_s, 2) / 2.0;
+      EXPECT_NEAR(reading_Pa[kOpens + 1] - 150e3, expected_Pa, 1e-3 * rise_Pa)
+          << "Pa, delay " << delay_s << " s";
+    }
+  }
+}
+
 TEST(ChamberModel, StaysPositiveAndFiniteWithEveryEffectAtEitherBound) {
   const Drive drive = drive_of(jumping_command_V(400), swinging_volume(), 4);
   for (std::size_t i = 0; i < kEffects; ++i) {

@@ -69,6 +69,10 @@ inline plant::VolumeMotion swinging_volume() {
                              {{{.amplitude_m3 = 45e-6, .frequency_Hz = 0.9, .phase_rad = 0.3}, {}, {}}});
 }
 
+inline plant::VolumeMotion still_volume() {
+  return plant::VolumeMotion(20e-3, {{{}, {}, {}}});
+}
+
 inline Drive drive_of(const std::vector<double>& command_V, const plant::VolumeMotion& volume, int steps) {
   Drive drive{command_V, {}, {.tick_s = kTick_s, .average_s = kTick_s, .steps = steps}};
   const std::size_t ends = (command_V.size() - 1) * static_cast<std::size_t>(steps) + 1;
