@@ -4,7 +4,9 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <numeric>
 #include <stdexcept>
@@ -36,13 +38,16 @@ using identify::chamber::white_noise;
 constexpr double kFittedShare = 0.6;
 /// Each log's start, pressure and warmth, is of a fit's variables.
 constexpr std::size_t kMostLogs = 16;
+/// Of the largest set of effects.
 constexpr std::size_t most_parameters() {
-  std::size_t most = 0;
-  for (const effects::Effect* effect : kCatalogue) most = std::max(most, effect->parameters.size());
-  return most;
+  std::array<std::size_t, kEffects> sizes{};
+  for (std::size_t i = 0; i < kEffects; ++i) sizes[i] = kCatalogue[i]->parameters.size();
+  std::sort(sizes.begin(), sizes.end(), std::greater<>());
+  std::size_t sum = 0;
+  for (std::size_t i = 0; i < kMostEffects; ++i) sum += sizes[i];
+  return sum;
 }
-static_assert(effects::kValveFigures + kMostEffects * most_parameters() + 4 * kMostLogs <=
-              identify::kMostVariables);
+static_assert(effects::kValveFigures + most_parameters() + 4 * kMostLogs <= identify::kMostVariables);
 /// From this share of the gap on, or at the floor, the effects found know their equation better than the latent
 /// disturbances do.
 constexpr double kKnowsEquation = 0.6;

@@ -185,8 +185,10 @@ class Searcher {
     if (!refinable(effect) || !plain.valid()) return plain;
     Trial refined =
         tried(fit(scene_, look.on, plain.fit.figures, plain.fit.start, finish(look.refined | bit(effect))));
-    const double correlated = correlation(plain);
-    return refined.valid() && refined.heldout_squares < plain.heldout_squares &&
+    if (!refined.valid()) return plain;
+    // the correlation that is left: that of the plain trial's error is what a refinement explains
+    const double correlated = correlation(refined);
+    return refined.heldout_squares < plain.heldout_squares &&
                    refined.evidence(correlated) > plain.evidence(correlated) + kWorthEntering
                ? refined
                : plain;

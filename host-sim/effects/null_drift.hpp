@@ -1,35 +1,53 @@
 // null_drift: the valve's null moves during the run, as its coil warms or its supply pressure settles.
 //
-//   x = u - d(t),   d(t) = D (1 - e^(-t/tau)) / (1 - e^(-T/tau)) + sum_k A_k (1 - cos(pi k t/T))/2,  k = 1..5
+//   x = u - d(t),   d(t) = D (1 - e^(-t/tau)) / (1 - e^(-T/tau)) + sum_k W_k B(t/3 s - k),  k = 1..20
 //
-// u command, x effective command [V]; D drift reached at T = 60 s [V]; tau time constant [s], infinite for a ramp; A_k
-// waves that refine it where the null wanders [V]. Assumptions: both ports move together; t counts from the first row
-// of a log. Vanishes at D = A_k = 0. Numerical treatment: held over a tick; the exponential is carried from tick to
-// tick. Source: warm-up of proportional solenoids; the waves are the first terms of a Fourier series.
+// u command, x effective command [V]; D drift reached at T = 60 s [V]; tau time constant [s], infinite for a ramp; W_k
+// refine it where the null wanders [V]: the coefficients of a cubic spline with a knot each 3 s, B its basis function, which
+// is 2/3 at 0 and vanishes beyond 2. From 60 s on W_20 stands. Assumptions: both ports move together; t counts from the
+// first row of a log. Vanishes at D = W_k = 0. Numerical treatment: held over a tick; the exponential is carried from tick
+// to tick. Source: warm-up of proportional solenoids; de Boor, A Practical Guide to Splines (1978).
 #pragma once
 
+#include <algorithm>
 #include <array>
-#include <numbers>
+#include <cmath>
 
 #include "host-sim/effects/effect.hpp"
 #include "host-sim/effects/lanes.hpp"
 
 namespace plenum::host::effects {
 
-inline constexpr std::array<Parameter, 7> kNullDriftParameters{{
+inline constexpr std::size_t kNullKnots = 20;
+inline constexpr std::array<Parameter, 2 + kNullKnots> kNullDriftParameters{{
     {"drift_at_60_s_V", "shift of the null after a minute", -1.5, 1.5, 0.0, 0.1},
     {"time_constant_s", "of its approach; infinite for a ramp", 2.0, kInfinity, kInfinity, 0.05,
      Coordinate::reciprocal},
-    {"wave_1_V", "A_1, a period of 120 s", -1.5, 1.5, 0.0, 0.1, Coordinate::linear, true},
-    {"wave_2_V", "A_2, 60 s", -1.5, 1.5, 0.0, 0.1, Coordinate::linear, true},
-    {"wave_3_V", "A_3, 40 s", -1.5, 1.5, 0.0, 0.1, Coordinate::linear, true},
-    {"wave_4_V", "A_4, 30 s", -1.5, 1.5, 0.0, 0.1, Coordinate::linear, true},
-    {"wave_5_V", "A_5, 24 s", -1.5, 1.5, 0.0, 0.1, Coordinate::linear, true},
+    {"wander_1_V", "W_1, about 3 s", -1.5, 1.5, 0.0, 0.1, Coordinate::linear, true},
+    {"wander_2_V", "W_2, about 6 s", -1.5, 1.5, 0.0, 0.1, Coordinate::linear, true},
+    {"wander_3_V", "W_3, about 9 s", -1.5, 1.5, 0.0, 0.1, Coordinate::linear, true},
+    {"wander_4_V", "W_4, about 12 s", -1.5, 1.5, 0.0, 0.1, Coordinate::linear, true},
+    {"wander_5_V", "W_5, about 15 s", -1.5, 1.5, 0.0, 0.1, Coordinate::linear, true},
+    {"wander_6_V", "W_6, about 18 s", -1.5, 1.5, 0.0, 0.1, Coordinate::linear, true},
+    {"wander_7_V", "W_7, about 21 s", -1.5, 1.5, 0.0, 0.1, Coordinate::linear, true},
+    {"wander_8_V", "W_8, about 24 s", -1.5, 1.5, 0.0, 0.1, Coordinate::linear, true},
+    {"wander_9_V", "W_9, about 27 s", -1.5, 1.5, 0.0, 0.1, Coordinate::linear, true},
+    {"wander_10_V", "W_10, about 30 s", -1.5, 1.5, 0.0, 0.1, Coordinate::linear, true},
+    {"wander_11_V", "W_11, about 33 s", -1.5, 1.5, 0.0, 0.1, Coordinate::linear, true},
+    {"wander_12_V", "W_12, about 36 s", -1.5, 1.5, 0.0, 0.1, Coordinate::linear, true},
+    {"wander_13_V", "W_13, about 39 s", -1.5, 1.5, 0.0, 0.1, Coordinate::linear, true},
+    {"wander_14_V", "W_14, about 42 s", -1.5, 1.5, 0.0, 0.1, Coordinate::linear, true},
+    {"wander_15_V", "W_15, about 45 s", -1.5, 1.5, 0.0, 0.1, Coordinate::linear, true},
+    {"wander_16_V", "W_16, about 48 s", -1.5, 1.5, 0.0, 0.1, Coordinate::linear, true},
+    {"wander_17_V", "W_17, about 51 s", -1.5, 1.5, 0.0, 0.1, Coordinate::linear, true},
+    {"wander_18_V", "W_18, about 54 s", -1.5, 1.5, 0.0, 0.1, Coordinate::linear, true},
+    {"wander_19_V", "W_19, about 57 s", -1.5, 1.5, 0.0, 0.1, Coordinate::linear, true},
+    {"wander_20_V", "W_20, about 60 s", -1.5, 1.5, 0.0, 0.1, Coordinate::linear, true},
 }};
 inline constexpr Effect kNullDrift{"null_drift",
                                    Equation::command,
                                    "the command at which the valve is shut moves during the run",
-                                   "x = u - D (1 - e^(-t/tau)) / (1 - e^(-60 s/tau)) - waves",
+                                   "x = u - D (1 - e^(-t/tau)) / (1 - e^(-60 s/tau)) - spline",
                                    "warm-up of proportional solenoids",
                                    kNullDriftParameters};
 
@@ -44,8 +62,8 @@ class NullDrift {
     rate_V_ = rate_V_ * x[0];
     fade_ = each(x[1], [&](double per_s) { return std::exp(-tick_s * per_s); });
     warm_up_V_ = N(0.0);
-    drift_V_ = N(0.0);
-    wave_V_ = x + 2;
+    wander_V_ = x + 2;
+    drift_V_ = wander_V(0.0);
     tick_s_ = tick_s;
     time_s_ = 0.0;
   }
@@ -54,17 +72,28 @@ class NullDrift {
     warm_up_V_ += rate_V_;
     rate_V_ *= fade_;
     time_s_ += tick_s_;
-    drift_V_ = warm_up_V_;
-    for (int k = 1; k <= kWaves; ++k) {
-      drift_V_ += wave_V_[k - 1] * (0.5 - 0.5 * std::cos(std::numbers::pi * k * time_s_ / kReference_s));
-    }
+    drift_V_ = warm_up_V_ + wander_V(time_s_ / kKnot_s);
   }
 
  private:
+  /// The spline, `at` in knots.
+  N wander_V(double at) const {
+    const double left = std::floor(at);
+    const double s = at - left, r = 1.0 - s;
+    const std::array<double, 4> basis{r * r * r / 6.0, 2.0 / 3.0 - s * s * (1.0 - 0.5 * s),
+                                      2.0 / 3.0 - r * r * (1.0 - 0.5 * r), s * s * s / 6.0};
+    N sum(0.0);
+    for (int i = 0; i < 4; ++i) {
+      const int knot = std::min(static_cast<int>(left) - 1 + i, static_cast<int>(kNullKnots));
+      if (knot > 0) sum += basis[static_cast<std::size_t>(i)] * wander_V_[knot - 1];
+    }
+    return sum;
+  }
+
   static constexpr double kReference_s = 60.0;
-  static constexpr int kWaves = 5;
+  static constexpr double kKnot_s = kReference_s / kNullKnots;
   N drift_V_{}, warm_up_V_{}, rate_V_{}, fade_{};
-  const N* wave_V_ = nullptr;
+  const N* wander_V_ = nullptr;
   double tick_s_ = 0.0;
   double time_s_ = 0.0;
 };

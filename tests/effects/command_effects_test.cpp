@@ -1,6 +1,8 @@
 // spool_lag, dead_time, valve_hysteresis, null_drift: what they make of the command, against closed forms.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <complex>
 #include <numbers>
 
@@ -274,26 +276,53 @@ TEST(ValveHysteresis, WithoutWidthTheSpoolIsWhereItsCommandIs) {
 
 // ---- null_drift
 
-TEST(NullDrift, WavesRiseFromZeroAndAWholePeriodEndsThere) {
-  for (int k = 1; k <= 5; ++k) {
-    double x[] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
-    x[1 + k] = 0.3;
-    NullDrift<double> drift;
-    drift.prepare(x, 0.01);
-    EXPECT_EQ(drift.at(5.0), 5.0) << "wave " << k;
-    const int half_period = 6000 / k;  // of 120 s / k, in ticks
-    for (int tick = 0; tick < half_period; ++tick) drift.end_tick();
-    EXPECT_NEAR(drift.at(5.0), 5.0 - 0.3, 1e-9) << "wave " << k;
-    for (int tick = 0; tick < half_period; ++tick) drift.end_tick();
-    EXPECT_NEAR(drift.at(5.0), 5.0, 1e-9) << "wave " << k;
+/// The drift at whole seconds, 0 to 80, of these coefficients of its spline.
+std::vector<double> wander_V(const std::array<double, kNullKnots>& coefficients_V) {
+  std::array<double, 2 + kNullKnots> x{};
+  std::copy(coefficients_V.begin(), coefficients_V.end(), x.begin() + 2);
+  NullDrift<double> drift;
+  drift.prepare(x.data(), kTick_s);
+  std::vector<double> at_second_V;
+  for (int tick = 0; tick <= 8000; ++tick) {
+    if (tick % 100 == 0) at_second_V.push_back(5.0 - drift.at(5.0));
+    drift.end_tick();
+  }
+  return at_second_V;
+}
+
+TEST(NullDrift, EachCoefficientOfItsSplineIsACubicBasisFunctionThreeSecondsAKnot) {
+  for (std::size_t k = 1; k < kNullKnots; ++k) {
+    std::array<double, kNullKnots> coefficients_V{};
+    coefficients_V[k - 1] = 0.3;
+    const std::vector<double> drift_V = wander_V(coefficients_V);
+    for (std::size_t second = 0; second <= 60; ++second) {
+      // (2 - |x|)^3/6 - 4 (1 - |x|)^3/6 for |x| < 2, each power where its base is positive
+      const double x = std::abs(static_cast<double>(second) / 3.0 - static_cast<double>(k));
+      const double expected =
+          0.3 * (std::pow(std::max(2.0 - x, 0.0), 3) - 4.0 * std::pow(std::max(1.0 - x, 0.0), 3)) / 6.0;
+      EXPECT_NEAR(drift_V[second], expected, 1e-9) << "V, coefficient " << k << " at " << second << " s";
+    }
+  }
+}
+
+TEST(NullDrift, ItsSplineIsStraightWhereItsCoefficientsAreAndStandsAfterTheLast) {
+  std::array<double, kNullKnots> coefficients_V{};
+  for (std::size_t k = 0; k < kNullKnots; ++k) coefficients_V[k] = 0.01 * static_cast<double>(k + 1);
+  const std::vector<double> drift_V = wander_V(coefficients_V);
+  EXPECT_NEAR(drift_V.front(), 0.01 / 6.0, 1e-12) << "V";
+  for (std::size_t second = 3; second <= 54; ++second) {
+    EXPECT_NEAR(drift_V[second], 0.01 * static_cast<double>(second) / 3.0, 1e-9) << "V at " << second << " s";
+  }
+  for (std::size_t second = 63; second <= 80; ++second) {
+    EXPECT_NEAR(drift_V[second], coefficients_V.back(), 1e-12) << "V at " << second << " s";
   }
 }
 
 TEST(NullDrift, FollowsItsExponentialAndReachesItsFigureAtAMinute) {
   for (const double tau_s : {2.0, 25.0, 1e6, kInfinity}) {
-    const double x[] = {-0.7, 1.0 / tau_s, 0.0, 0.0, 0.0, 0.0, 0.0};
+    const std::array<double, 2 + kNullKnots> x{-0.7, 1.0 / tau_s};
     NullDrift<double> drift;
-    drift.prepare(x, kTick_s);
+    drift.prepare(x.data(), kTick_s);
     for (int k = 0; k <= 6000; ++k) {
       const double t = k * kTick_s;
       const double share = std::isinf(tau_s) ? t / 60.0 : std::expm1(-t / tau_s) / std::expm1(-60.0 / tau_s);
