@@ -418,12 +418,13 @@ class Diagnosis {
     }
   }
 
-  /// The set that fits best, and the likeliest of those that are not told from it.
+  /// The set that fits best, by its effect that is not sure, and the likeliest of those with another in its place.
   std::vector<Rival> likeliest_rivals() const {
     const auto most =
         std::max_element(alias_trials_.begin(), alias_trials_.end(),
                          [](const auto& a, const auto& b) { return a.probability < b.probability; });
-    return {{report_.effects.front().id, search_.best.on | scene_.known, search_.best.fit.figures},
+    const EffectSet replaced = search_.best.on & ~most->trial->on;
+    return {{id_of(members(replaced).front()), search_.best.on | scene_.known, search_.best.fit.figures},
             {id_of(most->effect), most->trial->on | scene_.known, most->trial->fit.figures}};
   }
 

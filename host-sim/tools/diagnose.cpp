@@ -22,7 +22,6 @@
 namespace plenum::host::tools {
 namespace {
 
-using diagnose::Estimate;
 using diagnose::GapReport;
 using diagnose::NamedEffect;
 
@@ -54,12 +53,6 @@ std::string gap_bar(const GapReport& report) {
     if (to > bar.size()) bar.append(to - bar.size(), mark);
   }
   return bar;
-}
-
-std::string parameters_text(const NamedEffect& effect) {
-  std::string text;
-  for (const Estimate& one : effect.parameters) text += (text.empty() ? "" : ", ") + text_of(one);
-  return text;
 }
 
 void print_report(const Output& output, const GapReport& report) {

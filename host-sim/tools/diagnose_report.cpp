@@ -110,7 +110,9 @@ void add_gap(Page& page, const GapReport& report) {
 
 std::vector<std::string> rivals_of(const GapReport& report) {
   std::vector<std::string> rivals;
-  for (const NamedEffect& one : report.effects) rivals.push_back(one.id);
+  for (const NamedEffect& one : report.effects) {
+    if (!one.aliases.empty()) rivals.push_back(one.id);
+  }
   return rivals;
 }
 
@@ -132,12 +134,40 @@ Table parameter_table(const GapReport& report) {
               .columns = {"Effect", "Parameter", "Value", "95 % interval", ""},
               .rows = {}};
   for (const NamedEffect& one : report.effects) {
-    for (const Estimate& of : one.parameters) {
+    for (const Estimate& of : plain_parameters(one)) {
       table.rows.push_back({one.id, of.name, to_three_digits(of.value), interval_text(of),
                             std::string(of.at_bound ? "at its bound" : "")});
     }
   }
   return table;
+}
+
+/// Where the valve's null was found to be while the longest log ran.
+LineChart null_chart(const NamedEffect& drift, const std::vector<Trace>& traces) {
+  constexpr double kEvery_s = 0.1;
+  effects::Figures figures = effects::neutral_figures();
+  const std::size_t first = effects::kFirstFigure[effects::kIdNullDrift];
+  const auto parameters = effects::kCatalogue[effects::kIdNullDrift]->parameters;
+  for (const Estimate& of : drift.parameters) {
+    for (std::size_t k = 0; k < parameters.size(); ++k) {
+      if (parameters[k].name == of.name) figures[first + k] = parameters[k].coordinate_of(of.value);
+    }
+  }
+  double last_s = 0.0;
+  for (const Trace& trace : traces) last_s = std::max(last_s, trace.time_s.back() - trace.time_s.front());
+  effects::NullDrift<double> null;
+  null.prepare(figures.data() + first, kEvery_s);
+  const double begin_V = null.at(0.0);
+  Curve moved{"null", {}, {}};
+  for (double time_s = 0.0; time_s <= last_s; time_s += kEvery_s) {
+    moved.x.push_back(std::round(10.0 * time_s) / 10.0);
+    moved.y.push_back(to_three_digits(begin_V - null.at(0.0)));
+    null.end_tick();
+  }
+  return {.title = "How far the valve's null has moved",
+          .caption = "Found by the free run. From the first row of a log on.",
+          .y = {"Shift", "V"},
+          .curves = {moved}};
 }
 
 void add_ranking(Section& section, const GapReport& report) {
@@ -211,6 +241,9 @@ void add_cause(Page& page, const GapReport& report) {
     section.list(meanings).table(effects_table(report));
     const Table parameters = parameter_table(report);
     if (!parameters.rows.empty()) section.table(parameters);
+    for (const NamedEffect& one : report.effects) {
+      if (one.id == effects::kNullDrift.id) section.chart(null_chart(one, report.traces));
+    }
   }
   if (report.verdict != Verdict::none) add_ranking(section, report);
 }

@@ -1,11 +1,13 @@
 #include "host-sim/tools/gap_text.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "host-sim/diagnose/found_rig.hpp"
+#include "host-sim/effects/catalogue.hpp"
 
 namespace plenum::host::tools {
 namespace {
@@ -17,13 +19,6 @@ using diagnose::Verdict;
 
 std::string number_text(double value) {
   return std::isfinite(value) ? fmt::format("{:.4g}", value) : std::string("-");
-}
-
-std::vector<std::string> ids_of(const std::vector<NamedEffect>& effects) {
-  std::vector<std::string> ids;
-  ids.reserve(effects.size());
-  for (const NamedEffect& one : effects) ids.push_back(one.id);
-  return ids;
 }
 
 /// The effects that the model holds, each with the rivals listed that it is not told from: "dead_time or sensor_lag".
@@ -71,6 +66,28 @@ std::string text_of(const Estimate& of) {
                      of.at_bound ? ", at its bound" : "");
 }
 
+std::vector<Estimate> plain_parameters(const NamedEffect& effect) {
+  constexpr std::size_t kMany = 6;
+  std::vector<Estimate> plain = effect.parameters;
+  const auto known = effects::find(effect.id);
+  if (plain.size() < kMany || !known) return plain;
+  const auto refines = [&](const Estimate& of) {
+    const auto parameters = effects::kCatalogue[*known]->parameters;
+    return std::any_of(parameters.begin(), parameters.end(),
+                       [&](const effects::Parameter& one) { return one.name == of.name && one.refines; });
+  };
+  std::erase_if(plain, refines);
+  return plain;
+}
+
+std::string parameters_text(const NamedEffect& effect) {
+  std::string text;
+  const std::vector<Estimate> plain = plain_parameters(effect);
+  for (const Estimate& one : plain) text += (text.empty() ? "" : ", ") + text_of(one);
+  const std::size_t more = effect.parameters.size() - plain.size();
+  return more == 0 ? text : fmt::format("{}, and {} that refine it", text, more);
+}
+
 std::string floor_text(const GapReport& report) {
   return fmt::format("{} makes {}", report.baseline ? "what the model leaves of the baseline" : "noise alone",
                      kPa_text(report.noise_floor_Pa));
@@ -112,7 +129,7 @@ std::string verdict_sentence(const GapReport& report) {
     case Verdict::ambiguous:
       return fmt::format(
           "{}: these logs cannot tell which; the model errs by {} with the likeliest, {} without.",
-          listed(ids_of(report.effects), "or"), with_effects, recalibrated);
+          fmt::join(causes, ", and "), with_effects, recalibrated);
     case Verdict::unexplained:
       break;
   }

@@ -21,6 +21,12 @@ std::string floor_text(const diagnose::GapReport& report);
 /// "natural_frequency_Hz 9.8 (9.7 to 9.9)"; an end that the log leaves open, and a bound that was hit, are told.
 std::string text_of(const diagnose::Estimate& estimate);
 
+/// The parameters worth a line each: all, or where a refinement has freed many, such as a spline's, those without it.
+std::vector<diagnose::Estimate> plain_parameters(const diagnose::NamedEffect& effect);
+
+/// Those in one line, and how many more there are.
+std::string parameters_text(const diagnose::NamedEffect& effect);
+
 /// "9.7 to 9.9", an open end as "-".
 std::string interval_text(const diagnose::Estimate& estimate);
 

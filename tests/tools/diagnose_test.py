@@ -159,6 +159,26 @@ class Diagnose(plenum_test.Plenum):
             rmse_kPa[model] = json.loads(regulated)["chambers"][0]["rmse_kPa"]
         self.assertLess(rmse_kPa["found"], 0.1 * rmse_kPa["nine"], rmse_kPa)
 
+    def test_a_wandering_null_is_drawn_and_rivals_beside_it_are_told_from_it(self):
+        wander = ",".join(f"wander_{k}_V:{0.06 * math.sin(0.9 * k):.4f}" for k in range(1, 21))
+        # at rest a delay and a lag of the sensor are one thing
+        effects = ["--effect", f"null_drift=0,{wander}", "--effect", "dead_time=0.001", "--volume-swing", 0]
+        self.done("sim", "--plant", "thin-plate", "--chambers", 1, "--seconds", 25, *effects, "--seed", 2, "--out", "heldout")
+        of_log = self.simulated(*effects, seconds=25)
+        text = self.done("diagnose", *of_log, "--heldout", "heldout/chamber-1.csv", "--json", "gap.json", "--report", "gap.html")
+        gap = json.loads((self.folder / "gap.json").read_text())
+        self.check(gap)
+        self.assertEqual(gap["verdict"], "ambiguous", text)
+        self.assertEqual(gap["effects"][0]["id"], "null_drift")
+        self.assertEqual(gap["effects"][0]["aliases"], [])
+        self.assertIn("wander_20_V", gap["effects"][0]["parameters"])
+        delays = {one["id"] for one in gap["effects"][1:]}
+        self.assertLessEqual({"dead_time", "sensor_lag"}, delays)
+        self.assertLessEqual(set(gap["next_experiment"]["separates"]), delays, "not the null, which is sure")
+        self.assertRegex(text, r"verdict   ambiguous: null_drift, and \w+(, \w+)? or \w+: these logs")
+        self.assertIn("and 20 that refine it", text)
+        self.assertIn("<figure><h3>How far the valve&#39;s null has moved", (self.folder / "gap.html").read_text(encoding="utf-8"))
+
     def test_a_chamber_without_an_effect_has_none_named_and_json_alone_goes_to_standard_output(self):
         of_log = self.simulated()
         gap = json.loads(self.done("diagnose", *of_log, "--json", "-"))
