@@ -144,19 +144,40 @@ void parse_effects(const toml::table& effects, std::string_view file, RigDescrip
   }
 }
 
+/// Where the comment of a line begins, or its end. No string of the file spans lines.
+std::size_t comment_at(std::string_view line) {
+  char quote = '\0';
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    if (quote != '\0') {
+      if (line[i] == '\\' && quote == '"') {
+        ++i;
+      } else if (line[i] == quote) {
+        quote = '\0';
+      }
+    } else if (line[i] == '#') {
+      return i;
+    } else if (line[i] == '"' || line[i] == '\'') {
+      quote = line[i];
+    }
+  }
+  return line.size();
+}
+
 /// toml++ up to 3.3 takes some letters beyond ASCII for a point that is never reached, where it looks for white space. No key of
-/// ours holds one; a comment may, but for files with strings of several lines, which may hold what looks like one.
+/// ours holds one; a comment may, except in files with strings of several lines, which may hold what looks like one.
 void expect_ascii_before_comments(std::string_view text, std::string_view file) {
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
   if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
-  const bool comments_may = text.find("\"\"\"") == std::string_view::npos;
+  const bool comments_may =
+      text.find("\"\"\"") == std::string_view::npos && text.find("'''") == std::string_view::npos;
   for (std::size_t line = 1; !text.empty(); ++line) {
     const std::size_t end = std::min(text.find('\n'), text.size());
-    const std::string_view code = text.substr(0, comments_may ? std::min(text.find('#'), end) : end);
+    const std::string_view code = text.substr(0, comments_may ? comment_at(text.substr(0, end)) : end);
     if (std::any_of(code.begin(), code.end(),
                     [](char c) { return (static_cast<unsigned char>(c) & 0x80U) != 0; })) {
-      throw InputError(fmt::format("{}: line {}: a character beyond ASCII, expected {}", file, line,
-                                   comments_may ? "those in comments only" : "none in a file with \"\"\""));
+      throw InputError(fmt::format(
+          "{}: line {}: a character beyond ASCII, expected {}", file, line,
+          comments_may ? "those in comments only" : "none in a file with strings of several lines"));
     }
     text.remove_prefix(std::min(end + 1, text.size()));
   }

@@ -35,8 +35,13 @@ TEST(RigToml, TakesLettersBeyondAsciiInCommentsOnly) {
   EXPECT_THAT(refusal("[sampling]\nrate_Hz = 100\nµ = 1 # m\n"),
               HasSubstr("rig.toml: line 3: a character beyond ASCII"));
   EXPECT_THAT(refusal("a = \"\"\"\n# \\\n\xC2\xA7\"\"\"\n"),
-              HasSubstr("rig.toml: line 3: a character beyond ASCII, expected none in a file with \"\"\""))
+              HasSubstr("rig.toml: line 3: a character beyond ASCII, expected none in a file with strings of "
+                        "several lines"))
       << "what looks like a comment may be a string";
+  for (const char* text :
+       {"a = \"#\"\xC2\xA7\n", "a = '#'\xC2\xA7\n", "a = \"\\\"#\"\xC2\xA7\n", "\"#\"\xC2\xA7 = 1\n"}) {
+    EXPECT_THAT(refusal(text), HasSubstr("rig.toml: line 1: a character beyond ASCII")) << text;
+  }
 }
 
 TEST(RigToml, ReadsTheExampleOfTheContract) {

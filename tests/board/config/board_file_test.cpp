@@ -202,7 +202,10 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{kFolder, "folder = \"\xC2\xB5\"",
                 "board.toml: line 11: a character beyond ASCII, expected those in comments only"},
         Mistake{kFolder, "folder = \"\"\"# \\\n\xC2\xA7\"\"\"",
-                "board.toml: line 12: a character beyond ASCII, expected none in a file with \"\"\""}));
+                "board.toml: line 12: a character beyond ASCII, expected none in a file with strings of "
+                "several lines"},
+        Mistake{kFolder, "folder = \"#\"\xC2\xA7",
+                "board.toml: line 11: a character beyond ASCII, expected those in comments only"}));
 
 TEST(BoardFile, ATableThatIsMissingOrTextThatIsNoTomlIsNamed) {
   EXPECT_EQ(refusal(""), "board.toml: can is missing, expected a table [can]");
