@@ -8,7 +8,7 @@
 //   mean = p + h phi_2(h S) f(p):
 // stable at any step, exact where the rate is linear in p, second order elsewhere; the chord settles on the right
 // end where the rate is a square root, at equal pressures. Areas that change within the step, behind a dead time or a
-// spool, enter by their first moment, too: what flows sooner counts longer in the mean. Source: "Modeling and Identification of Pneumatic
+// spool, enter by their first moment, too, but for those of a hose: what flows sooner counts longer in the mean. Source: "Modeling and Identification of Pneumatic
 // Actuators" (1)-(4); Hochbruck and Ostermann, Acta Numerica 19 (2010).
 #pragma once
 
@@ -312,10 +312,11 @@ N ChamberModel<N>::step(const Openings& open, const N& volume_m3, const N& squee
     N end = begin + step_s_ * z.phi_1 * f;
     mean = begin + step_s_ * z.phi_2 * f;
     if (on(kIdDeadTime) || on(kIdSpoolLag)) {
-      // what flows sooner is in the mean longer, and meets e^(z (1 - s)) of the rate where that is less
-      const N sooner = 0.5 * step_s_ * per_mass * (first.sooner + second.sooner);
-      end += (6.0 * z.phi_1 - 12.0 * z.phi_2) * sooner;
-      mean += z.phi_1 * sooner;
+      // What flows sooner is in the mean longer, and has longer to decay; but it meets the flow of the step's begin, from which
+      // it takes as much at the end: of one port alone the end knows the mean area only.
+      const N moved = step_s_ * per_mass;
+      end += moved * (z.e * first.sooner - second.sooner);
+      mean += moved * z.phi_1 * first.sooner;
     }
     pressure_Pa_ = larger(end, N(1e3));
     inlet = 0.5 * (first.inlet + second.inlet);

@@ -1,12 +1,13 @@
 // null_drift: the valve's null moves during the run, as its coil warms or its supply pressure settles.
 //
-//   x = u - d(t),   d(t) = D (1 - e^(-t/tau)) / (1 - e^(-T/tau)) + sum_k W_k B(t/3 s - k),  k = 1..20
+//   x = u - d(t),   d(t) = D (1 - e^(-t/tau)) / (1 - e^(-T/tau)) + sum_k W_k B(t/3 s - k),  k = 1, 2..
 //
 // u command, x effective command [V]; D drift reached at T = 60 s [V]; tau time constant [s], infinite for a ramp; W_k
 // refine it where the null wanders [V]: the coefficients of a cubic spline with a knot each 3 s, B its basis function, which
-// is 2/3 at 0 and vanishes beyond 2. From 60 s on W_20 stands. Assumptions: both ports move together; t counts from the
-// first row of a log. Vanishes at D = W_k = 0. Numerical treatment: held over a tick; the exponential is carried from tick
-// to tick. Source: warm-up of proportional solenoids; de Boor, A Practical Guide to Splines (1978).
+// is 2/3 at 0 and vanishes beyond 2. From the 20th on they are alike, so that after 63 s W_20 stands; W_1/6 at t = 0 belongs to
+// the thresholds. Assumptions: both ports move together; t counts from the first row of a log. Vanishes at D = W_k = 0.
+// Numerical treatment: held over a tick; the exponential is carried from tick to tick. Source: warm-up of proportional solenoids;
+// de Boor, A Practical Guide to Splines (1978).
 #pragma once
 
 #include <algorithm>

@@ -1,6 +1,7 @@
 #include "host-sim/tools/diagnose_report.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -108,14 +109,6 @@ void add_gap(Page& page, const GapReport& report) {
 
 // ---- which
 
-std::vector<std::string> rivals_of(const GapReport& report) {
-  std::vector<std::string> rivals;
-  for (const NamedEffect& one : report.effects) {
-    if (!one.aliases.empty()) rivals.push_back(one.id);
-  }
-  return rivals;
-}
-
 Table effects_table(const GapReport& report) {
   Table table{.caption = "Effects named",
               .columns = {"Effect", "Confidence [%]", "Share of what closes [%]", "Error without [kPa]",
@@ -218,8 +211,8 @@ void add_cause(Page& page, const GapReport& report) {
       break;
     case Verdict::ambiguous:
       section.note(
-          fmt::format("{} fit alike. They are rivals, not a sum: which one it is takes another experiment.",
-                      listed(rivals_of(report), "and")));
+          fmt::format("{}: rivals fit alike and are no sum; which one it is takes another experiment.",
+                      fmt::join(causes_of(report), ", and ")));
       break;
     case Verdict::explained:
       section.paragraph(
@@ -241,7 +234,7 @@ void add_cause(Page& page, const GapReport& report) {
     section.list(meanings).table(effects_table(report));
     const Table parameters = parameter_table(report);
     if (!parameters.rows.empty()) section.table(parameters);
-    for (const NamedEffect& one : report.effects) {
+    for (const NamedEffect& one : diagnose::effects_in_model(report)) {
       if (one.id == effects::kNullDrift.id) section.chart(null_chart(one, report.traces));
     }
   }

@@ -21,7 +21,8 @@ std::string number_text(double value) {
   return std::isfinite(value) ? fmt::format("{:.4g}", value) : std::string("-");
 }
 
-/// The effects that the model holds, each with the rivals listed that it is not told from: "dead_time or sensor_lag".
+}  // namespace
+
 std::vector<std::string> causes_of(const GapReport& report) {
   std::vector<std::string> causes;
   for (const NamedEffect& held : diagnose::effects_in_model(report)) {
@@ -35,8 +36,6 @@ std::vector<std::string> causes_of(const GapReport& report) {
   }
   return causes;
 }
-
-}  // namespace
 
 std::string percent(double share) {
   if (!std::isfinite(share)) return "-";

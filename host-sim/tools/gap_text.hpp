@@ -9,6 +9,9 @@
 
 namespace plenum::host::tools {
 
+/// The effects that the model holds, each with the rivals listed that it is not told from: "dead_time or sensor_lag".
+std::vector<std::string> causes_of(const diagnose::GapReport& report);
+
 /// One sentence that answers the question, with the effects named and the errors in kPa.
 std::string verdict_sentence(const diagnose::GapReport& report);
 
@@ -21,7 +24,7 @@ std::string floor_text(const diagnose::GapReport& report);
 /// "natural_frequency_Hz 9.8 (9.7 to 9.9)"; an end that the log leaves open, and a bound that was hit, are told.
 std::string text_of(const diagnose::Estimate& estimate);
 
-/// The parameters worth a line each: all, or where a refinement has freed many, such as a spline's, those without it.
+/// The parameters worth a line each: all, or where a refinement has freed many, such as a spline's, those that do not refine.
 std::vector<diagnose::Estimate> plain_parameters(const diagnose::NamedEffect& effect);
 
 /// Those in one line, and how many more there are.

@@ -135,6 +135,22 @@ TEST(ChamberModel, DelayThatEndsWithinAStepIsReadFromWhereItEnds) {
   }
 }
 
+TEST(ChamberModel, PortThatShutsWithinAStepLeavesThePressureThatItsMeanAreaMakes) {
+  // with one port open p' = area g(p): where the pressure ends depends on the area's integral alone, near the supply, too
+  std::vector<double> command_V(12, 7.0);
+  for (std::size_t row = 4; row < command_V.size(); ++row) command_V[row] = 5.0;
+  const plant::VolumeMotion small(100e-6, {{{}, {}, {}}});
+  for (const double start_Pa : {150e3, 400e3, 600e3}) {
+    for (const double delay_s : {0.0005, 0.00125, 0.0037, 0.00875}) {
+      const Figures figures = with(sharp_valve(1.5e-6), kIdDeadTime, {delay_s});
+      const auto at = [&](int steps) {
+        return run(only(kIdDeadTime), figures, drive_of(command_V, small, steps), start_Pa).back();
+      };
+      EXPECT_NEAR(at(4), at(256), 30.0) << "Pa, from " << start_Pa << " Pa, delay " << delay_s << " s";
+    }
+  }
+}
+
 TEST(ChamberModel, StaysPositiveAndFiniteWithEveryEffectAtEitherBound) {
   const Drive drive = drive_of(jumping_command_V(400), swinging_volume(), 4);
   for (std::size_t i = 0; i < kEffects; ++i) {

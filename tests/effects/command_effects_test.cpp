@@ -313,6 +313,7 @@ TEST(NullDrift, ItsSplineIsStraightWhereItsCoefficientsAreAndStandsAfterTheLast)
   for (std::size_t second = 3; second <= 54; ++second) {
     EXPECT_NEAR(drift_V[second], 0.01 * static_cast<double>(second) / 3.0, 1e-9) << "V at " << second << " s";
   }
+  EXPECT_NEAR(drift_V[60], 0.01 * (19.0 + 5.0 * 20.0) / 6.0, 1e-12) << "V";
   for (std::size_t second = 63; second <= 80; ++second) {
     EXPECT_NEAR(drift_V[second], coefficients_V.back(), 1e-12) << "V at " << second << " s";
   }
