@@ -83,6 +83,7 @@ TEST(ChamberModel, ErrorFallsWithTheSquareOfTheStepWhateverTheEffect) {
                         {kIdSpoolLag, {30.0, 0.8, 8.0, 0.004}},
                         {kIdValveHysteresis, {0.2}},
                         {kIdValveHysteresis, {0.2, 0.5, 3.0}},
+                        {kIdValveHysteresis, {0.2, 0.5, 3.0, 0.6}},
                         {kIdAreaShape, {1.0, 0.5, -0.5, 1.0}},
                         {kIdNullDrift, {0.5, 10.0}},
                         {kIdFlowFunction, {0.35, 0.6, 1.0, 0.2}},
