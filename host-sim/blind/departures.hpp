@@ -34,8 +34,8 @@ struct DeadTime {
   double delay_s;
 };
 
-/// Rate-independent hysteresis after Bouc and Wen with n = 1, beta = gamma = 1/(2 z_max):
-///   dz/du = 1 - |z|/z_max (1 + sign(z du))/2,  x = u - z.  Exact along a monotone piece of u.
+/// Rate-independent hysteresis after Bouc and Wen with n = 2, beta = gamma = 1/(2 z_max^2):
+///   dz/du = 1 - (z/z_max)^2 (1 + sign(z du))/2,  x = u - z.  Exact along a monotone piece of u. (The catalogue has n = 1.)
 /// Vanishes at z_max = 0.
 struct BoucWen {
   double half_width_V;

@@ -109,7 +109,7 @@ double spread(std::uint64_t seed, std::uint64_t number) {
   return Random(seed, number).uniform();
 }
 
-/// z after u moved by `du`, exactly: dz/ds = 1 - |z|/z_max while z grows away from 0, 1 while it comes back.
+/// z after u moved by `du`, exactly: dz/ds = 1 - (z/z_max)^2 while z grows away from 0, 1 while it comes back.
 double bouc_wen(const BoucWen& law, double z, double du) {
   const double direction = du < 0.0 ? -1.0 : 1.0;
   double left = std::abs(du);
@@ -120,7 +120,8 @@ double bouc_wen(const BoucWen& law, double z, double du) {
     toward += back;
     left -= back;
   }
-  toward = law.half_width_V + (toward - law.half_width_V) * std::exp(-left / law.half_width_V);
+  const double share = std::min(toward / law.half_width_V, 1.0);
+  toward = law.half_width_V * std::tanh(std::atanh(share) + left / law.half_width_V);
   return direction * toward;
 }
 
