@@ -1,13 +1,14 @@
 #include "host-sim/diagnose/search.hpp"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 #include <map>
 #include <numeric>
 #include <span>
+#include <utility>
 
 #include "host-sim/identify/chamber/noise.hpp"
 #include "host-sim/identify/in_parallel.hpp"
@@ -24,6 +25,8 @@ using identify::chamber::Score;
 
 constexpr std::size_t kBeam = 2;      ///< sets of a size that are enlarged
 constexpr std::size_t kFinished = 6;  ///< of the effects looked at beside a set, those whose fit is finished
+constexpr std::size_t kFinishedInPlace =
+    3;  ///< of those put in another's place while the rest of a set stands
 /// An effect enters a set for this much evidence beyond its parameters' price, and for this share of the squares: less
 /// can be clutter (jitter, ripple) that one of fourteen effects happens to fit. An effect as large as the noise, the
 /// least that is called detectable, takes away half.
@@ -31,6 +34,9 @@ constexpr double kWorthEntering = 6.0;
 constexpr double kLeastShare = 0.15;
 constexpr int kMostSwaps = 1;          ///< of one effect of a set for another that does better
 constexpr double kNothingLeft = 1.05;  ///< of the noise
+/// Of the noise: while more than this is left, sets are enlarged although the last effect did not pay; three can explain
+/// what no two of them do.
+constexpr double kMuchLeft = 3.0;
 /// Each of several effects must close this share of the squares that the set without it leaves above the noise, and this
 /// share of the noise: less is the form of the others, which no catalogue holds exactly.
 constexpr double kFurtherOfRest = 0.6;
@@ -143,36 +149,60 @@ class Searcher {
 
   Trial tried(Fit fit) const { return diagnose::tried(scene_, heldout_, held_records_, std::move(fit)); }
 
-  /// The set of `base` with `effect` besides: the best of short fits from several sizes of it.
-  Fit look(const Trial& base, std::size_t effect) const {
+  /// A short fit, and the squares that it or its refinement comes to, whose further variables have their price.
+  struct Look {
+    Fit fit;
+    double squares = std::numeric_limits<double>::infinity();
+  };
+
+  /// The set of `base` with `effect` besides, the best of several sizes of it; beside others it also says what its
+  /// refinement comes to: a null that wanders shows nothing before.
+  Look look(const Fit& base, std::size_t effect) const {
     const EffectSet on = base.on | bit(effect);
-    const std::size_t at = effects::kFirstFigure[effect];
-    const effects::Parameter& first = effects::kCatalogue[effect]->parameters.front();
-    Fit best;
-    best.on = on;
-    best.squares = std::numeric_limits<double>::infinity();
-    constexpr std::array<double, 3> kSizes{0.3, 3.0, -1.0};
-    // beside other effects one size is enough to tell which are worth fitting to their end
-    constexpr std::array<double, 1> kSizesBeside{1.0};
-    for (const double size :
-         base.on == 0 ? std::span<const double>(kSizes) : std::span<const double>(kSizesBeside)) {
-      Figures start = base.fit.figures;
-      const double from = scene_.nominal[at];
-      start[at] = from + size * first.typical_change;
-      if (start[at] < first.least() || start[at] > first.greatest()) {
-        if (size < 0.0 && from > first.least()) start[at] = from - 0.3 * first.typical_change;
-        if (start[at] < first.least() || start[at] > first.greatest()) continue;
-      }
-      Fit look = fit(coarse_, on, start, base.fit.start,
-                     {.most_iterations = 5, .tolerance = 1e-3, .refined = base.fit.refined});
-      if (look.squares < best.squares) best = std::move(look);
+    Look best;
+    best.fit.on = on;
+    std::vector<Figures> starts;
+    if (base.on == 0) {
+      starts = sizes_of(effect, base.figures, {0.3, 3.0, -1.0});
+    } else {
+      // that which errs least beside the others as they stand, and a typical one: heat has two minima
+      const std::vector<Figures> sizes =
+          sizes_of(effect, base.figures, {0.1, 0.3, 3.0, 10.0, -0.3, -1.0, -5.0});
+      starts = sizes_of(effect, base.figures, {1.0});
+      if (!sizes.empty()) starts.push_back(sizes[least_error(coarse_, on, sizes, base.start)]);
+    }
+    FitOptions brief{.most_iterations = 5, .tolerance = 1e-3, .refined = base.refined};
+    for (const Figures& start : starts) {
+      Fit found = fit(coarse_, on, start, base.start, brief);
+      if (found.squares < best.squares) best = {found, found.squares};
+    }
+    if (base.on != 0 && refinable(effect) && std::isfinite(best.squares)) {
+      brief.refined |= bit(effect);
+      const Fit finer = fit(coarse_, on, best.fit.figures, best.fit.start, brief);
+      const auto more = static_cast<double>(finer.variables.size() - best.fit.variables.size());
+      best.squares =
+          std::min(best.squares, finer.squares * std::exp(more * std::log(kMostPieces) / kMostPieces));
     }
     return best;
   }
 
+  /// `set` with `member` taken out and each of `which` put in its place while the others stand as they are, where their own
+  /// minimum without it may be far away; those that look best, fitted to their end.
+  std::vector<Trial> in_place_of(const Trial& set, std::size_t member,
+                                 const std::vector<std::size_t>& which) const {
+    Fit rest;
+    rest.on = set.on & ~bit(member);
+    rest.refined = set.fit.refined & ~bit(member);
+    rest.figures = neutral(set.fit.figures, member);
+    rest.start = set.fit.start;
+    return finished_best(
+        which, [&](std::size_t effect) { return look(rest, effect); }, kFinishedInPlace);
+  }
+
   /// A look at `effect` fitted to its end, refined where that pays.
-  Trial finished(const Fit& look, std::size_t effect) const {
-    if (!std::isfinite(look.squares)) return Trial{};
+  Trial finished(const Look& looked, std::size_t effect) const {
+    if (!std::isfinite(looked.squares)) return Trial{};
+    const Fit& look = looked.fit;
     Fit found = fit(scene_, look.on, look.figures, look.start, finish(look.refined));
     if (std::popcount(look.on) == 1) {
       // The valve's figures come from a fit without the effect, and may be far from those with it.
@@ -182,27 +212,33 @@ class Searcher {
       if (other.squares < found.squares) found = std::move(other);
     }
     Trial plain = tried(std::move(found));
-    if (!refinable(effect) || !plain.valid()) return plain;
-    Trial refined =
-        tried(fit(scene_, look.on, plain.fit.figures, plain.fit.start, finish(look.refined | bit(effect))));
-    if (!refined.valid()) return plain;
+    return plain.valid() ? refined(std::move(plain), effect) : plain;
+  }
+
+  /// `set` with this effect of it refined, where that pays.
+  Trial refined(Trial set, std::size_t effect) const {
+    if (!refinable(effect) || (set.fit.refined & bit(effect)) != 0) return set;
+    Trial finer =
+        tried(fit(scene_, set.on, set.fit.figures, set.fit.start, finish(set.fit.refined | bit(effect))));
+    if (!finer.valid()) return set;
     // the correlation that is left: that of the plain trial's error is what a refinement explains
-    const double correlated = correlation(refined);
-    return refined.heldout_squares < plain.heldout_squares &&
-                   refined.evidence(correlated) > plain.evidence(correlated) + kWorthEntering
-               ? refined
-               : plain;
+    const double correlated = correlation(finer);
+    const bool pays = finer.heldout_squares < set.heldout_squares &&
+                      finer.evidence(correlated) > set.evidence(correlated) + kWorthEntering;
+    if (pays) return finer;
+    return set;
+  }
+
+  /// `set` with its effects refined where that pays beside each other: it may not have paid alone.
+  Trial refined(Trial set) const {
+    for (const std::size_t member : members(set.on)) set = refined(std::move(set), member);
+    return set;
   }
 
   /// `base` with this effect taken out.
   Trial without(const Trial& base, std::size_t effect) const {
-    Figures start = base.fit.figures;
-    std::size_t at = effects::kFirstFigure[effect];
-    for (std::size_t k = 0; k < effects::kCatalogue[effect]->parameters.size(); ++k, ++at) {
-      start[at] = scene_.nominal[at];
-    }
-    return tried(
-        fit(scene_, base.on & ~bit(effect), start, base.fit.start, finish(base.fit.refined & ~bit(effect))));
+    return tried(fit(scene_, base.on & ~bit(effect), neutral(base.fit.figures, effect), base.fit.start,
+                     finish(base.fit.refined & ~bit(effect))));
   }
 
   /// `set` without the effects that are not worth their place beside the others, the least first.
@@ -242,11 +278,22 @@ class Searcher {
   /// `base` with each of `which` besides; only the `most` that look best are fitted to their end and returned.
   const std::vector<Trial>& all_with(const Trial& base, const std::vector<std::size_t>& which,
                                      std::size_t most = kEffects) {
-    const auto known = beside_.find(base.on);
+    const std::pair key(base.on, base.fit.refined);
+    const auto known = beside_.find(key);
     if (known != beside_.end()) return known->second;
-    std::vector<Fit> looks(which.size());
+    std::vector<Trial> trials = finished_best(
+        which, [&](std::size_t effect) { return look(base.fit, effect); }, most);
+    return beside_.emplace(key, std::move(trials)).first->second;
+  }
+
+ private:
+  /// Of the looks at each of `which`, the `most` that fit best, fitted to their end.
+  template <class LookAt>
+  std::vector<Trial> finished_best(const std::vector<std::size_t>& which, LookAt&& look_at,
+                                   std::size_t most) const {
+    std::vector<Look> looks(which.size());
     identify::in_parallel(which.size(), options_.threads,
-                          [&](std::size_t i) { looks[i] = look(base, which[i]); });
+                          [&](std::size_t i) { looks[i] = look_at(which[i]); });
     std::vector<std::size_t> order(which.size());
     std::iota(order.begin(), order.end(), 0U);
     if (which.size() > most) {
@@ -257,10 +304,36 @@ class Searcher {
     std::vector<Trial> trials(order.size());
     identify::in_parallel(order.size(), options_.threads,
                           [&](std::size_t i) { trials[i] = finished(looks[order[i]], which[order[i]]); });
-    return beside_.emplace(base.on, std::move(trials)).first->second;
+    return trials;
   }
 
- private:
+  /// `figures` with the first parameter of `effect` so many of its typical changes away from what the rig says, as far as
+  /// it is allowed; a decrease that would leave its range is three tenths of one.
+  std::vector<Figures> sizes_of(std::size_t effect, const Figures& figures,
+                                std::initializer_list<double> sizes) const {
+    const std::size_t at = effects::kFirstFigure[effect];
+    const effects::Parameter& first = effects::kCatalogue[effect]->parameters.front();
+    const double from = scene_.nominal[at];
+    std::vector<Figures> all;
+    for (const double size : sizes) {
+      Figures start = figures;
+      start[at] = from + size * first.typical_change;
+      if (start[at] < first.least() && size < 0.0 && from > first.least()) {
+        start[at] = from - 0.3 * first.typical_change;
+      }
+      if (start[at] >= first.least() && start[at] <= first.greatest()) all.push_back(start);
+    }
+    return all;
+  }
+
+  /// `figures` with those of `effect` at the values the rig says.
+  Figures neutral(Figures figures, std::size_t effect) const {
+    std::copy_n(scene_.nominal.begin() + static_cast<std::ptrdiff_t>(effects::kFirstFigure[effect]),
+                effects::kCatalogue[effect]->parameters.size(),
+                figures.begin() + static_cast<std::ptrdiff_t>(effects::kFirstFigure[effect]));
+    return figures;
+  }
+
   static FitOptions finish(EffectSet refined) {
     return {.most_iterations = 30, .tolerance = 1e-4, .refined = refined};
   }
@@ -275,7 +348,8 @@ class Searcher {
   const std::vector<HeldOut>& heldout_;
   std::vector<Record> held_records_;  ///< the same, for a fit
   const SearchOptions& options_;
-  std::map<EffectSet, std::vector<Trial>> beside_;  ///< by the set that was enlarged
+  /// By the set that was enlarged, and what of it was refined.
+  std::map<std::pair<EffectSet, EffectSet>, std::vector<Trial>> beside_;
 };
 
 }  // namespace
@@ -356,9 +430,12 @@ Search search(const Scene& scene, const std::vector<HeldOut>& heldout, const Sea
     best_first(trials, result.recalibrated, correlated);
     once_each(trials);
     const bool better = worth_entering(trials.front(), result.best, correlated);
-    if (better) result.best = trials.front();
-    if (size == kMostEffects || (size > 1 && !better)) break;
-    if (result.best.heldout_Pa() < kNothingLeft * options.noise_Pa) break;
+    if (better) {
+      if (size > 1) trials.front() = searcher.refined(std::move(trials.front()));
+      result.best = trials.front();
+    }
+    const double left = result.best.heldout_Pa() / options.noise_Pa;
+    if (size == kMostEffects || left < kNothingLeft || (size > 1 && !better && left < kMuchLeft)) break;
     std::vector<Trial> larger;
     for (std::size_t i = 0; i < std::min(kBeam, trials.size()); ++i) {
       const std::vector<Trial>& beside = searcher.all_with(trials[i], but(trials[i].on), kFinished);
@@ -383,7 +460,16 @@ Search search(const Scene& scene, const std::vector<HeldOut>& heldout, const Sea
         rivals.push_back(result.recalibrated);
       } else {
         const Trial rest = searcher.without(result.best, member);
-        rivals = searcher.all_with(rest, but(result.best.on), kFinished);
+        rivals = searcher.in_place_of(result.best, member, but(result.best.on));
+        for (const Trial& fresh : searcher.all_with(rest, but(rest.on), kFinished)) {
+          const auto same =
+              std::find_if(rivals.begin(), rivals.end(), [&](const Trial& t) { return t.on == fresh.on; });
+          if (same == rivals.end()) {
+            rivals.push_back(fresh);
+          } else if (fresh.evidence(result.correlated_rows) > same->evidence(result.correlated_rows)) {
+            *same = fresh;
+          }
+        }
         rivals.push_back(rest);
       }
       std::erase_if(rivals, [&](const Trial& t) { return !t.valid() || t.on == result.best.on; });

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include "host-sim/blind/blind_case.hpp"
 #include "host-sim/effects/catalogue.hpp"
 #include "host-sim/trace/respiraworks.hpp"
@@ -48,6 +50,34 @@ TEST(Diagnose, ClosesAGapOfHeatToTheNoiseThoughTheGasBeginsWarm) {
   const GapReport report = diagnosed(made);
   ASSERT_EQ(report.effects.size(), 1U) << name_of(report.verdict);
   EXPECT_EQ(report.effects.front().id, "heat_transfer");
+  EXPECT_LT(report.with_effects_Pa, 1.12 * made.label.at("noise_floor_Pa").get<double>());
+}
+
+std::set<std::string> named(const GapReport& report) {
+  std::set<std::string> ids;
+  for (const auto& effect : report.effects) ids.insert(effect.id);
+  return ids;
+}
+
+TEST(Diagnose, RefinesAnEffectBesideAnotherWhereItDidNotPayAlone) {
+  // a loop whose corners matter only once the sensor's span is right
+  const blind::Case made = blind::make_case({.effects = {"sensor_bias", "valve_hysteresis"},
+                                             .kind = "many",
+                                             .tier = 1,
+                                             .seed = 7244854910583403446});
+  const GapReport report = diagnosed(made);
+  EXPECT_EQ(named(report), (std::set<std::string>{"sensor_bias", "valve_hysteresis"}));
+  EXPECT_LT(report.with_effects_Pa, 1.12 * made.label.at("noise_floor_Pa").get<double>());
+}
+
+TEST(Diagnose, PutsTheSimplerOfTwoEffectsInTheOthersPlaceWhileTheRestStands) {
+  // a hose is found first, beside which heat comes right; without it, heat goes where no dead volume brings it back
+  const blind::Case made = blind::make_case({.effects = {"chamber_leak", "volume_error", "heat_transfer"},
+                                             .kind = "many",
+                                             .tier = 1,
+                                             .seed = 6707689927098443238});
+  const GapReport report = diagnosed(made);
+  EXPECT_EQ(named(report), (std::set<std::string>{"volume_error", "heat_transfer"}));
   EXPECT_LT(report.with_effects_Pa, 1.12 * made.label.at("noise_floor_Pa").get<double>());
 }
 

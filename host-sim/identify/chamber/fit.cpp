@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "host-sim/effects/chamber_effects.hpp"
 #include "host-sim/identify/box_solver.hpp"
@@ -401,6 +402,28 @@ double joint_squares(const Scene& scene, const Fit& fit, const std::vector<Recor
   const Vector g = both.topRightCorner(n, 1);
   const Vector d = identify::quadratic_in_box<kDynamic>(H, g, low, high);
   return both(n, n) + 2.0 * g.dot(d) + d.dot(H * d);
+}
+
+std::size_t least_error(const Scene& scene, EffectSet on, std::span<const Figures> figures,
+                        const std::vector<Start>& start) {
+  std::vector<double> squares(figures.size(), 0.0);
+  for (std::size_t r = 0; r < scene.records.size(); ++r) {
+    const Record& record = scene.records[r];
+    std::vector<effects::Run> runs;
+    for (const Figures& one : figures) runs.push_back({acting(scene, record, one), start[r]});
+    std::vector<double> readings(record.fitted_rows * static_cast<std::size_t>(kLanes));
+    effects::free_run(scene.around, record.drive, acting(scene, record, on), runs, readings);
+    for (std::size_t row = record.settled_rows; row < record.fitted_rows; ++row) {
+      for (std::size_t i = 0; i < figures.size(); ++i) {
+        const double e = readings[row * kLanes + i] - record.measured_Pa[row];
+        squares[i] += e * e;
+      }
+    }
+  }
+  for (double& s : squares) {
+    if (!std::isfinite(s)) s = std::numeric_limits<double>::infinity();
+  }
+  return static_cast<std::size_t>(std::min_element(squares.begin(), squares.end()) - squares.begin());
 }
 
 std::vector<double> run(const Scene& scene, const Record& record, EffectSet on, const Figures& figures,

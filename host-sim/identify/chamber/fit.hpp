@@ -9,6 +9,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -99,6 +100,10 @@ Eigen::VectorXd standard_errors(const Fit& fit, double correlated_rows);
 /// fitted records, in their order.
 double joint_squares(const Scene& scene, const Fit& fit, const std::vector<Record>& heldout,
                      const std::vector<effects::Start>& held_start, bool same_start);
+
+/// Which of `figures` (1 to effects::kLanes) errs least over the fitted rows, each run as it stands.
+std::size_t least_error(const Scene& scene, effects::EffectSet on, std::span<const effects::Figures> figures,
+                        const std::vector<effects::Start>& start);
 
 /// Readings of a free run over a whole record [Pa].
 std::vector<double> run(const Scene& scene, const Record& record, effects::EffectSet on,

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <random>
 
 #include "tests/identify/chamber/chamber_scene.hpp"
@@ -122,6 +123,25 @@ TEST(ChamberFit, WithoutHeatTheGasHasNoWarmth) {
   const Fit found = fit(scene, 0, scene.nominal, {});
   EXPECT_EQ(found.warmths, 0U);
   EXPECT_EQ(found.start[0].warmth_Pa, 0.0);
+}
+
+TEST(LeastError, IsOfTheChamberThatMadeTheRecordsWhereverItStandsAmongEight) {
+  const Scene plain = chamber_scene(jumping_V(600), 30e-6);
+  const EffectSet on = EffectSet{1} << effects::kIdVolumeError;
+  const std::size_t offset = effects::kFirstFigure[effects::kIdVolumeError];
+  const std::vector<effects::Start> starts{{3e5}, {5e5}};
+  for (std::size_t truth = 0; truth < 8; ++truth) {
+    std::vector<effects::Figures> offered(8, plain.nominal);
+    for (std::size_t i = 0; i < offered.size(); ++i) offered[i][offset] = 3.0 * static_cast<double>(i);
+    Scene scene = plain;
+    scene.records.push_back(scene.records[0]);
+    for (std::size_t r = 0; r < 2; ++r) {
+      scene.records[r].measured_Pa = run(plain, plain.records[0], on, offered[truth], starts[r]);
+    }
+    EXPECT_EQ(least_error(scene, on, offered, starts), truth);
+    offered[(truth + 1) % 8][offset] = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_EQ(least_error(scene, on, offered, starts), truth) << "beside one that is not a number";
+  }
 }
 
 TEST(JointSquares, OfTheSameRowsTwiceAreTwiceTheFit) {
