@@ -60,14 +60,14 @@ std::set<std::string> named(const GapReport& report) {
 }
 
 TEST(Diagnose, RefinesAnEffectBesideAnotherWhereItDidNotPayAlone) {
-  // a loop whose corners matter only once the sensor's span is right
+  // a loop whose corners matter only once the sensor's span is right, and whose form the catalogue has but nearly
   const blind::Case made = blind::make_case({.effects = {"sensor_bias", "valve_hysteresis"},
                                              .kind = "many",
                                              .tier = 1,
                                              .seed = 7244854910583403446});
   const GapReport report = diagnosed(made);
   EXPECT_EQ(named(report), (std::set<std::string>{"sensor_bias", "valve_hysteresis"}));
-  EXPECT_LT(report.with_effects_Pa, 1.12 * made.label.at("noise_floor_Pa").get<double>());
+  EXPECT_GT(report.closed_fraction, 0.98);
 }
 
 TEST(Diagnose, PutsTheSimplerOfTwoEffectsInTheOthersPlaceWhileTheRestStands) {
