@@ -35,7 +35,8 @@ constexpr double kLeastShare = 0.15;
 constexpr int kMostSwaps = 1;          ///< of one effect of a set for another that does better
 constexpr double kNothingLeft = 1.05;  ///< of the noise
 /// Of the noise: while more than this is left, sets are enlarged although the last effect did not pay; three can explain
-/// what no two of them do.
+/// what no two of them do. That they do is known by their leaving no more than this: of a machine far beyond the catalogue
+/// three explain a little, too.
 constexpr double kMuchLeft = 3.0;
 /// Each of several effects must close this share of the squares that the set without it leaves above the noise, and this
 /// share of the noise: less is the form of the others, which no catalogue holds exactly.
@@ -421,6 +422,7 @@ Search search(const Scene& scene, const std::vector<HeldOut>& heldout, const Sea
 
   // forward: the best sets of each size are enlarged, also by an effect that pays only beside another
   result.best = result.recalibrated;
+  bool paid = true;  // the second effect
   for (std::size_t size = 1; size <= kMostEffects; ++size) {
     std::erase_if(trials, [](const Trial& t) { return !t.valid(); });
     if (trials.empty()) break;
@@ -430,10 +432,11 @@ Search search(const Scene& scene, const std::vector<HeldOut>& heldout, const Sea
     best_first(trials, result.recalibrated, correlated);
     once_each(trials);
     const bool better = worth_entering(trials.front(), result.best, correlated);
-    if (better) {
-      if (size > 1) trials.front() = searcher.refined(std::move(trials.front()));
+    if (better && size > 1) trials.front() = searcher.refined(std::move(trials.front()));
+    if (better && (paid || trials.front().heldout_Pa() < kMuchLeft * options.noise_Pa)) {
       result.best = trials.front();
     }
+    paid = better || size == 1;
     const double left = result.best.heldout_Pa() / options.noise_Pa;
     if (size == kMostEffects || left < kNothingLeft || (size > 1 && !better && left < kMuchLeft)) break;
     std::vector<Trial> larger;

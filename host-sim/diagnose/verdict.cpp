@@ -27,10 +27,10 @@ double closed_fraction(const GapErrors& errors) {
 
 Verdict verdict_of(const GapErrors& errors, Best best) {
   const double closed = closed_fraction(errors);
-  if (best == Best::no_effect && errors.as_configured_Pa < kAtFloor * errors.noise_floor_Pa)
-    return Verdict::none;
-  if (best == Best::no_effect || closed < kExplainsSome)
+  if (best == Best::no_effect || closed < kExplainsSome) {
+    if (errors.as_configured_Pa < kAtFloor * errors.noise_floor_Pa) return Verdict::none;
     return calibrated(errors) ? Verdict::calibration : Verdict::unexplained;
+  }
   if (closed < kExplainsAll && errors.with_effects_Pa >= kNearFloor * errors.noise_floor_Pa)
     return Verdict::partly_explained;
   return best == Best::has_rivals ? Verdict::ambiguous : Verdict::explained;

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "host-sim/blind/blind_case.hpp"
+#include "host-sim/diagnose/found_rig.hpp"
 #include "host-sim/effects/catalogue.hpp"
 #include "host-sim/trace/respiraworks.hpp"
 
@@ -143,7 +144,7 @@ TEST(Diagnose, NamesTheSensorErrorThatWasPutIntoAMeasuredRun) {
   EXPECT_EQ(report.effects.front().id, "sensor_bias");
   // an effect that the baseline has is named with its new figures, not with what they have changed by
   double offset_before_kPa = 0.0;
-  for (const NamedEffect& effect : diagnose(options.baseline, {}, ventilator()).effects) {
+  for (const NamedEffect& effect : effects_in_model(diagnose(options.baseline, {}, ventilator()))) {
     if (effect.id == "sensor_bias") offset_before_kPa = effect.parameters.front().value;
   }
   EXPECT_EQ(report.effects.front().parameters.front().name, "offset_kPa");

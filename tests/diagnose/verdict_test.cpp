@@ -21,6 +21,11 @@ TEST(Verdict, NoneIsWithinTwelvePercentOfTheNoiseAsConfigured) {
   EXPECT_EQ(verdict_of(errors(1.13, 1.0, 1.0), Best::no_effect), Verdict::calibration);
 }
 
+TEST(Verdict, AnEffectThatClosesTooLittleChangesNothing) {
+  EXPECT_EQ(verdict_of(errors(1.11, 1.0, 0.7), Best::alone), Verdict::none);  // nothing was to close
+  EXPECT_EQ(verdict_of(errors(50.0, 1.29, 1.2), Best::alone), Verdict::calibration);
+}
+
 TEST(Verdict, CalibrationIsNearTheNoiseWithoutAnEffect) {
   EXPECT_EQ(verdict_of(errors(50.0, 1.29, 1.29), Best::no_effect), Verdict::calibration);
   EXPECT_EQ(verdict_of(errors(50.0, 1.31, 1.31), Best::no_effect), Verdict::unexplained);
