@@ -25,8 +25,7 @@ using identify::chamber::Score;
 
 constexpr std::size_t kBeam = 2;      ///< sets of a size that are enlarged
 constexpr std::size_t kFinished = 6;  ///< of the effects looked at beside a set, those whose fit is finished
-constexpr std::size_t kFinishedInPlace =
-    3;  ///< of those put in another's place while the rest of a set stands
+constexpr std::size_t kFinishedInPlace = 3;  ///< of those put in another's place beside the rest
 /// An effect enters a set for this much evidence beyond its parameters' price, and for this share of the squares: less
 /// can be clutter (jitter, ripple) that one of fourteen effects happens to fit. An effect as large as the noise, the
 /// least that is called detectable, takes away half.
@@ -203,13 +202,13 @@ class Searcher {
   /// A look at `effect` fitted to its end, refined where that pays.
   Trial finished(const Look& looked, std::size_t effect) const {
     if (!std::isfinite(looked.squares)) return Trial{};
-    const Fit& look = looked.fit;
-    Fit found = fit(scene_, look.on, look.figures, look.start, finish(look.refined));
-    if (std::popcount(look.on) == 1) {
+    const Fit& brief = looked.fit;
+    Fit found = fit(scene_, brief.on, brief.figures, brief.start, finish(brief.refined));
+    if (std::popcount(brief.on) == 1) {
       // The valve's figures come from a fit without the effect, and may be far from those with it.
       Figures fresh = found.figures;
       std::copy_n(scene_.nominal.begin(), effects::kValveFigures, fresh.begin());
-      Fit other = fit(scene_, look.on, fresh, look.start, finish(look.refined));
+      Fit other = fit(scene_, brief.on, fresh, brief.start, finish(brief.refined));
       if (other.squares < found.squares) found = std::move(other);
     }
     Trial plain = tried(std::move(found));
@@ -422,7 +421,7 @@ Search search(const Scene& scene, const std::vector<HeldOut>& heldout, const Sea
 
   // forward: the best sets of each size are enlarged, also by an effect that pays only beside another
   result.best = result.recalibrated;
-  bool paid = true;  // the second effect
+  bool second_paid = true;
   for (std::size_t size = 1; size <= kMostEffects; ++size) {
     std::erase_if(trials, [](const Trial& t) { return !t.valid(); });
     if (trials.empty()) break;
@@ -433,10 +432,10 @@ Search search(const Scene& scene, const std::vector<HeldOut>& heldout, const Sea
     once_each(trials);
     const bool better = worth_entering(trials.front(), result.best, correlated);
     if (better && size > 1) trials.front() = searcher.refined(std::move(trials.front()));
-    if (better && (paid || trials.front().heldout_Pa() < kMuchLeft * options.noise_Pa)) {
+    if (better && (second_paid || trials.front().heldout_Pa() < kMuchLeft * options.noise_Pa)) {
       result.best = trials.front();
     }
-    paid = better || size == 1;
+    if (size == 2) second_paid = better;
     const double left = result.best.heldout_Pa() / options.noise_Pa;
     if (size == kMostEffects || left < kNothingLeft || (size > 1 && !better && left < kMuchLeft)) break;
     std::vector<Trial> larger;

@@ -182,15 +182,20 @@ Exponential<N> exponential(const N& z) {
   return {e, select(beyond, far, phi_1), select(beyond, (1.0 - far) * far, phi_2)};
 }
 
+/// artanh(t)/t by six terms of its series: to 1e-9 for |t| <= 1/5, 2e-7 at 1/3.
+template <class N>
+N artanh_per(const N& t) {
+  const N t2 = t * t;
+  return 1.0 + t2 * (1.0 / 3.0 + t2 * (1.0 / 5.0 + t2 * (1.0 / 7.0 + t2 * (1.0 / 9.0 + t2 * (1.0 / 11.0)))));
+}
+
 /// x^a for x in 0.05 .. 20 and |a ln x| <= 4, to 1e-7 of itself. ln x = 8 ln y = 16 artanh((y - 1)/(y + 1)) with the
-/// eighth root y, and five terms of the series.
+/// eighth root y.
 template <class N>
 N power(const N& x, const N& a) {
   const N y = root(root(root(x)));
   const N t = (y - 1.0) / (y + 1.0);
-  const N t2 = t * t;
-  const N series = 1.0 + t2 * (1.0 / 3.0 + t2 * (1.0 / 5.0 + t2 * (1.0 / 7.0 + t2 * (1.0 / 9.0))));
-  return exponential(16.0 * a * t * series).e;
+  return exponential(16.0 * a * t * artanh_per(t)).e;
 }
 
 }  // namespace plenum::host::effects

@@ -67,13 +67,7 @@ class ValveHysteresis {
 
  private:
   /// ln(1 + x)/x for x in 0 .. 1, to 2e-7: 2 artanh(t)/x with t = x/(2 + x).
-  static N log_per(const N& x) {
-    const N t = x / (2.0 + x);
-    const N t2 = t * t;
-    const N series =
-        1.0 + t2 * (1.0 / 3.0 + t2 * (1.0 / 5.0 + t2 * (1.0 / 7.0 + t2 * (1.0 / 9.0 + t2 * (1.0 / 11.0)))));
-    return 2.0 * series / (2.0 + x);
-  }
+  static N log_per(const N& x) { return 2.0 * artanh_per(x / (2.0 + x)) / (2.0 + x); }
 
   N half_V_{}, rounding_{}, per_reach_{}, yielding_{}, place_V_{}, command_V_{}, creep_{};
 };

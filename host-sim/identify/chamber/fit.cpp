@@ -49,6 +49,24 @@ Figures acting(const Scene& scene, const Record& record, Figures figures) {
   return figures;
 }
 
+/// The readings of `runs` side by side, kLanes a row, over the fitted rows only.
+std::vector<double> run_lanes(const Scene& scene, const Record& record, EffectSet on,
+                              std::span<const effects::Run> runs) {
+  std::vector<double> readings(record.fitted_rows * static_cast<std::size_t>(kLanes));
+  effects::free_run(scene.around, record.drive, acting(scene, record, on), runs, readings);
+  return readings;
+}
+
+/// The sum of squares of the errors of one of them.
+double lane_squares(const std::vector<double>& readings, const Record& record, std::size_t lane) {
+  double sum = 0.0;
+  for (std::size_t row = record.settled_rows; row < record.fitted_rows; ++row) {
+    const double e = readings[row * kLanes + lane] - record.measured_Pa[row];
+    sum += e * e;
+  }
+  return sum;
+}
+
 /// Warmth of gas at `pressure_Pa` that came there without heat: compressed from ambient pressure at most, or let out by (4)
 /// from the supply's.
 struct WarmthRange {
@@ -119,7 +137,7 @@ class FreeRunSquares {
     for (std::size_t r = 0; r < records_.size(); ++r) {
       const Record& record = records_[r];
       const effects::Run base{acting(scene_, record, figures_at(z)), start_at(z, r)};
-      sum += score(run_lanes(record, {&base, 1}), record);
+      sum += lane_squares(run_lanes(scene_, record, on_, {&base, 1}), record, 0);
     }
     if (rising_areas_) sum += falling_areas_Pa(figures_at(z)).squaredNorm();
     return sum;
@@ -160,7 +178,7 @@ class FreeRunSquares {
           changed.figures = acting(scene_, record, changed.figures);
           runs.push_back(changed);
         }
-        const std::vector<double> readings = run_lanes(record, runs);
+        const std::vector<double> readings = run_lanes(scene_, record, on_, runs);
         for (Eigen::Index row = 0; row < rows; ++row) {
           const double* at = readings.data() + (row + settled) * kLanes;
           if (first == 0) table(row, n) = at[0] - record.measured_Pa[static_cast<std::size_t>(row + settled)];
@@ -206,22 +224,6 @@ class FreeRunSquares {
       z[i] = (v.*side - base_[v.figure]) / v.scale;
     }
     return z;
-  }
-
-  /// Over the fitted rows only.
-  std::vector<double> run_lanes(const Record& record, std::span<const effects::Run> runs) const {
-    std::vector<double> readings(record.fitted_rows * static_cast<std::size_t>(kLanes));
-    effects::free_run(scene_.around, record.drive, acting(scene_, record, on_), runs, readings);
-    return readings;
-  }
-
-  static double score(const std::vector<double>& readings, const Record& record) {
-    double sum = 0.0;
-    for (std::size_t row = record.settled_rows; row < record.fitted_rows; ++row) {
-      const double e = readings[row * kLanes] - record.measured_Pa[row];
-      sum += e * e;
-    }
-    return sum;
   }
 
   const Scene& scene_;
@@ -411,14 +413,8 @@ std::size_t least_error(const Scene& scene, EffectSet on, std::span<const Figure
     const Record& record = scene.records[r];
     std::vector<effects::Run> runs;
     for (const Figures& one : figures) runs.push_back({acting(scene, record, one), start[r]});
-    std::vector<double> readings(record.fitted_rows * static_cast<std::size_t>(kLanes));
-    effects::free_run(scene.around, record.drive, acting(scene, record, on), runs, readings);
-    for (std::size_t row = record.settled_rows; row < record.fitted_rows; ++row) {
-      for (std::size_t i = 0; i < figures.size(); ++i) {
-        const double e = readings[row * kLanes + i] - record.measured_Pa[row];
-        squares[i] += e * e;
-      }
-    }
+    const std::vector<double> readings = run_lanes(scene, record, on, runs);
+    for (std::size_t i = 0; i < figures.size(); ++i) squares[i] += lane_squares(readings, record, i);
   }
   for (double& s : squares) {
     if (!std::isfinite(s)) s = std::numeric_limits<double>::infinity();
