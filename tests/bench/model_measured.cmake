@@ -1,0 +1,4 @@
+add_executable(plenum_model_measured_bench ${CMAKE_CURRENT_LIST_DIR}/model_measured.cpp)
+target_link_libraries(plenum_model_measured_bench PRIVATE plenum_firmware plenum_client plenum_identify_chamber plenum_identify plenum_trace
+  plenum_warnings)
+plenum_bench(NAME model.ventilator_rms COMMAND plenum_model_measured_bench ${CMAKE_SOURCE_DIR}/tests/data/respiraworks)
