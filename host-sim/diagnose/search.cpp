@@ -48,6 +48,8 @@ constexpr double kMostPieces = 200.0;
 /// Short fits are run this long, in so few steps a tick.
 constexpr double kLook_s = 40.0;
 constexpr int kLookSteps = 2;
+/// Of the squares: an effect that changes them by less shows nothing at that size.
+constexpr double kShown = 1e-4;
 
 EffectSet bit(std::size_t effect) {
   return EffectSet{1} << effect;
@@ -155,26 +157,33 @@ class Searcher {
     double squares = std::numeric_limits<double>::infinity();
   };
 
-  /// The set of `base` with `effect` besides, the best of several sizes of it; beside others it also says what its
-  /// refinement comes to: a null that wanders shows nothing before.
+  /// The set of `base` with `effect` besides, the best of several sizes of it, but one that shows something before one that does
+  /// not: a silencer shows nothing until it is so narrow that the port before it no longer chokes. Beside others it also
+  /// says what its refinement comes to: a null that wanders shows nothing before.
   Look look(const Fit& base, std::size_t effect) const {
     const EffectSet on = base.on | bit(effect);
     Look best;
     best.fit.on = on;
     std::vector<Figures> starts;
     if (base.on == 0) {
-      starts = sizes_of(effect, base.figures, {0.3, 3.0, -1.0});
+      starts = sizes_of(effect, base.figures, {0.3, 3.0, 30.0, -1.0});
     } else {
       // that which errs least beside the others as they stand, and a typical one: heat has two minima
       const std::vector<Figures> sizes =
-          sizes_of(effect, base.figures, {0.1, 0.3, 3.0, 10.0, -0.3, -1.0, -5.0});
+          sizes_of(effect, base.figures, {0.1, 0.3, 3.0, 10.0, 30.0, -0.3, -1.0, -5.0});
       starts = sizes_of(effect, base.figures, {1.0});
       if (!sizes.empty()) starts.push_back(sizes[least_error(coarse_, on, sizes, base.start)]);
     }
     FitOptions brief{.most_iterations = 5, .tolerance = 1e-3, .refined = base.refined};
+    const double nothing = fit(coarse_, base.on, base.figures, base.start, brief).squares;
+    bool shown = false;
     for (const Figures& start : starts) {
       Fit found = fit(coarse_, on, start, base.start, brief);
-      if (found.squares < best.squares) best = {found, found.squares};
+      const bool shows = std::abs(found.squares - nothing) > kShown * nothing;
+      if (std::pair(!shows, found.squares) < std::pair(!shown, best.squares)) {
+        shown = shows;
+        best = {found, found.squares};
+      }
     }
     if (base.on != 0 && refinable(effect) && std::isfinite(best.squares)) {
       brief.refined |= bit(effect);

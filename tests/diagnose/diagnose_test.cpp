@@ -54,6 +54,16 @@ TEST(Diagnose, ClosesAGapOfHeatToTheNoiseThoughTheGasBeginsWarm) {
   EXPECT_LT(report.with_effects_Pa, 1.12 * made.label.at("noise_floor_Pa").get<double>());
 }
 
+TEST(Diagnose, FindsASilencerThatShowsNothingUntilThePortBeforeItNoLongerChokes) {
+  // the chamber stays above twice ambient: any wider silencer than this one changes no reading, and no fit leaves that plain
+  const blind::Case made = blind::make_case(
+      {.effects = {"exhaust_backpressure"}, .kind = "one", .tier = 3, .seed = 4890565767844745853});
+  const GapReport report = diagnosed(made);
+  ASSERT_EQ(report.effects.size(), 1U) << name_of(report.verdict);
+  EXPECT_EQ(report.effects.front().id, "exhaust_backpressure");
+  EXPECT_LT(report.with_effects_Pa, 1.12 * made.label.at("noise_floor_Pa").get<double>());
+}
+
 std::set<std::string> named(const GapReport& report) {
   std::set<std::string> ids;
   for (const auto& effect : report.effects) ids.insert(effect.id);
