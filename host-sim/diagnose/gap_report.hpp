@@ -53,7 +53,7 @@ struct NamedEffect {
 struct Candidate {
   std::string id;
   double heldout_Pa = 0.0;
-  double confidence = 0.0;
+  double confidence = 0.0;  ///< probability that it is the cause, if one alone is
   std::vector<Estimate> parameters;
 };
 

@@ -166,23 +166,22 @@ LineChart null_chart(const NamedEffect& drift, const std::vector<Trace>& traces)
 void add_ranking(Section& section, const GapReport& report) {
   if (report.candidates.empty()) return;
   std::vector<std::string> ids;
-  std::vector<double> confidence_percent;
+  std::vector<double> probability_percent;
   std::vector<double> left_kPa;
   for (const Candidate& one : report.candidates) {
     ids.push_back(one.id);
-    confidence_percent.push_back(in_percent(one.confidence));
+    probability_percent.push_back(in_percent(one.confidence));
     left_kPa.push_back(in_kPa(one.heldout_Pa));
   }
   section.paragraph(
       "Every effect of the catalogue was fitted alone, together with the valve's figures. Left: the "
-      "probability that "
-      "it is present. Right: the error that it leaves. A small error does not make a cause: an effect with "
-      "more freedom "
-      "fits almost anything a little, and an alias fits as well as the truth.");
-  section.row({BarChart{.title = "Probability that it is present",
+      "probability that it is the cause, if one of them alone is. Right: the error that it leaves. A small "
+      "error does not make a cause: an effect with more freedom fits almost anything a little, and an alias "
+      "fits as well as the truth.");
+  section.row({BarChart{.title = "Probability, if there is one cause",
                         .categories = ids,
-                        .value = {.quantity = "Confidence", .unit = "%", .min = 0.0, .max = 100.0},
-                        .series = {{"confidence", confidence_percent}}},
+                        .value = {.quantity = "Probability", .unit = "%", .min = 0.0, .max = 100.0},
+                        .series = {{"probability", probability_percent}}},
                BarChart{.title = "Error left by each effect alone",
                         .caption = fmt::format("RMS, held out; recalibrated, without any effect: {}.",
                                                kPa_text(report.recalibrated_Pa)),

@@ -135,7 +135,7 @@ class Diagnose(plenum_test.Plenum):
         self.assertEqual(gap["equation"]["id"], "command")
         self.assertIn(f"verdict   {gap['verdict']}: ", text)
         page = (self.folder / "gap.html").read_text(encoding="utf-8")
-        for figure in ["Error left, from configured to floor", "Probability that it is present", "Where the recalibrated model errs",
+        for figure in ["Error left, from configured to floor", "Probability, if there is one cause", "Where the recalibrated model errs",
                        "Pressure, chamber-1.csv", "Command, chamber-1.csv"]:
             self.assertIn(f"<figure><h3>{figure}", page)
         self.assertNotRegex(page, r"<(script|link|img)[^>]+(src|href)=.?https?:", "the page needs no network")
