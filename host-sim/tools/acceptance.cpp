@@ -189,8 +189,8 @@ void add_motion(CLI::App& app, Options& options) {
 
 Command add_acceptance(CLI::App& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = program.add_subcommand(
-      "acceptance",
+  CLI::App* app = subcommand(
+      program, "acceptance",
       "Test a board on its own hardware: latency, jitter, SDO, CAN load, noise, and with --move its valves");
   options->board.add_to(*app);
   app->add_option("--seconds", options->seconds, "How long to listen while nothing moves [s]")

@@ -39,8 +39,7 @@ int run(const Options& options) {
 
 Command add_backup(CLI::App& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app =
-      program.add_subcommand("backup", "Save a whole board, its settings and models, to one file");
+  CLI::App* app = subcommand(program, "backup", "Save a whole board, its settings and models, to one file");
   options->board.add_to(*app);
   app->add_option("-o,--out", options->out, "The file")->type_name("FILE.json")->capture_default_str();
   options->output.add_to(*app);

@@ -36,7 +36,7 @@ int generate(Generate& options) {
 
 CLI::App* declare(CLI::App& blind, Generate& options) {
   CLI::App* app =
-      blind.add_subcommand("generate", "Make cases whose cause is sealed, by an independent simulation");
+      subcommand(blind, "generate", "Make cases whose cause is sealed, by an independent simulation");
   auto& request = options.request;
   app->add_option("--out", options.out, "New folder for the set")->type_name("DIR")->required();
   app->add_option("--cases", request.cases, "How many")->check(CLI::Range(1, 9999))->capture_default_str();
@@ -101,7 +101,7 @@ int score(const Score& options) {
 }
 
 CLI::App* declare(CLI::App& blind, Score& options) {
-  CLI::App* app = blind.add_subcommand("score", "Compare gap reports with the sealed labels of a set");
+  CLI::App* app = subcommand(blind, "score", "Compare gap reports with the sealed labels of a set");
   app->add_option("DIR", options.set, "Folder of the set")->required();
   app->add_option("--answers", options.answers, "Folder with case-0001.json and so on, plenum-gap/1 reports")
       ->type_name("DIR")
@@ -124,7 +124,7 @@ Command add_blind(CLI::App& program) {
     Generate generate;
     Score score;
   };
-  CLI::App* app = program.add_subcommand("blind", "Check a diagnosis on cases whose cause is withheld");
+  CLI::App* app = subcommand(program, "blind", "Check a diagnosis on cases whose cause is withheld");
   app->require_subcommand(1);
   const auto options = std::make_shared<Options>();
   const CLI::App* generating = declare(*app, options->generate);

@@ -1,12 +1,14 @@
 #include "host-sim/tools/board_access.hpp"
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <array>
 #include <filesystem>
 #include <stdexcept>
 
 #include "host-sim/client/patient_link.hpp"
+#include "host-sim/rig/rig.hpp"
 #include "host-sim/tools/rig_link.hpp"
 #include "host-sim/trace/input_error.hpp"
 
@@ -89,6 +91,8 @@ BoardAccess::BoardAccess(const rig::RigConfig& config)
     : rig_(std::make_unique<rig::Rig>(config)), link_(std::make_unique<RigLink>(*rig_)) {
   session_.emplace(*link_, config.board.front().settings.node.node_id);
 }
+
+BoardAccess::~BoardAccess() = default;
 
 std::optional<double> BoardAccess::bus_load() {
   if (!rig_) return std::nullopt;

@@ -1,15 +1,22 @@
 // The board that a command works with, as its arguments name it: on a bus, or simulated inside the program.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <memory>
 #include <optional>
 #include <string>
 
 #include "host-sim/client/bus_address.hpp"
 #include "host-sim/client/session.hpp"
-#include "host-sim/rig/rig.hpp"
 #include "host-sim/tools/inproc.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace plenum::host::rig {
+class Rig;
+struct RigConfig;
+}  // namespace plenum::host::rig
 
 namespace plenum::host::tools {
 
@@ -46,6 +53,7 @@ class BoardAccess {
   explicit BoardAccess(const BoardChoice& choice);
   /// A rig of this program's own, and a session with its first board.
   explicit BoardAccess(const rig::RigConfig& config);
+  ~BoardAccess();
 
   client::Session& session() { return *session_; }
   client::Link& link() { return *link_; }

@@ -53,9 +53,9 @@ int run(const Options& options) {
 
 Command add_calibrate(CLI::App& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = program.add_subcommand(
-      "calibrate",
-      "Take the error of a pressure sensor, as `diagnose` found it, out of a board's calibration");
+  CLI::App* app =
+      subcommand(program, "calibrate",
+                 "Take the error of a pressure sensor, as `diagnose` found it, out of a board's calibration");
   options->board.add_to(*app);
   app->add_option("--chamber", options->chamber, "Whose sensor")
       ->check(CLI::Range(1, 8))

@@ -69,7 +69,7 @@ int run(const Options& options) {
 
 Command add_capture(CLI::App& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = program.add_subcommand("capture", "Record a board's chambers over CAN, for identification");
+  CLI::App* app = subcommand(program, "capture", "Record a board's chambers over CAN, for identification");
   options->board.add_to(*app);
   app->add_option("--seconds", options->seconds, "Length of the recording [s]")
       ->check(CLI::Range(1.0, 36000.0))

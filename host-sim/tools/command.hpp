@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <functional>
+#include <string>
 
 namespace plenum::host::tools {
 
@@ -16,6 +17,10 @@ struct Command {
   CLI::App* app;
   std::function<int()> run;  ///< returns the exit code; throws as main.cpp maps it
 };
+
+/// A command `name` of `of`, which `about` tells. Commands call this and not add_subcommand(): that brings the whole of
+/// CLI11, its help and configuration files too, into each source that calls it.
+CLI::App* subcommand(CLI::App& of, const std::string& name, const std::string& about);
 
 Command add_sim(CLI::App& program);
 Command add_capture(CLI::App& program);

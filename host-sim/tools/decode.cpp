@@ -65,8 +65,8 @@ int run(const Options& options) {
 
 Command add_decode(CLI::App& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = program.add_subcommand(
-      "decode",
+  CLI::App* app = subcommand(
+      program, "decode",
       "Say what the frames of a log are as CANopen: NMT, SYNC, emergencies, PDOs in SI units, SDOs by name");
   app->add_option("LOG", options->file, "A log of plenum record or candump -l")
       ->type_name("FILE.log")

@@ -8,6 +8,7 @@
 
 #include "host-sim/identify/in_parallel.hpp"
 #include "host-sim/identify/profile.hpp"
+#include "host-sim/rig/rig.hpp"
 #include "host-sim/tools/board_access.hpp"
 #include "host-sim/tools/command.hpp"
 #include "host-sim/tools/demo_report.hpp"
@@ -252,8 +253,8 @@ int run(const Options& options) {
 
 Command add_demo(CLI::App& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = program.add_subcommand(
-      "demo", "Simulate a rig; record, identify, upload, regulate over CAN; draw a report");
+  CLI::App* app = subcommand(program, "demo",
+                             "Simulate a rig; record, identify, upload, regulate over CAN; draw a report");
   app->add_option("--seconds", options->seconds, "Length of each recording to identify from [s]")
       ->check(CLI::Range(4.0, 3600.0))
       ->capture_default_str();

@@ -152,8 +152,8 @@ int run(const Options& options) {
 
 Command add_diagnose(CLI::App& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = program.add_subcommand(
-      "diagnose",
+  CLI::App* app = subcommand(
+      program, "diagnose",
       "Say where a simulated and a measured chamber part, which effect is missing, and how far it helps");
   app->add_option("LOG", options->logs, "Logs of one chamber")->type_name("LOG.csv")->required();
   options->input.add_to(

@@ -145,8 +145,8 @@ int run(const Options& options) {
 
 Command add_diff(CLI::App& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = program.add_subcommand(
-      "diff",
+  CLI::App* app = subcommand(
+      program, "diff",
       "Compare a model or a backup with what a board has, value by value; exit code 1 when they differ");
   options->board.add_to(*app);
   app->add_option("--chamber", options->chamber,

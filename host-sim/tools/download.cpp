@@ -44,7 +44,7 @@ int run(const Options& options) {
 
 Command add_download(CLI::App& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = program.add_subcommand("download", "Read the models of a board over CAN into model files");
+  CLI::App* app = subcommand(program, "download", "Read the models of a board over CAN into model files");
   options->board.add_to(*app);
   app->add_option("-o,--out", options->out, "Folder for model-N.json")
       ->type_name("DIR")

@@ -80,8 +80,8 @@ const Effect& effect_of(std::string_view id, std::string_view where) {
 
 Command add_effects(CLI::App& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = program.add_subcommand(
-      "effects", "List the effects that a diagnosis knows: equation, parameters, bounds, source");
+  CLI::App* app = subcommand(program, "effects",
+                             "List the effects that a diagnosis knows: equation, parameters, bounds, source");
   app->add_option("ID", options->ids, "Only these (default: all)")->type_name("ID");
   options->output.add_to(*app);
   app->footer(example("  plenum effects spool_lag dead_time"));

@@ -49,8 +49,8 @@ int run(const Options& options) {
 
 Command add_faults(CLI::App& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = program.add_subcommand(
-      "faults",
+  CLI::App* app = subcommand(
+      program, "faults",
       "The fault that stands on a board and those before it, with what to do; exit code 1 when one stands");
   options->board.add_to(*app);
   app->add_flag("--clear-history", options->clear_history, "Empty the history (1003h) after showing it");

@@ -147,7 +147,7 @@ int run(const Options& options) {
 
 Command add_identify(CLI::App& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = program.add_subcommand("identify", "Fit a model of a chamber to its logs");
+  CLI::App* app = subcommand(program, "identify", "Fit a model of a chamber to its logs");
   app->add_option("LOG", options->logs, "Logs of one chamber")->type_name("LOG.csv")->required();
   options->input.add_to(
       *app,

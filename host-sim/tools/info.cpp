@@ -157,7 +157,7 @@ int run(const Options& options) {
 Command add_info(CLI::App& program) {
   const auto options = std::make_shared<Options>();
   CLI::App* app =
-      program.add_subcommand("info", "One board whole: identity, versions, state, health, models, settings");
+      subcommand(program, "info", "One board whole: identity, versions, state, health, models, settings");
   options->board.add_to(*app);
   options->output.add_to(*app);
   app->footer(example("  plenum info --bus socketcand:127.0.0.1:29536/can0 --node 5"));

@@ -1,6 +1,7 @@
 #include "host-sim/tools/inproc.hpp"
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <charconv>
 #include <cmath>
@@ -8,6 +9,7 @@
 #include <string_view>
 
 #include "host-sim/effects/catalogue.hpp"
+#include "host-sim/rig/rig.hpp"
 #include "host-sim/rig/standard_rigs.hpp"
 #include "host-sim/trace/input_error.hpp"
 #include "host-sim/trace/log_csv.hpp"

@@ -1,7 +1,6 @@
 // The rig that a command simulates inside itself, as its arguments describe it, and what is recorded of it.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -9,9 +8,16 @@
 
 #include "host-sim/client/capture.hpp"
 #include "host-sim/client/session.hpp"
-#include "host-sim/rig/rig.hpp"
 #include "host-sim/trace/log.hpp"
 #include "host-sim/trace/rig_toml.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace plenum::host::rig {
+struct RigConfig;
+}
 
 namespace plenum::host::tools {
 

@@ -1,6 +1,7 @@
 #include "host-sim/tools/log_input.hpp"
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <filesystem>
 #include <stdexcept>

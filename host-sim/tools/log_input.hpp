@@ -1,13 +1,16 @@
 // The logs that a command is given, and the rig they are of: --rig and --format.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "host-sim/trace/log.hpp"
 #include "host-sim/trace/rig_toml.hpp"
+
+namespace CLI {
+class App;
+}
 
 namespace plenum::host::tools {
 

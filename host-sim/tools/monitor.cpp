@@ -120,8 +120,8 @@ int run(const Options& options) {
 
 Command add_monitor(CLI::App& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = program.add_subcommand(
-      "monitor",
+  CLI::App* app = subcommand(
+      program, "monitor",
       "Watch a board live, in the terminal, a browser or PlotJuggler. It listens to what the board sends by "
       "default and "
       "changes nothing, unless --stream asks for more; exit code 1 when nothing was heard");

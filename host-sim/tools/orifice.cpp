@@ -277,8 +277,8 @@ int run(const Options& options) {
 
 Command add_orifice(CLI::App& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = program.add_subcommand(
-      "orifice",
+  CLI::App* app = subcommand(
+      program, "orifice",
       "Fit an orifice, a leak or a valve held open, to the pressure of a vessel that fills or empties");
   app->add_option("LOG", options->logs, "Logs of a chamber at one command and one volume: an orifice each")
       ->type_name("LOG.csv")

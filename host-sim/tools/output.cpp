@@ -1,6 +1,7 @@
 #include "host-sim/tools/output.hpp"
 
 #include <unistd.h>
+#include <CLI/CLI.hpp>
 
 #include <cmath>
 #include <cstdio>

@@ -73,8 +73,7 @@ int run(const Options& options) {
 
 Command add_record(CLI::App& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app =
-      program.add_subcommand("record", "Record the frames of a bus, in the log format of can-utils");
+  CLI::App* app = subcommand(program, "record", "Record the frames of a bus, in the log format of can-utils");
   app->add_option("--bus", options->bus, fmt::format("The bus to listen to: {}", client::kOutsideForms))
       ->type_name("BUS")
       ->required();

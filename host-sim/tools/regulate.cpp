@@ -81,8 +81,9 @@ int run(const Options& options) {
 
 Command add_regulate(CLI::App& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = program.add_subcommand(
-      "regulate", "Let a board regulate its chambers to a reference at 100 Hz, and record how well it does");
+  CLI::App* app =
+      subcommand(program, "regulate",
+                 "Let a board regulate its chambers to a reference at 100 Hz, and record how well it does");
   options->board.add_to(*app);
   app->add_option("--reference", options->kind, "What to follow")
       ->check(CLI::IsMember({"sine", "steps", "trapezoid", "random"}))

@@ -80,8 +80,8 @@ int run(const Options& options) {
 
 Command add_reproduce(CLI::App& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = program.add_subcommand(
-      "reproduce", "Set what five papers state beside what their models and methods give here");
+  CLI::App* app = subcommand(program, "reproduce",
+                             "Set what five papers state beside what their models and methods give here");
   app->add_option("--paper", options->paper, "Only this one, from 1 (default: all)")->type_name("N");
   app->add_option("--report", options->report, "Page to write (default: none)")->type_name("FILE.html");
   options->output.add_to(*app);

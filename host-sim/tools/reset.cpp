@@ -72,7 +72,7 @@ int run(const Options& options) {
 Command add_reset(CLI::App& program) {
   const auto options = std::make_shared<Options>();
   CLI::App* app =
-      program.add_subcommand("reset", "Clear a board's fault, or start the board or its communication anew");
+      subcommand(program, "reset", "Clear a board's fault, or start the board or its communication anew");
   options->board.add_to(*app);
   app->add_flag("--fault", options->fault,
                 "Clear the standing fault once its cause is gone; the board is DISABLED then");

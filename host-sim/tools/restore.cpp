@@ -91,8 +91,9 @@ int run(const Options& options) {
 
 Command add_restore(CLI::App& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = program.add_subcommand(
-      "restore", "Give a board the settings and models of a backup; read back, and stored on the board");
+  CLI::App* app =
+      subcommand(program, "restore",
+                 "Give a board the settings and models of a backup; read back, and stored on the board");
   options->board.add_to(*app);
   app->add_flag("--settings-only", options->settings_only,
                 "Leave the models alone; needed for a backup whose models are of another schema");

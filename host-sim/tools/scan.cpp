@@ -86,10 +86,10 @@ int run(const Options& options) {
 
 Command add_scan(CLI::App& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = program.add_subcommand("scan",
-                                         "Find the nodes of a bus: identity, state, models, faults. Listens "
-                                         "first, and asks the ids of 1..127 that "
-                                         "are silent one by one");
+  CLI::App* app = subcommand(program, "scan",
+                             "Find the nodes of a bus: identity, state, models, faults. Listens "
+                             "first, and asks the ids of 1..127 that "
+                             "are silent one by one");
   options->board.add_to(*app);
   app->add_option(
          "--seconds", options->seconds,

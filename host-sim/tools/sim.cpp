@@ -120,8 +120,9 @@ int write_logs(const Options& options) {
 
 Command add_sim(CLI::App& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = program.add_subcommand(
-      "sim", "Simulate a rig under excitation, and write a log a chamber; or serve it on a bus in real time");
+  CLI::App* app = subcommand(
+      program, "sim",
+      "Simulate a rig under excitation, and write a log a chamber; or serve it on a bus in real time");
   app->add_option("--bus", options->bus,
                   "Serve the rig to other programs, in real time; port 0: any free one")
       ->type_name("socketcand:HOST:PORT/CHANNEL");

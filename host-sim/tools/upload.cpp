@@ -81,8 +81,8 @@ int run(const Options& options) {
 
 Command add_upload(CLI::App& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = program.add_subcommand(
-      "upload", "Hand models to a board over CAN: all or none; read back and compared");
+  CLI::App* app =
+      subcommand(program, "upload", "Hand models to a board over CAN: all or none; read back and compared");
   options->board.add_to(*app);
   app->add_option("--chamber", options->chamber,
                   "Chamber of the board, from 1 (default: the one in the file)")
