@@ -141,7 +141,7 @@ BoxSolution<kSize> minimise_in_box(const BoxProblem<kSize>& problem, const BoxVe
   constexpr double kAfterRefusal = 1e-3;
   BoxSolution<kSize> solution;
   solution.z = start;
-  BoxGram<kSize> gram = problem.gram(solution.z);
+  BoxGram<kSize>& gram = solution.gram = problem.gram(solution.z);
   solution.squares = gram(size, size);
   Curvature<kSize> curvature(size);
   double lambda = 1e-3;

@@ -50,7 +50,8 @@ template <int kSize>
 struct BoxSolution {
   BoxVector<kSize> z;
   double squares = 0.0;
-  int iterations = 0;  ///< evaluations of the Gram matrix and trial steps that were refused
+  BoxGram<kSize> gram;  ///< at z
+  int iterations = 0;   ///< evaluations of the Gram matrix and trial steps that were refused
   bool converged = false;
   std::string stop;  ///< why it stopped, in one line
 };

@@ -132,68 +132,91 @@ class FreeRunSquares {
     return z;
   }
 
-  double squares(const Vector& z) const {
+  double squares(const Vector& z) {
     double sum = 0.0;
-    for (std::size_t r = 0; r < records_.size(); ++r) {
-      const Record& record = records_[r];
-      const effects::Run base{acting(scene_, record, figures_at(z)), start_at(z, r)};
-      sum += lane_squares(run_lanes(scene_, record, on_, {&base, 1}), record, 0);
-    }
+    for (std::size_t r = 0; r < records_.size(); ++r)
+      sum += lane_squares(first_readings(z, r), records_[r], 0);
     if (rising_areas_) sum += falling_areas_Pa(figures_at(z)).squaredNorm();
     return sum;
   }
 
-  Gram gram(const Vector& z) const {
+  Gram gram(const Vector& z) {
     const Eigen::Index n = size();
     Gram sum = Gram::Zero(n + 1, n + 1);
-    const Figures base = figures_at(z);
     for (std::size_t r = 0; r < records_.size(); ++r) {
       const Record& record = records_[r];
-      const Start start = start_at(z, r);
       const auto settled = static_cast<Eigen::Index>(record.settled_rows);
       const auto rows = static_cast<Eigen::Index>(record.fitted_rows) - settled;
       Eigen::MatrixXd table(rows, n + 1);
       table.setZero();
-      // columns of this record: the figures, then its own start
       const Eigen::Index own = figures() + start_variables(r);
+      std::vector<double> later;
       for (Eigen::Index first = 0; first < own; first += kLanes - 1) {
-        std::vector<effects::Run> runs{{acting(scene_, record, base), start}};
-        std::vector<double> steps;
-        std::vector<Eigen::Index> columns;
-        for (Eigen::Index k = first; k < own && k < first + kLanes - 1; ++k) {
-          effects::Run changed{base, start};
-          if (k < figures()) {
-            const Variable& v = variables_[static_cast<std::size_t>(k)];
-            // away from the nearer bound
-            const double step = base[v.figure] + kDifference * v.scale > v.high ? -kDifference : kDifference;
-            changed.figures[v.figure] += step * v.scale;
-            steps.push_back(step);
-            columns.push_back(k);
-          } else {
-            (k == figures() ? changed.start.pressure_Pa : changed.start.warmth_Pa) +=
-                kDifference * kStartScale_Pa;
-            steps.push_back(kDifference);
-            columns.push_back(first_start_[r] + k - figures());
-          }
-          changed.figures = acting(scene_, record, changed.figures);
-          runs.push_back(changed);
-        }
-        const std::vector<double> readings = run_lanes(scene_, record, on_, runs);
+        const Neighbours beside = neighbours(z, r, first);
+        if (first > 0) later = run_lanes(scene_, record, on_, beside.runs);
+        const std::vector<double>& readings = first == 0 ? first_readings(z, r) : later;
         for (Eigen::Index row = 0; row < rows; ++row) {
           const double* at = readings.data() + (row + settled) * kLanes;
           if (first == 0) table(row, n) = at[0] - record.measured_Pa[static_cast<std::size_t>(row + settled)];
-          for (std::size_t k = 0; k < columns.size(); ++k) {
-            table(row, columns[k]) = (at[k + 1] - at[0]) / steps[k];
+          for (std::size_t k = 0; k < beside.columns.size(); ++k) {
+            table(row, beside.columns[k]) = (at[k + 1] - at[0]) / beside.steps[k];
           }
         }
       }
       sum.selfadjointView<Eigen::Upper>().rankUpdate(table.transpose());
     }
-    if (rising_areas_) add_falling_areas(base, sum);
+    if (rising_areas_) add_falling_areas(figures_at(z), sum);
     return sum.selfadjointView<Eigen::Upper>();
   }
 
  private:
+  /// The run at a point, and beside it up to seven that differ from it in one variable each.
+  struct Neighbours {
+    std::vector<effects::Run> runs;     ///< first that at the point
+    std::vector<double> steps;          ///< of the scaled variable, for each of the others
+    std::vector<Eigen::Index> columns;  ///< which it is
+  };
+
+  /// Those of the variables of record `r` from `first` on: the figures, then its own start.
+  Neighbours neighbours(const Vector& z, std::size_t r, Eigen::Index first) const {
+    const Figures base = figures_at(z);
+    const Start start = start_at(z, r);
+    Neighbours beside;
+    beside.runs.push_back({acting(scene_, records_[r], base), start});
+    const Eigen::Index own = figures() + start_variables(r);
+    for (Eigen::Index k = first; k < own && k < first + kLanes - 1; ++k) {
+      effects::Run changed{base, start};
+      double step = kDifference;
+      Eigen::Index column = k;
+      if (k < figures()) {
+        const Variable& v = variables_[static_cast<std::size_t>(k)];
+        if (base[v.figure] + kDifference * v.scale > v.high)
+          step = -kDifference;  // away from the nearer bound
+        changed.figures[v.figure] += step * v.scale;
+      } else {
+        (k == figures() ? changed.start.pressure_Pa : changed.start.warmth_Pa) += step * kStartScale_Pa;
+        column = first_start_[r] + k - figures();
+      }
+      changed.figures = acting(scene_, records_[r], changed.figures);
+      beside.runs.push_back(changed);
+      beside.steps.push_back(step);
+      beside.columns.push_back(column);
+    }
+    return beside;
+  }
+
+  /// The readings of the first neighbours of record `r`, run once a point: eight lanes take the time of one, and a step that
+  /// is accepted is followed by its Gram matrix.
+  const std::vector<double>& first_readings(const Vector& z, std::size_t r) {
+    if (first_at_.size() != z.size() || first_at_ != z) {
+      first_at_ = z;
+      first_readings_.assign(records_.size(), {});
+    }
+    std::vector<double>& readings = first_readings_[r];
+    if (readings.empty()) readings = run_lanes(scene_, records_[r], on_, neighbours(z, r, 0).runs);
+    return readings;
+  }
+
   Eigen::Index figures_count() const { return figures(); }
   Eigen::Index start_variables(std::size_t record) const {
     return first_start_[record + 1] - first_start_[record];
@@ -234,6 +257,8 @@ class FreeRunSquares {
   std::vector<Variable> variables_;
   std::vector<Eigen::Index> first_start_;  ///< a record; the last: the number of variables
   bool rising_areas_;
+  Vector first_at_;
+  std::vector<std::vector<double>> first_readings_;  ///< a record, at `first_at_`; empty: not yet run
 };
 
 /// A measured volume without its noise, which compression would turn into pressure noise row by row: least squares of a
@@ -344,7 +369,7 @@ Fit fit(const Scene& scene, EffectSet on, const Figures& figures, const std::vec
   result.variables = variables_of(scene, on, options.refined);
   Figures base = figures;
   for (const Variable& v : result.variables) base[v.figure] = std::clamp(base[v.figure], v.low, v.high);
-  const FreeRunSquares squares(scene, scene.records, on, base, begin, result.variables, options.rising_areas);
+  FreeRunSquares squares(scene, scene.records, on, base, begin, result.variables, options.rising_areas);
   identify::BoxProblem<kDynamic> problem;
   problem.squares = [&](const Vector& z) { return squares.squares(z); };
   problem.gram = [&](const Vector& z) { return squares.gram(z); };
@@ -359,7 +384,7 @@ Fit fit(const Scene& scene, EffectSet on, const Figures& figures, const std::vec
     result.rows += record.fitted_rows - record.settled_rows;
     if (has_warmth(scene, record, on)) ++result.warmths;
   }
-  result.gram = squares.gram(solution.z);
+  result.gram = solution.gram;
   result.iterations = solution.iterations;
   result.converged = solution.converged;
   result.stop = solution.stop;
@@ -377,7 +402,7 @@ Eigen::VectorXd standard_errors(const Fit& fit, double correlated_rows) {
 
 double joint_squares(const Scene& scene, const Fit& fit, const std::vector<Record>& heldout,
                      const std::vector<Start>& held_start, bool same_start) {
-  const FreeRunSquares held(scene, heldout, fit.on, fit.figures, held_start, fit.variables);
+  FreeRunSquares held(scene, heldout, fit.on, fit.figures, held_start, fit.variables);
   const Eigen::Index figures = held.figures();
   const Eigen::Index fitted_starts = fit.gram.rows() - 1 - figures;
   const Eigen::Index held_starts = held.size() - figures;
