@@ -185,7 +185,14 @@ class Searcher {
         best = {found, found.squares};
       }
     }
-    if (base.on != 0 && refinable(effect) && std::isfinite(best.squares)) {
+    if (!std::isfinite(best.squares)) return best;
+    if (base.on == 0) {
+      // the valve's figures come from a fit without the effect, and may be far from those with it
+      Figures fresh = best.fit.figures;
+      std::copy_n(scene_.nominal.begin(), effects::kValveFigures, fresh.begin());
+      Fit other = fit(coarse_, on, fresh, base.start, finish(brief.refined));
+      if (other.squares < best.squares) best = {other, other.squares};
+    } else if (refinable(effect)) {
       brief.refined |= bit(effect);
       const Fit finer = fit(coarse_, on, best.fit.figures, best.fit.start, brief);
       const auto more = static_cast<double>(finer.variables.size() - best.fit.variables.size());
@@ -213,13 +220,6 @@ class Searcher {
     if (!std::isfinite(looked.squares)) return Trial{};
     const Fit& brief = looked.fit;
     Fit found = fit(scene_, brief.on, brief.figures, brief.start, finish(brief.refined));
-    if (std::popcount(brief.on) == 1) {
-      // The valve's figures come from a fit without the effect, and may be far from those with it.
-      Figures fresh = found.figures;
-      std::copy_n(scene_.nominal.begin(), effects::kValveFigures, fresh.begin());
-      Fit other = fit(scene_, brief.on, fresh, brief.start, finish(brief.refined));
-      if (other.squares < found.squares) found = std::move(other);
-    }
     Trial plain = tried(std::move(found));
     return plain.valid() ? refined(std::move(plain), effect) : plain;
   }
