@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 #include <numeric>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -151,15 +152,17 @@ class Searcher {
 
   Trial tried(Fit fit) const { return diagnose::tried(scene_, heldout_, held_records_, std::move(fit)); }
 
-  /// A short fit, and the squares that it or its refinement comes to, whose further variables have their price.
+  /// Short fits of one set: the best, and where the effect shows nothing in that, the best in which it does.
   struct Look {
     Fit fit;
+    std::optional<Fit> shown;
+    /// Of the best or of its refinement, whose further variables have their price.
     double squares = std::numeric_limits<double>::infinity();
   };
 
-  /// The set of `base` with `effect` besides, the best of several sizes of it, but one that shows something before one that does
-  /// not: a silencer shows nothing until it is so narrow that the port before it no longer chokes. Beside others it also
-  /// says what its refinement comes to: a null that wanders shows nothing before.
+  /// The set of `base` with `effect` besides, the best of several sizes of it; and where nothing of it shows in that, the best
+  /// of those that show: a silencer shows nothing until it is so narrow that the port before it no longer chokes. Beside
+  /// others it also says what its refinement comes to: a null that wanders shows nothing before.
   Look look(const Fit& base, std::size_t effect) const {
     const EffectSet on = base.on | bit(effect);
     Look best;
@@ -176,22 +179,26 @@ class Searcher {
     }
     FitOptions brief{.most_iterations = 5, .tolerance = 1e-3, .refined = base.refined};
     const double nothing = fit(coarse_, base.on, base.figures, base.start, brief).squares;
-    bool shown = false;
+    const auto shows = [&](const Fit& found) { return std::abs(found.squares - nothing) > kShown * nothing; };
     for (const Figures& start : starts) {
       Fit found = fit(coarse_, on, start, base.start, brief);
-      const bool shows = std::abs(found.squares - nothing) > kShown * nothing;
-      if (std::pair(!shows, found.squares) < std::pair(!shown, best.squares)) {
-        shown = shows;
-        best = {found, found.squares};
+      if (shows(found) && (!best.shown || found.squares < best.shown->squares)) best.shown = found;
+      if (found.squares < best.squares) {
+        best.squares = found.squares;
+        best.fit = std::move(found);
       }
     }
+    if (shows(best.fit)) best.shown.reset();  // it is the best itself
     if (!std::isfinite(best.squares)) return best;
     if (base.on == 0) {
       // the valve's figures come from a fit without the effect, and may be far from those with it
       Figures fresh = best.fit.figures;
       std::copy_n(scene_.nominal.begin(), effects::kValveFigures, fresh.begin());
       Fit other = fit(coarse_, on, fresh, base.start, finish(brief.refined));
-      if (other.squares < best.squares) best = {other, other.squares};
+      if (other.squares < best.squares) {
+        best.squares = other.squares;
+        best.fit = std::move(other);
+      }
     } else if (refinable(effect)) {
       brief.refined |= bit(effect);
       const Fit finer = fit(coarse_, on, best.fit.figures, best.fit.start, brief);
@@ -218,8 +225,14 @@ class Searcher {
   /// A look at `effect` fitted to its end, refined where that pays.
   Trial finished(const Look& looked, std::size_t effect) const {
     if (!std::isfinite(looked.squares)) return Trial{};
-    const Fit& brief = looked.fit;
-    Fit found = fit(scene_, brief.on, brief.figures, brief.start, finish(brief.refined));
+    const auto to_its_end = [&](const Fit& brief) {
+      return fit(scene_, brief.on, brief.figures, brief.start, finish(brief.refined));
+    };
+    Fit found = to_its_end(looked.fit);
+    if (looked.shown) {
+      Fit other = to_its_end(*looked.shown);
+      if (other.squares < found.squares) found = std::move(other);
+    }
     Trial plain = tried(std::move(found));
     return plain.valid() ? refined(std::move(plain), effect) : plain;
   }
