@@ -25,7 +25,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 
-SEED = 20261121
+SEED = 20261124
 SIDE_BY_SIDE = 2
 AT_FLOOR = 1.12  # of the noise floor: within it an answer fits
 TIMED_CASES, TIMED_SECONDS = 3, 100
@@ -91,7 +91,7 @@ def picture(confusion, cases, seed):
     answers = [one for column, one in enumerate(confusion["answer"]) if any(row[column] for row in counts)]
     rows = [[count for one, count in zip(confusion["answer"], row) if one in answers] for row in counts]
     side, left, top = 30, 190, 170
-    width, height = left + side * len(answers) + 20, top + side * len(truths) + 40
+    width, height = left + side * len(answers) + 110, top + side * len(truths) + 40
     parts = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" font-family="sans-serif" font-size="12">',
              f'<rect width="{width}" height="{height}" fill="#fff"/>',
              f'<text x="10" y="{height - 12}" fill="#444">{cases} sealed cases, seed {seed}; row: true cause, column: first answer; '
