@@ -152,21 +152,28 @@ class Searcher {
 
   Trial tried(Fit fit) const { return diagnose::tried(scene_, heldout_, held_records_, std::move(fit)); }
 
-  /// Short fits of one set: the best, and where the effect shows nothing in that, the best in which it does.
+  /// Short fits of one set.
   struct Look {
-    Fit fit;
+    Fit best;
+    /// Where the effect changes nothing in the best, the best in which it does: a silencer changes nothing until it is so
+    /// narrow that the port before it no longer chokes.
     std::optional<Fit> shown;
-    /// Of the best or of its refinement, whose further variables have their price.
+    /// Of the best or of its refinement, whose further variables have their price: a null that wanders shows nothing before.
     double squares = std::numeric_limits<double>::infinity();
+
+    /// `found` where it is better.
+    void take(Fit found) {
+      if (!(found.squares < squares)) return;
+      squares = found.squares;
+      best = std::move(found);
+    }
   };
 
-  /// The set of `base` with `effect` besides, the best of several sizes of it; and where nothing of it shows in that, the best
-  /// of those that show: a silencer shows nothing until it is so narrow that the port before it no longer chokes. Beside
-  /// others it also says what its refinement comes to: a null that wanders shows nothing before.
-  Look look(const Fit& base, std::size_t effect) const {
+  /// The set of `base`, of which a short fit leaves `base_squares`, with `effect` besides: the best of several sizes of it.
+  Look look(const Fit& base, double base_squares, std::size_t effect) const {
     const EffectSet on = base.on | bit(effect);
-    Look best;
-    best.fit.on = on;
+    Look seen;
+    seen.best.on = on;
     std::vector<Figures> starts;
     if (base.on == 0) {
       starts = sizes_of(effect, base.figures, {0.3, 3.0, 30.0, -1.0});
@@ -177,36 +184,30 @@ class Searcher {
       starts = sizes_of(effect, base.figures, {1.0});
       if (!sizes.empty()) starts.push_back(sizes[least_error(coarse_, on, sizes, base.start)]);
     }
-    FitOptions brief{.most_iterations = 5, .tolerance = 1e-3, .refined = base.refined};
-    const double nothing = fit(coarse_, base.on, base.figures, base.start, brief).squares;
-    const auto shows = [&](const Fit& found) { return std::abs(found.squares - nothing) > kShown * nothing; };
+    FitOptions options = brief(base.refined);
+    const auto shows = [&](const Fit& found) {
+      return std::abs(found.squares - base_squares) > kShown * base_squares;
+    };
     for (const Figures& start : starts) {
-      Fit found = fit(coarse_, on, start, base.start, brief);
-      if (shows(found) && (!best.shown || found.squares < best.shown->squares)) best.shown = found;
-      if (found.squares < best.squares) {
-        best.squares = found.squares;
-        best.fit = std::move(found);
-      }
+      Fit found = fit(coarse_, on, start, base.start, options);
+      if (shows(found) && (!seen.shown || found.squares < seen.shown->squares)) seen.shown = found;
+      seen.take(std::move(found));
     }
-    if (shows(best.fit)) best.shown.reset();  // it is the best itself
-    if (!std::isfinite(best.squares)) return best;
+    if (!std::isfinite(seen.squares)) return seen;
+    if (shows(seen.best)) seen.shown.reset();  // it is the best itself
     if (base.on == 0) {
       // the valve's figures come from a fit without the effect, and may be far from those with it
-      Figures fresh = best.fit.figures;
+      Figures fresh = seen.best.figures;
       std::copy_n(scene_.nominal.begin(), effects::kValveFigures, fresh.begin());
-      Fit other = fit(coarse_, on, fresh, base.start, finish(brief.refined));
-      if (other.squares < best.squares) {
-        best.squares = other.squares;
-        best.fit = std::move(other);
-      }
+      seen.take(fit(coarse_, on, fresh, base.start, finish(options.refined)));
     } else if (refinable(effect)) {
-      brief.refined |= bit(effect);
-      const Fit finer = fit(coarse_, on, best.fit.figures, best.fit.start, brief);
-      const auto more = static_cast<double>(finer.variables.size() - best.fit.variables.size());
-      best.squares =
-          std::min(best.squares, finer.squares * std::exp(more * std::log(kMostPieces) / kMostPieces));
+      options.refined |= bit(effect);
+      const Fit finer = fit(coarse_, on, seen.best.figures, seen.best.start, options);
+      const auto more = static_cast<double>(finer.variables.size() - seen.best.variables.size());
+      seen.squares =
+          std::min(seen.squares, finer.squares * std::exp(more * std::log(kMostPieces) / kMostPieces));
     }
-    return best;
+    return seen;
   }
 
   /// `set` with `member` taken out and each of `which` put in its place while the others stand as they are, where their own
@@ -218,17 +219,16 @@ class Searcher {
     rest.refined = set.fit.refined & ~bit(member);
     rest.figures = neutral(set.fit.figures, member);
     rest.start = set.fit.start;
-    return finished_best(
-        which, [&](std::size_t effect) { return look(rest, effect); }, kFinishedInPlace);
+    return finished_best(rest, which, kFinishedInPlace);
   }
 
   /// A look at `effect` fitted to its end, refined where that pays.
   Trial finished(const Look& looked, std::size_t effect) const {
     if (!std::isfinite(looked.squares)) return Trial{};
-    const auto to_its_end = [&](const Fit& brief) {
-      return fit(scene_, brief.on, brief.figures, brief.start, finish(brief.refined));
+    const auto to_its_end = [&](const Fit& found) {
+      return fit(scene_, found.on, found.figures, found.start, finish(found.refined));
     };
-    Fit found = to_its_end(looked.fit);
+    Fit found = to_its_end(looked.best);
     if (looked.shown) {
       Fit other = to_its_end(*looked.shown);
       if (other.squares < found.squares) found = std::move(other);
@@ -303,19 +303,17 @@ class Searcher {
     const std::pair key(base.on, base.fit.refined);
     const auto known = beside_.find(key);
     if (known != beside_.end()) return known->second;
-    std::vector<Trial> trials = finished_best(
-        which, [&](std::size_t effect) { return look(base.fit, effect); }, most);
-    return beside_.emplace(key, std::move(trials)).first->second;
+    return beside_.emplace(key, finished_best(base.fit, which, most)).first->second;
   }
 
  private:
-  /// Of the looks at each of `which`, the `most` that fit best, fitted to their end.
-  template <class LookAt>
-  std::vector<Trial> finished_best(const std::vector<std::size_t>& which, LookAt&& look_at,
+  /// Of the looks at `base` with each of `which` besides, the `most` that fit best, fitted to their end.
+  std::vector<Trial> finished_best(const Fit& base, const std::vector<std::size_t>& which,
                                    std::size_t most) const {
+    const double base_squares = fit(coarse_, base.on, base.figures, base.start, brief(base.refined)).squares;
     std::vector<Look> looks(which.size());
     identify::in_parallel(which.size(), options_.threads,
-                          [&](std::size_t i) { looks[i] = look_at(which[i]); });
+                          [&](std::size_t i) { looks[i] = look(base, base_squares, which[i]); });
     std::vector<std::size_t> order(which.size());
     std::iota(order.begin(), order.end(), 0U);
     if (which.size() > most) {
@@ -356,6 +354,9 @@ class Searcher {
     return figures;
   }
 
+  static FitOptions brief(EffectSet refined) {
+    return {.most_iterations = 5, .tolerance = 1e-3, .refined = refined};
+  }
   static FitOptions finish(EffectSet refined) {
     return {.most_iterations = 30, .tolerance = 1e-4, .refined = refined};
   }

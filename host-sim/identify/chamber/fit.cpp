@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "host-sim/effects/chamber_effects.hpp"
 #include "host-sim/identify/box_solver.hpp"
@@ -100,12 +101,12 @@ class FreeRunSquares {
   Eigen::Index size() const { return first_start_.back(); }
 
   Figures figures_at(const Vector& z) const {
-    Figures figures = base_;
-    for (Eigen::Index i = 0; i < figures_count(); ++i) {
+    Figures at = base_;
+    for (Eigen::Index i = 0; i < figures(); ++i) {
       const Variable& v = variables_[static_cast<std::size_t>(i)];
-      figures[v.figure] = std::clamp(base_[v.figure] + v.scale * z[i], v.low, v.high);
+      at[v.figure] = std::clamp(base_[v.figure] + v.scale * z[i], v.low, v.high);
     }
-    return figures;
+    return at;
   }
   Start start_at(const Vector& z, std::size_t record) const {
     Start start = start_[record];
@@ -149,9 +150,8 @@ class FreeRunSquares {
       const auto rows = static_cast<Eigen::Index>(record.fitted_rows) - settled;
       Eigen::MatrixXd table(rows, n + 1);
       table.setZero();
-      const Eigen::Index own = figures() + start_variables(r);
       std::vector<double> later;
-      for (Eigen::Index first = 0; first < own; first += kLanes - 1) {
+      for (Eigen::Index first = 0; first < own_variables(r); first += kLanes - 1) {
         const Neighbours beside = neighbours(z, r, first);
         if (first > 0) later = run_lanes(scene_, record, on_, beside.runs);
         const std::vector<double>& readings = first == 0 ? first_readings(z, r) : later;
@@ -183,8 +183,8 @@ class FreeRunSquares {
     const Start start = start_at(z, r);
     Neighbours beside;
     beside.runs.push_back({acting(scene_, records_[r], base), start});
-    const Eigen::Index own = figures() + start_variables(r);
-    for (Eigen::Index k = first; k < own && k < first + kLanes - 1; ++k) {
+    const Eigen::Index end = std::min(first + kLanes - 1, own_variables(r));
+    for (Eigen::Index k = first; k < end; ++k) {
       effects::Run changed{base, start};
       double step = kDifference;
       Eigen::Index column = k;
@@ -217,10 +217,10 @@ class FreeRunSquares {
     return readings;
   }
 
-  Eigen::Index figures_count() const { return figures(); }
   Eigen::Index start_variables(std::size_t record) const {
     return first_start_[record + 1] - first_start_[record];
   }
+  Eigen::Index own_variables(std::size_t record) const { return figures() + start_variables(record); }
   double warmth_room(std::size_t record, double WarmthRange::*side) const {
     const Start& start = start_[record];
     return (warmth_without_heat(scene_.around, start.pressure_Pa).*side - start.warmth_Pa) / kStartScale_Pa;
@@ -375,8 +375,8 @@ Fit fit(const Scene& scene, EffectSet on, const Figures& figures, const std::vec
   problem.gram = [&](const Vector& z) { return squares.gram(z); };
   problem.low = squares.low();
   problem.high = squares.high();
-  const auto solution = identify::minimise_in_box<kDynamic>(problem, Vector::Zero(squares.size()),
-                                                            options.most_iterations, options.tolerance);
+  auto solution = identify::minimise_in_box<kDynamic>(problem, Vector::Zero(squares.size()),
+                                                      options.most_iterations, options.tolerance);
   result.figures = squares.figures_at(solution.z);
   for (std::size_t r = 0; r < begin.size(); ++r) result.start.push_back(squares.start_at(solution.z, r));
   result.squares = solution.squares;
@@ -384,10 +384,10 @@ Fit fit(const Scene& scene, EffectSet on, const Figures& figures, const std::vec
     result.rows += record.fitted_rows - record.settled_rows;
     if (has_warmth(scene, record, on)) ++result.warmths;
   }
-  result.gram = solution.gram;
+  result.gram = std::move(solution.gram);
   result.iterations = solution.iterations;
   result.converged = solution.converged;
-  result.stop = solution.stop;
+  result.stop = std::move(solution.stop);
   return result;
 }
 
