@@ -277,17 +277,16 @@ N ChamberModel<N>::step(const Openings& open, const N& volume_m3, const N& squee
       leak_slope = leak_.slope(begin);
     }
     warm(tube_.flow_kg_s() - leak);
-    Balance before{};
-    const auto valve = [&](const N& at_valve_Pa) {
+    inlet = exhaust = N(0.0);
+    const auto valve = [&](const N& at_valve_Pa, double share) {
       const Balance b = balance(at_valve_Pa, open, supply, behind);
-      inlet = 0.5 * (before.inlet + b.inlet);  // in the end of the thirds: the step's mean
-      exhaust = 0.5 * (before.exhaust + b.exhaust);
-      before = b;
+      inlet += share * b.inlet;
+      exhaust += share * b.exhaust;
       return b;
     };
     const auto moved = tube_.advance(
         begin, {per_mass, pull - per_mass * (leak - leak_slope * begin), compression + per_mass * leak_slope},
-        valve);
+        {behind, supply}, valve);
     pressure_Pa_ = moved.end_Pa;
     mean = moved.mean_Pa;
   } else {
