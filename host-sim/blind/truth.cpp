@@ -21,6 +21,9 @@ constexpr double kLuGreSpeed_V_s = 5.0;
 constexpr std::size_t kMostStates = 48;
 using State = std::array<double, kMostStates>;
 constexpr std::size_t kAbsent = kMostStates;
+/// Of the wall's temperature, and its inverse: the gas in a chamber is not hotter, not colder. The flow of (4) takes away more or
+/// less than the gas's own enthalpy, so that behind a wall that hardly conducts the mass could come to nothing in minutes.
+constexpr double kHottest = 4.0;
 
 /// Flow per area over the upstream pressure's share: the constants of (1c).
 struct Gas {
@@ -159,7 +162,7 @@ class Integrator {
     if (supply_ != kAbsent) y_[supply_] = rig_.supply.pressure_Pa;
     if (manifold_ != kAbsent) y_[manifold_] = rig_.ambient.pressure_Pa;
     if (mass_ != kAbsent) {
-      y_[mass_] = pressure_Pa * volume_.value / (kGasConstant_J_kg_K * rig_.gas.temperature_K);
+      y_[mass_] = mass_at_wall_kg(pressure_Pa);
     }
     if (sensor_ != kAbsent) y_[sensor_] = pressure_Pa;
     if (line_ != kAbsent) {
@@ -182,6 +185,10 @@ class Integrator {
     slope(y, end, k4);
     for (std::size_t i = 0; i < states_; ++i) y_[i] += h / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]);
     volume_ = end;
+    if (mass_ != kAbsent) {
+      const double at_wall_kg = mass_at_wall_kg(y_[chamber_]);
+      y_[mass_] = std::clamp(y_[mass_], at_wall_kg / kHottest, at_wall_kg * kHottest);
+    }
   }
 
   double sensed_Pa() const {
@@ -196,6 +203,11 @@ class Integrator {
   };
 
   bool rigid() const { return !machine_.motion.moves(); }
+
+  /// Of the chamber's gas at the wall's temperature.
+  double mass_at_wall_kg(double pressure_Pa) const {
+    return pressure_Pa * volume_.value / (kGasConstant_J_kg_K * rig_.gas.temperature_K);
+  }
 
   /// The true volume; what the log says is the motion itself.
   Volume volume_at(double time_s) const {
