@@ -124,16 +124,20 @@ const char* phase_name(SetPhase phase) {
   return "unknown";
 }
 
-const plenum::safety::FaultSpec* fault_spec(std::uint16_t code) {
-  const auto table = plenum::safety::fault_table();
-  const auto row =
-      std::find_if(table.begin(), table.end(), [code](const auto& one) { return one.code == code; });
-  return row == table.end() ? nullptr : &*row;
+std::vector<const plenum::safety::FaultSpec*> fault_specs(const FaultEntry& fault) {
+  using plenum::safety::Scope;
+  const Scope scope = fault.chamber == 0 ? Scope::board : Scope::chamber;
+  std::vector<const plenum::safety::FaultSpec*> specs;
+  for (const auto& row : plenum::safety::fault_table()) {
+    if (row.code == fault.code && (row.scope == scope || !fault.placed)) specs.push_back(&row);
+  }
+  return specs;
 }
 
-std::string fault_name(std::uint16_t code) {
-  const auto* spec = fault_spec(code);
-  return spec == nullptr ? "a fault that this program does not know" : spec->name;
+std::string fault_name(const FaultEntry& fault) {
+  std::string name;
+  for (const auto* spec : fault_specs(fault)) name += (name.empty() ? "" : " or ") + std::string(spec->name);
+  return name.empty() ? "a fault that this program does not know" : name;
 }
 
 std::optional<FaultEntry> read_fault(Session& session) {
@@ -143,7 +147,7 @@ std::optional<FaultEntry> read_fault(Session& session) {
   const std::vector<FaultEntry> history = read_fault_history(session);
   const auto same =
       std::find_if(history.begin(), history.end(), [&](const auto& one) { return one.code == code; });
-  return FaultEntry{code, same == history.end() ? 0 : same->chamber};
+  return same == history.end() ? FaultEntry{code, 0, false} : *same;
 }
 
 std::vector<FaultEntry> read_fault_history(Session& session) {

@@ -54,11 +54,13 @@ const char* phase_name(plenum::config::SetPhase phase);
 struct FaultEntry {
   std::uint16_t code = 0;
   unsigned chamber = 0;  ///< from 1; 0: the whole board
+  bool placed = true;    ///< the board said which: the history that does may have been cleared
 };
-/// The row of the fault table with this code; null for a code that is not in it.
-const plenum::safety::FaultSpec* fault_spec(std::uint16_t code);
-/// "set-point timeout", or that the code is unknown here.
-std::string fault_name(std::uint16_t code);
+/// The rows of the fault table that this may be: of the chamber's faults or of the board's those with its code; empty for a
+/// code that is not in the table.
+std::vector<const plenum::safety::FaultSpec*> fault_specs(const FaultEntry& fault);
+/// "set-point timeout", "stored set damaged or stored set cannot be written", or that the code is unknown here.
+std::string fault_name(const FaultEntry& fault);
 
 /// The standing fault; empty when there is none.
 std::optional<FaultEntry> read_fault(Session& session);

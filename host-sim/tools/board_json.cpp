@@ -45,28 +45,35 @@ const char* reaction_text(Reaction reaction) {
 
 }  // namespace
 
-std::string fault_advice(std::uint16_t code) {
-  const auto* spec = client::fault_spec(code);
-  if (spec == nullptr) return "this program does not know it: use the program of the firmware's release";
-  return fmt::format("look at: {}; {}", spec->blame,
-                     spec->clears == Clears::by_itself
-                         ? "it goes with its cause"
-                         : "then plenum reset --fault, which clears it when its cause is gone");
+std::string fault_advice(const client::FaultEntry& fault) {
+  const auto specs = client::fault_specs(fault);
+  if (specs.empty()) return "this program does not know it: use the program of the firmware's release";
+  std::string advice;
+  for (const auto* spec : specs) {
+    if (specs.size() > 1) advice += fmt::format("{}if {}, ", advice.empty() ? "" : "; ", spec->name);
+    advice += fmt::format("look at: {}; {}", spec->blame,
+                          spec->clears == Clears::by_itself
+                              ? "it goes with its cause"
+                              : "then plenum reset --fault, which clears it when its cause is gone");
+  }
+  return advice;
 }
 
 std::string fault_text(const client::FaultEntry& fault) {
   const std::string where = fault.chamber == 0 ? "" : fmt::format(", chamber {}", fault.chamber);
-  return fmt::format("{} {}{}", hex(fault.code, 4), client::fault_name(fault.code), where);
+  return fmt::format("{} {}{}", hex(fault.code, 4), client::fault_name(fault), where);
 }
 
 Json fault_json(const std::optional<client::FaultEntry>& fault) {
   if (!fault) return nullptr;
-  const auto* spec = client::fault_spec(fault->code);
+  std::string reaction;
+  for (const auto* spec : client::fault_specs(*fault))
+    reaction += (reaction.empty() ? "" : ", or ") + std::string(reaction_text(spec->reaction));
   return {{"code", hex(fault->code, 4)},
-          {"name", client::fault_name(fault->code)},
+          {"name", client::fault_name(*fault)},
           {"chamber", fault->chamber == 0 ? Json(nullptr) : Json(fault->chamber)},
-          {"reaction", spec == nullptr ? Json(nullptr) : Json(reaction_text(spec->reaction))},
-          {"advice", fault_advice(fault->code)}};
+          {"reaction", reaction.empty() ? Json(nullptr) : Json(reaction)},
+          {"advice", fault_advice(*fault)}};
 }
 
 }  // namespace plenum::host::tools

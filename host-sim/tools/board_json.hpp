@@ -16,7 +16,7 @@ Json fault_json(const std::optional<client::FaultEntry>& fault);
 
 /// "8250h set-point timeout", with its chamber where it has one.
 std::string fault_text(const client::FaultEntry& fault);
-/// One sentence: what to look at, and how it clears.
-std::string fault_advice(std::uint16_t code);
+/// One sentence: what to look at, and how it clears; where a code stands for several faults, that of each.
+std::string fault_advice(const client::FaultEntry& fault);
 
 }  // namespace plenum::host::tools

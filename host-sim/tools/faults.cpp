@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <memory>
 
 #include "host-sim/tools/board_access.hpp"
@@ -20,9 +21,10 @@ int run(const Options& options) {
   const auto fault = client::read_fault(session);
   const auto history = client::read_fault_history(session);
   if (fault) {
-    options.output.print("stands now: {}\n  {}\n", fault_text(*fault), fault_advice(fault->code));
-    const safety::FaultSpec* const spec = client::fault_spec(fault->code);
-    if (spec != nullptr && spec->reaction != safety::Reaction::none) {
+    options.output.print("stands now: {}\n  {}\n", fault_text(*fault), fault_advice(*fault));
+    const auto specs = client::fault_specs(*fault);
+    if (std::any_of(specs.begin(), specs.end(),
+                    [](const auto* spec) { return spec->reaction != safety::Reaction::none; })) {
       options.output.print(
           "  until its reset the board keeps the 10 s that led to it: plenum capture --last\n");
     }
@@ -32,7 +34,7 @@ int run(const Options& options) {
   options.output.print("{}\n", history.empty() ? "the history is empty" : "history, the newest first:");
   Json list = Json::array();
   for (const client::FaultEntry& entry : history) {
-    options.output.print("  {}\n    {}\n", fault_text(entry), fault_advice(entry.code));
+    options.output.print("  {}\n    {}\n", fault_text(entry), fault_advice(entry));
     list.push_back(fault_json(entry));
   }
   if (options.clear_history) {

@@ -51,7 +51,7 @@ int run(const Options& options) {
       } catch (const client::Refused&) {
         const auto left = client::read_fault(session).value_or(*before);
         throw client::Refused(fmt::format("node {}: fault {} still stands, expected its cause to be gone; {}",
-                                          session.node_id(), fault_text(left), fault_advice(left.code)));
+                                          session.node_id(), fault_text(left), fault_advice(left)));
       }
     }
     options.output.print("{}\n",

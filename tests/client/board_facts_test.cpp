@@ -95,8 +95,13 @@ TEST(Faults, AreReadWithTheirChamberAndNamedFromTheFirmwaresTable) {
   EXPECT_EQ(fault->code, 0x8302);
   EXPECT_EQ(fault->chamber, 3U);
   EXPECT_EQ(read_fault_history(session).size(), 1U);
-  EXPECT_EQ(fault_name(0x8250), "set-point timeout");
-  EXPECT_THAT(fault_name(0x1234), HasSubstr("does not know"));
+  EXPECT_EQ(fault_name({0x8250, 0}), "set-point timeout");
+  EXPECT_THAT(fault_name({0x1234, 0}), HasSubstr("does not know"));
+  // one code for three: of a chamber it is another fault than of the board
+  EXPECT_EQ(fault_name({0x6300, 2}), "no valid model");
+  EXPECT_EQ(fault_name({0x6300, 0}), "stored set damaged or stored set cannot be written");
+  session.write<std::uint8_t>(object::kErrorHistoryIndex, 0, 0);
+  EXPECT_FALSE(read_fault(session)->placed) << "the history that said which chamber is gone";
 }
 
 // ---- scan ----
