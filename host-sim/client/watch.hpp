@@ -1,5 +1,5 @@
 // A board as a bystander on the bus sees it: what its default PDOs, its master's, its heartbeat and its emergencies
-// carry. Sends nothing.
+// carry. Sends nothing. What is older than kStale_s is not shown as if it were of now.
 #pragma once
 
 #include <array>
@@ -11,7 +11,10 @@
 
 namespace plenum::host::client {
 
-/// Empty: not heard yet.
+/// A heartbeat comes every second and the status word every half by default, values with each SYNC.
+inline constexpr double kStale_s = 2.0;
+
+/// Empty: not heard yet, or not lately.
 struct ChamberView {
   std::optional<double> setpoint_Pa;  ///< as the master sends it
   std::optional<double> actual_Pa;
@@ -20,12 +23,12 @@ struct ChamberView {
 };
 
 struct BoardView {
-  double time_s = 0.0;  ///< of the link, when the newest frame of the board or to it came
-  std::uint64_t frames = 0;
+  std::uint64_t frames = 0;        ///< of the board or to it
+  std::optional<double> silent_s;  ///< since the board's last frame, once that is kStale_s ago
   std::optional<canopen::NmtState> nmt;
   std::optional<std::uint16_t> status_word;
-  std::uint16_t error_code = 0;  ///< of the newest emergency; 0: gone, or never one
-  unsigned fault_chamber = 0;    ///< from 1; 0: the whole board
+  std::optional<std::uint16_t> error_code;  ///< of the newest emergency; 0: gone; empty: none was heard
+  unsigned fault_chamber = 0;               ///< from 1; 0: the whole board
   std::array<ChamberView, kChambers> chamber{};
 };
 
@@ -35,17 +38,35 @@ class Watch {
 
   /// Frames of a stream are understood, too.
   void follow(const Stream& stream) { stream_ = stream; }
+  /// `time_s` of the link, as `now_s` below.
   void take(double time_s, const CanFrame& frame);
-  const BoardView& view() const { return view_; }
+  std::uint64_t frames() const { return frames_; }
+  BoardView view(double now_s) const;
 
  private:
-  bool understand(const CanFrame& frame);
-  void take_setpoints(std::size_t pdo, const CanFrame& frame);
+  template <class T>
+  struct Heard {
+    std::optional<T> value;
+    double time_s = 0.0;
+
+    std::optional<T> at(double now_s) const { return now_s - time_s < kStale_s ? value : std::nullopt; }
+  };
+  struct Chamber {
+    Heard<double> setpoint_Pa, actual_Pa, command_V, volume_m3;
+  };
+
+  bool understand(double time_s, const CanFrame& frame);
+  void take_setpoints(double time_s, std::size_t pdo, const CanFrame& frame);
 
   std::uint8_t node_id_;
   std::optional<Stream> stream_;
   bool pascal_ = false;  ///< the master sends set points as REAL32 (Session::configure_setpoints)
-  BoardView view_;
+  std::uint64_t frames_ = 0;
+  std::optional<double> board_s_;  ///< when its newest frame came
+  Heard<canopen::NmtState> nmt_;
+  Heard<std::uint16_t> status_word_;
+  std::optional<Emergency> emergency_;
+  std::array<Chamber, kChambers> chamber_{};
 };
 
 }  // namespace plenum::host::client

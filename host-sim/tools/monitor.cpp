@@ -96,8 +96,9 @@ int run(const Options& options) {
     const double elapsed_s = link.now_s() - begin_s;
     if (options.seconds > 0.0 && elapsed_s >= options.seconds) break;
     if (elapsed_s >= static_cast<double>(shown) * period_s) {
-      newest = view_json(watch.view(), node, chambers, elapsed_s);
-      options.output.print("{}", terminal.text(watch.view(), node, chambers, elapsed_s));
+      const client::BoardView view = watch.view(link.now_s());
+      newest = view_json(view, node, chambers, elapsed_s);
+      options.output.print("{}", terminal.text(view, node, chambers, elapsed_s));
       std::fflush(stdout);
       if (udp) udp->show(newest);
       if (web) web->show(newest);
@@ -111,9 +112,8 @@ int run(const Options& options) {
     if (web) web->serve();
   }
   if (stream) stream->give_back();
-  options.output.finish(
-      {{"seconds", link.now_s() - begin_s}, {"frames", watch.view().frames}, {"last", newest}});
-  return watch.view().frames > 0 ? kDone : kFailure;
+  options.output.finish({{"seconds", link.now_s() - begin_s}, {"frames", watch.frames()}, {"last", newest}});
+  return watch.frames() > 0 ? kDone : kFailure;
 }
 
 }  // namespace

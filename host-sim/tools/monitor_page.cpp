@@ -13,7 +13,7 @@ body { max-width: 1400px; padding-top: 1.25rem; }
 header { display: flex; flex-wrap: wrap; gap: .5rem 1.5rem; align-items: baseline; }
 header h1 { margin: 0; font-size: 1.4rem; }
 #state { font-weight: 600; }
-#fault.stands, #link.lost { color: var(--missed); font-weight: 600; }
+#fault.stands, #link.lost, #state.lost { color: var(--missed); font-weight: 600; }
 .live { height: 300px; margin: .75rem 0; background: var(--card); border: 1px solid var(--line); border-radius: 8px; }
 )";
 
@@ -70,7 +70,8 @@ events.onmessage = (event) => {
   const board = message['node' + node];
   rows.push({t: Math.round(message.timestamp * 1000) / 1000, chamber: Array.from({length: chambers}, (_, c) => board['chamber' + (c + 1)])});
   while (rows.length > 0 && rows[0].t < message.timestamp - shown_s) rows.shift();
-  document.getElementById('state').textContent = (board.state ?? 'no status word yet') + ' · ' + (board.nmt ?? 'no heartbeat yet');
+  say('state', board.silent_s !== null ? 'silent for ' + board.silent_s.toFixed(1) + ' s'
+                                       : (board.state ?? 'no status word') + ' · ' + (board.nmt ?? 'no heartbeat'), board.silent_s !== null, 'lost');
   say('fault', board.fault ?? 'no fault', board.fault !== null, 'stands');
   document.getElementById('frames').textContent = board.frames + ' frames';
   document.documentElement.dataset.events = rows.length;

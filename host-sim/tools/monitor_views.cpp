@@ -24,26 +24,36 @@ std::string shown(const std::optional<double>& value, double scale, int decimals
 }
 
 std::string state_of(const client::BoardView& view) {
-  return view.status_word ? client::state_name(*view.status_word, view.error_code) : "-";
+  return view.status_word ? client::state_name(*view.status_word, view.error_code.value_or(0)) : "-";
 }
 
-/// Empty when there is none. The emergency of a fault that is older than the monitor has not been heard.
+std::string nmt_of(const client::BoardView& view) {
+  if (view.silent_s) return fmt::format("silent for {:.1f} s", *view.silent_s);
+  return view.nmt ? client::nmt_name(*view.nmt) : "no heartbeat";
+}
+
+/// Empty when there is none. The emergency of a fault that is older than the monitor has not been heard: of that the status
+/// word tells, but for a board that is not ready, with or without a fault.
 std::string fault_of(const client::BoardView& view) {
-  if (view.error_code != 0) return fault_text({view.error_code, view.fault_chamber});
+  if (view.error_code && *view.error_code != 0) return fault_text({*view.error_code, view.fault_chamber});
+  if (view.error_code && !view.silent_s) return "";
   namespace word = canopen::word;
-  const bool in_fault = view.status_word && (*view.status_word & word::kReady) == 0 &&
-                        (*view.status_word & word::kStateMask) != 0;
-  return in_fault ? "a fault from before: see plenum faults" : "";
+  if (view.status_word && (*view.status_word & word::kReady) != 0) return "";
+  return view.status_word && (*view.status_word & word::kStateMask) != 0
+             ? "a fault from before: see plenum faults"
+             : "not known whether in fault: see plenum faults";
 }
 
 }  // namespace
 
 Json view_json(const client::BoardView& view, std::uint8_t node_id, unsigned chambers, double timestamp_s) {
+  const std::string fault = fault_of(view);
   Json board{{"nmt", view.nmt ? Json(client::nmt_name(*view.nmt)) : Json(nullptr)},
              {"state", view.status_word ? Json(state_of(view)) : Json(nullptr)},
              {"status_word", view.status_word ? Json(*view.status_word) : Json(nullptr)},
-             {"error_code", view.error_code},
-             {"fault", fault_of(view).empty() ? Json(nullptr) : Json(fault_of(view))},
+             {"error_code", view.error_code ? Json(*view.error_code) : Json(nullptr)},
+             {"fault", fault.empty() ? Json(nullptr) : Json(fault)},
+             {"silent_s", view.silent_s ? number(*view.silent_s) : Json(nullptr)},
              {"frames", view.frames}};
   for (unsigned c = 0; c < chambers; ++c) {
     const client::ChamberView& chamber = view.chamber[c];
@@ -62,9 +72,8 @@ TerminalView::TerminalView() : terminal_(::isatty(STDOUT_FILENO) != 0) {}
 std::string TerminalView::text(const client::BoardView& view, std::uint8_t node_id, unsigned chambers,
                                double time_s) {
   const std::string fault = fault_of(view);
-  const std::string head =
-      fmt::format("node {}  {}  {}  {}", node_id, view.nmt ? client::nmt_name(*view.nmt) : "no heartbeat yet",
-                  state_of(view), fault.empty() ? "no fault" : fault);
+  const std::string head = fmt::format("node {}  {}  {}  {}", node_id, nmt_of(view), state_of(view),
+                                       fault.empty() ? "no fault" : fault);
   if (!terminal_) {
     std::string line = fmt::format("{:9.2f} s  {}", time_s, head);
     for (unsigned c = 0; c < chambers; ++c) {

@@ -19,7 +19,7 @@ TEST(Watch, ReadsWhatTheBoardAndItsMasterSendByDefault) {
   take("385 0F 00");
   take("705 05");
   take("085 50 82 11 03 00 00 00 00");
-  const BoardView& view = watch.view();
+  const BoardView view = watch.view(1.5);
   EXPECT_EQ(view.chamber[0].actual_Pa, 100'000.0);
   EXPECT_EQ(view.chamber[2].actual_Pa, 300'000.0);
   EXPECT_EQ(view.chamber[3].actual_Pa, std::nullopt) << "the board measured no number";
@@ -32,7 +32,38 @@ TEST(Watch, ReadsWhatTheBoardAndItsMasterSendByDefault) {
   EXPECT_EQ(view.error_code, 0x8250);
   EXPECT_EQ(view.fault_chamber, 3U);
   EXPECT_EQ(view.frames, 7U);
-  EXPECT_EQ(view.time_s, 1.5);
+  EXPECT_EQ(view.silent_s, std::nullopt);
+}
+
+TEST(Watch, DoesNotShowWhatIsOldAsIfItWereOfNow) {
+  Watch watch(5);
+  EXPECT_EQ(watch.view(100.0).silent_s, std::nullopt) << "nothing was heard that could have ended";
+  watch.take(10.0, canopen::frame_from("705 05"));
+  watch.take(10.5, canopen::frame_from("385 0F 00"));
+  watch.take(10.5, canopen::frame_from("085 50 82 11 03 00 00 00 00"));
+  watch.take(10.5, canopen::frame_from("185 E8 03 D0 07 B8 0B 00 80"));
+  watch.take(12.4, canopen::frame_from("205 F4 01 E8 03 DC 05 D0 07"));  // its master's: not a sign of life
+  const BoardView young = watch.view(12.4);
+  EXPECT_EQ(young.nmt, std::nullopt) << "the heartbeat is 2.4 s old";
+  EXPECT_EQ(young.status_word, 0x0F);
+  EXPECT_EQ(young.chamber[0].actual_Pa, 100'000.0);
+  EXPECT_EQ(young.silent_s, std::nullopt);
+  const BoardView old = watch.view(12.6);
+  EXPECT_EQ(old.status_word, std::nullopt);
+  EXPECT_EQ(old.chamber[0].actual_Pa, std::nullopt);
+  EXPECT_EQ(old.chamber[0].setpoint_Pa, 50'000.0);
+  EXPECT_NEAR(old.silent_s.value_or(0.0), 2.1, 1e-9);
+  EXPECT_EQ(old.error_code, 0x8250) << "a fault stands until an emergency says that it is gone";
+  watch.take(13.0, canopen::frame_from("705 05"));
+  EXPECT_EQ(watch.view(13.0).silent_s, std::nullopt);
+}
+
+TEST(Watch, KnowsOfNoFaultOnlyWhenItHeardSo) {
+  Watch watch(5);
+  watch.take(0.0, canopen::frame_from("705 7F"));
+  EXPECT_EQ(watch.view(0.0).error_code, std::nullopt);
+  watch.take(0.0, canopen::frame_from("085 00 00 00 00 00 00 00 00"));
+  EXPECT_EQ(watch.view(0.0).error_code, 0);
 }
 
 TEST(Watch, ReadsSetPointsInPascalOnceRpdo3GivesThemAway) {
@@ -41,9 +72,9 @@ TEST(Watch, ReadsSetPointsInPascalOnceRpdo3GivesThemAway) {
     watch.take(0.0, canopen::frame_from("205 00 50 C3 47 00 50 43 48"));  // 100 000 and 200 000 Pa
     watch.take(0.0, canopen::frame_from("405 00 7C 92 48 00 50 C3 47"));  // of chambers 5 and 6: 300 000 Pa
   }
-  EXPECT_EQ(watch.view().chamber[0].setpoint_Pa, 100'000.0);
-  EXPECT_EQ(watch.view().chamber[1].setpoint_Pa, 200'000.0);
-  EXPECT_EQ(watch.view().chamber[4].setpoint_Pa, 300'000.0);
+  EXPECT_EQ(watch.view(0.0).chamber[0].setpoint_Pa, 100'000.0);
+  EXPECT_EQ(watch.view(0.0).chamber[1].setpoint_Pa, 200'000.0);
+  EXPECT_EQ(watch.view(0.0).chamber[4].setpoint_Pa, 300'000.0);
 }
 
 TEST(Watch, PassesOverFramesOfOthersAndOfAnotherForm) {
@@ -55,7 +86,7 @@ TEST(Watch, PassesOverFramesOfOthersAndOfAnotherForm) {
   CanFrame extended = canopen::frame_from("185 E8 03 D0 07 B8 0B A0 0F");
   extended.extended = true;
   watch.take(0.0, extended);
-  EXPECT_EQ(watch.view().frames, 0U);
+  EXPECT_EQ(watch.frames(), 0U);
 }
 
 TEST(Watch, ShowsCommandAndVolumeOfAStream) {
@@ -72,9 +103,9 @@ TEST(Watch, ShowsCommandAndVolumeOfAStream) {
   };
   session.send_sync();
   session.listen(0.03);
-  EXPECT_EQ(watch.view().chamber[6].actual_Pa, 123456.0);
-  EXPECT_EQ(watch.view().chamber[6].command_V, 10.0);
-  EXPECT_NEAR(watch.view().chamber[6].volume_m3.value_or(0.0), 1.0e-3, 0.5e-7);
+  EXPECT_EQ(watch.view(session.link().now_s()).chamber[6].actual_Pa, 123456.0);
+  EXPECT_EQ(watch.view(session.link().now_s()).chamber[6].command_V, 10.0);
+  EXPECT_NEAR(watch.view(session.link().now_s()).chamber[6].volume_m3.value_or(0.0), 1.0e-3, 0.5e-7);
 }
 
 }  // namespace
