@@ -143,7 +143,9 @@ safety::FaultReport Controller::judge(const Inputs& inputs, bool upset) noexcept
     causes[c] = chamber_[c].measure({.pressure = inputs.pressure[c], .position = inputs.position[c]}, asked,
                                     model_needed());
   }
-  return faults_.step(causes, board_causes, supervisor_.accepts_reset(image_.control_word));
+  const bool released = image_.reset_released.intact() && image_.reset_released != 0;
+  image_.reset_released = 0;
+  return faults_.step(causes, board_causes, supervisor_.accepts_reset(image_.control_word, released));
 }
 
 Outputs Controller::drive(safety::Drive drive, bool powered) noexcept {

@@ -9,7 +9,7 @@ std::uint32_t HeartbeatConsumer::entry(std::size_t number) const noexcept {
 }
 
 Abort HeartbeatConsumer::set_entry(std::size_t number, std::uint32_t packed) noexcept {
-  if (packed >> 16 > kMaxNodeId) return Abort::value_range;
+  if (packed >> 24 != 0) return Abort::value_range;  // reserved
   const Watch watch{.node_id = static_cast<std::uint8_t>(packed >> 16),
                     .pause_ms = static_cast<std::uint16_t>(packed)};
   for (std::size_t i = 0; i < kWatches; ++i) {

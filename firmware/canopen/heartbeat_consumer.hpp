@@ -35,7 +35,8 @@ class HeartbeatConsumer {
     bool running = false;  ///< from the first heartbeat on
     std::uint32_t silence_us = 0;
 
-    bool is_used() const noexcept { return node_id != 0 && pause_ms != 0; }
+    /// CiA 301: not with a node id of 0 or above 127.
+    bool is_used() const noexcept { return node_id != 0 && node_id <= kMaxNodeId && pause_ms != 0; }
   };
   std::array<Watch, kWatches> watch_{};
 };

@@ -36,7 +36,7 @@ Abort SdoServer::block_download(Device& device, const Bytes& request, Bytes& res
   with_crc_ = (request[0] & kCrcBit) != 0;
   crc_ = 0;
   sequence_ = 0;
-  ended_by_ = {};
+  ended_by_ = request;  // coming twice it is no segment
   multiplex(response, 0xA0U | kCrcBit, index_, sub_);
   response[4] = kMaxBlockSize;
   state_ = State::block_download;

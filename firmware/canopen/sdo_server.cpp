@@ -14,8 +14,18 @@ namespace {
 /// may stand in a driver's queue before the PDOs of the next tick.
 constexpr std::uint8_t kSegmentsATick = 64;
 
+constexpr std::uint8_t kAbortRequest = 0x80;
+
+/// It begins a transfer; what does not, goes on with one or ends it.
+bool is_initiate(const SdoServer::Bytes& request) {
+  const unsigned command = request[0] >> 5;
+  if (command == kBlockDownload) return (request[0] & 0x01U) == 0;
+  if (command == kBlockUpload) return (request[0] & 0x03U) == 0;
+  return command == kInitiateDownload || command == kInitiateUpload;
+}
+
 void refuse(Device& device, Abort abort, std::uint16_t index, std::uint8_t sub, SdoServer::Bytes& response) {
-  multiplex(response, 0x80, index, sub);
+  multiplex(response, kAbortRequest, index, sub);
   store_le(static_cast<std::uint32_t>(abort), std::span(response).subspan<4, 4>());
   ++device.counters.sdo_aborts;
 }
@@ -23,6 +33,18 @@ void refuse(Device& device, Abort abort, std::uint16_t index, std::uint8_t sub, 
 }  // namespace
 
 bool SdoServer::request(Device& device, const Bytes& request, Bytes& response) noexcept {
+  const bool again = closed_ && request == closed_by_;
+  closed_ = false;
+  if (again) return false;
+  const bool busy = state_ != State::idle;
+  const bool answers = take(device, request, response);
+  closed_ = busy && !is_initiate(request) && (state_ == State::idle || state_ == State::waiting) &&
+            response[0] != kAbortRequest;
+  closed_by_ = request;
+  return answers;
+}
+
+bool SdoServer::take(Device& device, const Bytes& request, Bytes& response) noexcept {
   response = {};
   const unsigned command = request[0] >> 5;
   if (state_ == State::waiting && command != kAbortTransfer) {

@@ -67,6 +67,7 @@ class SdoServer {
   Abort initiate_block_upload(Device& device, const Bytes& request, Bytes& response) noexcept;
   bool confirm_block_upload(Device& device, const Bytes& request, Bytes& response) noexcept;
 
+  bool take(Device& device, const Bytes& request, Bytes& response) noexcept;
   bool conclude(Device& device, Abort abort, Bytes& response) noexcept;
   bool end_wait(Device& device, std::uint32_t elapsed_us, Bytes& response) noexcept;
 
@@ -76,6 +77,8 @@ class SdoServer {
   Found found_;
   std::uint32_t silence_us_ = 0;
   Bytes withheld_{};  ///< the answer to a write that waits
+  Bytes closed_by_{};    ///< the segment or end request that ended the last transfer
+  bool closed_ = false;  ///< with the newest request: when it comes twice, it is a duplicate
 
   // downloads
   bool size_announced_ = false;

@@ -105,8 +105,8 @@ const char* describe(State state) noexcept {
   return kFace[static_cast<std::size_t>(state)].name;
 }
 
-bool Supervisor::accepts_reset(std::uint16_t control_word) const noexcept {
-  const bool edge = set(control_word, control_bit::kR) && !reset_bit_before_;
+bool Supervisor::accepts_reset(std::uint16_t control_word, bool released) const noexcept {
+  const bool edge = set(control_word, control_bit::kR) && (released || !reset_bit_before_);
   const Demand demand = asked(control_word);
   if (!state_.intact()) return false;
   switch (state_.value()) {

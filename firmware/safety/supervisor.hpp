@@ -90,10 +90,10 @@ class Supervisor {
     std::uint16_t status_word = 0;
   };
 
-  /// The control word brings a rising edge of R, and the board is in a fault state that it may leave by it:
+  /// The control word brings a rising edge of R (since the tick before, or, `released`, within this one), and the board is in a fault state that it may leave by it:
   /// the word asks for no more than DISABLED, or HOLD in FAULT_HOLD. So that a reset alone never sets
   /// anything in motion, a master first takes M (and H) back.
-  bool accepts_reset(std::uint16_t control_word) const noexcept;
+  bool accepts_reset(std::uint16_t control_word, bool released = false) const noexcept;
 
   /// One tick.
   Output step(const Input& input) noexcept;

@@ -54,6 +54,8 @@ constexpr double kKnowsEquation = 0.6;
 /// A cause is named alone from this probability on; another one is its alias from that probability on.
 constexpr double kNamedAlone = 0.8;
 constexpr double kAlias = 0.02;
+/// The likeliest alias of a cause that is not named alone is listed among the effects, and every other from here on.
+constexpr double kListed = 0.1;
 
 EffectSet struck_of(const std::vector<std::string>& ids) {
   EffectSet struck = 0;
@@ -397,9 +399,12 @@ class Diagnosis {
                            : Blame{report_.disturbances.front().equation, found.front().probability};
   }
 
-  /// Both causes that fit alike are listed.
+  /// Both causes that fit alike are listed, the likeliest first.
   void list_rivals() {
+    std::stable_sort(alias_trials_.begin(), alias_trials_.end(),
+                     [](const auto& a, const auto& b) { return a.probability > b.probability; });
     for (const AliasTrial& alias : alias_trials_) {
+      if (&alias != &alias_trials_.front() && alias.probability < kListed) break;
       const std::string id = id_of(alias.effect);
       if (std::any_of(report_.effects.begin(), report_.effects.end(),
                       [&](const NamedEffect& e) { return e.id == id; })) {
@@ -420,12 +425,10 @@ class Diagnosis {
 
   /// The set that fits best, by its effect that is not sure, and the likeliest of those with another in its place.
   std::vector<Rival> likeliest_rivals() const {
-    const auto most =
-        std::max_element(alias_trials_.begin(), alias_trials_.end(),
-                         [](const auto& a, const auto& b) { return a.probability < b.probability; });
-    const EffectSet replaced = search_.best.on & ~most->trial->on;
+    const AliasTrial& most = alias_trials_.front();
+    const EffectSet replaced = search_.best.on & ~most.trial->on;
     return {{id_of(members(replaced).front()), search_.best.on | scene_.known, search_.best.fit.figures},
-            {id_of(most->effect), most->trial->on | scene_.known, most->trial->fit.figures}};
+            {id_of(most.effect), most.trial->on | scene_.known, most.trial->fit.figures}};
   }
 
   void plan(const std::vector<Rival>& rivals) { report_.next = next_experiment(scene_, rivals); }

@@ -231,6 +231,28 @@ TEST(Follow, AfterAFaultOnlyAResetLetsTheBoardGoOn) {
   EXPECT_EQ(client::follow(session, same_for_both(reference_Pa), {.chambers = kFollowed}).size(), 50U);
 }
 
+TEST(Reset, CountsWhenItsBitFallsAndRisesWithinATick) {
+  namespace word = canopen::word;
+  WatchedRig watched(mpye_rig(followed_rig(0.2)));
+  Session session(watched, 1);
+  const auto control = [&](unsigned bits) {
+    session.write(canopen::object::kControlWord, 0, static_cast<std::uint16_t>(bits));
+  };
+  watched.rig.board(0).analog_in().set_dead(1, true);
+  watched.wait(0.1);
+  control(word::kDisabled | word::kResetFault);
+  watched.wait(0.1);
+  ASSERT_EQ(watched.rig.board(0).controller().state(), safety::State::fault_disabled) << "its cause stands";
+  watched.rig.board(0).analog_in().set_dead(1, false);
+  watched.wait(0.1);
+  const std::uint32_t tick = watched.rig.board(0).controller().image().tick_count;
+  control(word::kDisabled);
+  control(word::kDisabled | word::kResetFault);
+  ASSERT_LE(watched.rig.board(0).controller().image().tick_count, tick + 1) << "the test is of one tick";
+  watched.wait(0.05);
+  EXPECT_EQ(watched.rig.board(0).controller().state(), safety::State::disabled);
+}
+
 // ---- the board's own comparison of models, by what it captured
 
 client::ModelUpload with_scaled(const client::ModelUpload& upload, std::size_t parameter, float factor) {

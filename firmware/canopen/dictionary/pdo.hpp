@@ -63,7 +63,8 @@ Abort write_pdo(Device& device, Place at, std::uint32_t bits) noexcept {
 template <bool receive>
 Abort write_pdo_cob_id(Device& device, Place at, std::uint32_t bits) noexcept {
   PdoParameters& parameters = pdo<receive>(device, at);
-  const Abort abort = check_cob_id(parameters.cob_id, bits, cob::kInvalid | (receive ? 0U : cob::kNoRtr));
+  // bit 30 of an RPDO means nothing, and may be set (CiA 301, 7.5.2.35)
+  const Abort abort = check_cob_id(parameters.cob_id, bits, cob::kInvalid | cob::kNoRtr);
   if (abort != Abort::none) return abort;
   parameters.cob_id = bits;
   restart_pdo<receive>(device, at);

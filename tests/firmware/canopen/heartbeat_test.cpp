@@ -98,7 +98,8 @@ TEST(HeartbeatConsumer, RefusesWhatIsNoEntry) {
   EXPECT_EQ(bench.answer("605 23 16 10 02 C8 00 02 00"), "585 80 16 10 02 43 00 04 06") << "node 2 twice";
   EXPECT_EQ(bench.answer("605 23 16 10 02 00 00 02 00"), "585 60 16 10 02 00 00 00 00") << "unused";
   EXPECT_EQ(bench.answer("605 23 16 10 01 C8 00 02 00"), "585 60 16 10 01 00 00 00 00") << "its own entry";
-  EXPECT_EQ(bench.answer("605 23 16 10 02 64 00 80 00"), "585 80 16 10 02 30 00 09 06") << "node 128";
+  EXPECT_EQ(bench.answer("605 23 16 10 02 64 00 80 00"), "585 60 16 10 02 00 00 00 00") << "node 128: unused";
+  EXPECT_EQ(bench.answer("605 40 16 10 02 00 00 00 00"), "585 43 16 10 02 64 00 80 00");
   EXPECT_EQ(bench.answer("605 23 16 10 02 64 00 03 01"), "585 80 16 10 02 30 00 09 06") << "reserved bits";
   EXPECT_EQ(bench.answer("605 40 16 10 09 00 00 00 00"), "585 80 16 10 09 11 00 09 06");
 }

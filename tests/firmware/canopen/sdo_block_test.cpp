@@ -90,6 +90,19 @@ TEST(BlockDownload, LeavesDuplicatesAndSegmentsOutOfOrderAlone) {
   EXPECT_EQ(bench.desk.staged[0], counting(10));
 }
 
+TEST(BlockDownload, LeavesItsFirstAndItsLastRequestAloneWhenTheyComeTwice) {
+  BlockBench bench;
+  bench.answer(kOpenTen);
+  EXPECT_EQ(bench.answer(kOpenTen), "") << "no segment 46h";
+  EXPECT_EQ(bench.answer(kFirst), "");
+  EXPECT_EQ(bench.answer(kSecondLast), "585 A2 02 7F 00 00 00 00 00");
+  EXPECT_EQ(bench.answer(kEndTen), kDone);
+  EXPECT_EQ(bench.answer(kEndTen), "") << "an abort would end the client's next transfer";
+  EXPECT_EQ(bench.desk.staged[0], counting(10));
+  EXPECT_EQ(bench.desk.stagings, 1);
+  EXPECT_EQ(bench.answer(kEndTen), "585 80 00 00 00 01 00 04 05") << "a third time: it belongs to nothing";
+}
+
 TEST(BlockDownload, GoesOnAfterTheSegmentThatEndsASubBlockCameTwice) {
   BlockBench bench;
   bench.answer("605 C2 10 21 00 0A 00 00 00");

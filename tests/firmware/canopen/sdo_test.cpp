@@ -41,6 +41,23 @@ TEST(Sdo, ReadsTheDeviceNameInSegments) {  // "Plenum valve board", 18 bytes
       << "nothing is under way";
 }
 
+TEST(Sdo, LeavesALastSegmentThatComesTwiceAlone) {
+  Bench bench;
+  bench.answer("605 21 17 10 00 02 00 00 00");
+  bench.answer("605 0B 2C 01 00 00 00 00 00");
+  EXPECT_EQ(bench.answer("605 0B 2C 01 00 00 00 00 00"), "") << "an abort would end the client's next transfer";
+  EXPECT_EQ(bench.answer("605 0B 2C 01 00 00 00 00 00"), "585 80 00 00 00 01 00 04 05") << "a third time";
+  bench.answer("605 40 08 10 00 00 00 00 00");
+  bench.answer("605 60 00 00 00 00 00 00 00");
+  bench.answer("605 70 00 00 00 00 00 00 00");
+  bench.answer("605 60 00 00 00 00 00 00 00");
+  EXPECT_EQ(bench.answer("605 60 00 00 00 00 00 00 00"), "");
+  EXPECT_EQ(bench.answer("605 40 17 10 00 00 00 00 00"), "585 4B 17 10 00 2C 01 00 00");
+  EXPECT_EQ(bench.answer("605 40 17 10 00 00 00 00 00"), "585 4B 17 10 00 2C 01 00 00")
+      << "a request that begins a transfer is answered each time";
+  EXPECT_EQ(bench.answer("605 00 00 00 00 00 00 00 00"), "585 80 00 00 00 01 00 04 05");
+}
+
 TEST(Sdo, WritesAScalarInSegmentsToo) {
   Bench bench;
   EXPECT_EQ(bench.answer("605 21 17 10 00 02 00 00 00"), "585 60 17 10 00 00 00 00 00");
@@ -263,6 +280,13 @@ TEST(Sdo, IgnoresFramesThatAreNoRequestsOfItsOwn) {
   EXPECT_EQ(bench.drain(), Frames{});
   EXPECT_EQ(bench.answer("605 40 17 10 00 00 00 00 00"), "585 4B 17 10 00 E8 03 00 00")
       << "still the default";
+}
+
+TEST(Sdo, LetsBit30OfAnRpdosIdentifierBe) {  // CiA 301: do not care
+  Bench bench;
+  EXPECT_EQ(bench.answer("605 23 00 14 01 05 02 00 40"), "585 60 00 14 01 00 00 00 00");
+  EXPECT_EQ(bench.answer("605 40 00 14 01 00 00 00 00"), "585 43 00 14 01 05 02 00 40");
+  EXPECT_EQ(bench.answer("605 23 00 14 01 05 02 00 20"), "585 80 00 14 01 30 00 09 06") << "29 bits";
 }
 
 TEST(Sdo, MapsAPdoByTheProcedureAndRefusesWhatDoesNotFit) {
