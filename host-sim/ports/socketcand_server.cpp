@@ -39,6 +39,7 @@ void SocketcandServer::exchange() {
   accept_clients();
   for (auto client = clients_.begin(); client != clients_.end();) {
     if (client->leaving.empty()) read(*client);
+    if (client->leaving.empty()) do_what_is_due(*client);
     write(*client);
     const bool sent = client->port == nullptr || client->port->waiting_to_send() == 0;
     if (!client->leaving.empty() && sent) {
@@ -54,8 +55,8 @@ void SocketcandServer::collect(std::uint64_t time_us) {
   for (Client& client : clients_) {
     if (client.port == nullptr || !client.leaving.empty()) continue;
     for (CanFrame frame; client.port->receive(frame);) {
-      const bool wanted = client.mode == Mode::raw || client.subscribed.contains({frame.extended, frame.id});
-      if (!wanted || frame.remote) continue;  // the protocol has no remote frames
+      client.received.add(frame);
+      if (frame.remote || !wants(client, frame)) continue;  // the protocol has no remote frames
       // python-can 4.1, Debian 12's, loses one byte where a piece of the stream ends: it may have this one.
       client.unsent += '\n';
       client.unsent += wire::frame_message(frame, time_us);
@@ -96,6 +97,7 @@ void SocketcandServer::handle_messages(Client& client) {
   while (client.leaving.empty()) {
     if (client.held) {
       if (!client.port->send(*client.held)) return;
+      client.sent.add(*client.held);
       client.held.reset();
       ++counters_.frames_taken;
     }
@@ -116,26 +118,108 @@ void SocketcandServer::handle(Client& client, const std::string& message) {
   } else if (command == "send") {
     client.held = wire::parse_send(words);
     if (client.held) return;
-  } else if (message == "< rawmode >" || message == "< bcmmode >") {
-    client.mode = command == "rawmode" ? Mode::raw : Mode::broadcast_manager;
+  } else if (message == "< rawmode >" || message == "< bcmmode >" || message == "< controlmode >") {
+    client.mode = command == "rawmode"   ? Mode::raw
+                  : command == "bcmmode" ? Mode::broadcast_manager
+                                         : Mode::control;
     client.subscribed.clear();
+    client.jobs.clear();
+    client.statistics_ns = 0;
     client.unsent += "< ok >";
     return;
   } else if (message == "< echo >") {
     client.unsent += message;
     return;
-  } else if (client.mode == Mode::broadcast_manager && (command == "subscribe" || command == "unsubscribe")) {
-    if (const std::optional<CanFrame> frame = wire::parse_identifier(words.back())) {
-      const std::pair key{frame->extended, frame->id};
-      if (command == "subscribe") {
-        client.subscribed.insert(key);
-      } else {
-        client.subscribed.erase(key);
-      }
-      return;
-    }
+  } else if ((client.mode == Mode::broadcast_manager && handle_broadcast(client, words)) ||
+             (client.mode == Mode::control && handle_control(client, words))) {
+    return;
   }
   client.unsent += "< error unknown command >";
+}
+
+/// False: no command of this mode, or an impossible one, and nothing has changed.
+bool SocketcandServer::handle_broadcast(Client& client, std::span<const std::string_view> words) {
+  if (words.size() < 2) return false;
+  const auto key_of = [](const CanFrame& frame) { return Key{frame.extended, frame.id}; };
+  const std::string_view command = words[0];
+  if (words.size() == 2) {
+    const auto frame = wire::parse_identifier(words[1]);
+    if (!frame) return false;
+    if (command == "unsubscribe") client.subscribed.erase(key_of(*frame));
+    if (command == "delete") client.jobs.erase(key_of(*frame));
+    return command == "unsubscribe" || command == "delete";
+  }
+  if (command == "update") {
+    const auto frame = wire::parse_content(words.subspan(1));
+    const auto job = frame ? client.jobs.find(key_of(*frame)) : client.jobs.end();
+    if (job == client.jobs.end()) return false;
+    job->second.frame = *frame;
+    return true;
+  }
+  if (words.size() < 4) return false;
+  const auto interval_us = wire::parse_interval_us(words[1], words[2]);
+  if (!interval_us) return false;
+  if (command == "subscribe") {
+    const auto frame = wire::parse_identifier(words[3]);
+    if (!frame || words.size() != 4) return false;
+    client.subscribed[key_of(*frame)] = {};
+    return true;
+  }
+  const auto frame = wire::parse_content(words.subspan(3));
+  if (!frame) return false;
+  if (command == "filter") {
+    client.subscribed[key_of(*frame)] = {.mask = frame, .last = {}};
+    return true;
+  }
+  if (command != "add" || *interval_us == 0) return false;
+  if (client.jobs.size() == kJobs && !client.jobs.contains(key_of(*frame))) return false;
+  client.jobs[key_of(*frame)] = {.frame = *frame, .every_ns = 1000 * *interval_us, .due_ns = bus_.now_ns()};
+  return true;
+}
+
+bool SocketcandServer::handle_control(Client& client, std::span<const std::string_view> words) {
+  if (words.size() != 2 || words[0] != "statistics") return false;
+  const auto every_ms = wire::parse_interval_us("0", words[1]);
+  if (!every_ms) return false;
+  client.statistics_ns = 1'000'000 * *every_ms;
+  client.statistics_due_ns = bus_.now_ns() + client.statistics_ns;
+  return true;
+}
+
+/// A job that the bus has no room for misses a turn.
+void SocketcandServer::do_what_is_due(Client& client) {
+  const std::uint64_t now_ns = bus_.now_ns();
+  for (auto& [key, job] : client.jobs) {
+    for (; job.due_ns <= now_ns; job.due_ns += job.every_ns) {
+      if (!client.port->send(job.frame)) {
+        job.due_ns = now_ns + job.every_ns;
+        break;
+      }
+      client.sent.add(job.frame);
+    }
+  }
+  if (client.statistics_ns == 0 || now_ns < client.statistics_due_ns) return;
+  client.statistics_due_ns = now_ns + client.statistics_ns;
+  client.unsent += "< stat";
+  for (const std::uint64_t figure :
+       {client.received.bytes, client.received.frames, client.sent.bytes, client.sent.frames}) {
+    client.unsent += ' ' + std::to_string(figure);
+  }
+  client.unsent += " >";
+}
+
+bool SocketcandServer::wants(Client& client, const CanFrame& frame) {
+  if (client.mode == Mode::raw) return true;
+  const auto found = client.subscribed.find({frame.extended, frame.id});
+  if (found == client.subscribed.end()) return false;
+  Subscription& subscription = found->second;
+  const auto same = [&](std::size_t i) {
+    return ((frame.data[i] ^ subscription.last->data[i]) & subscription.mask->data[i]) == 0;
+  };
+  bool changed = !subscription.mask || !subscription.last || subscription.last->length != frame.length;
+  for (std::size_t i = 0; !changed && i < frame.length; ++i) changed = !same(i);
+  if (changed && subscription.mask) subscription.last = frame;
+  return changed;
 }
 
 void SocketcandServer::open(Client& client, std::string_view channel) {

@@ -5,15 +5,15 @@
 // than the bus carries is read no further until the bus has room, so that no frame of it is lost; one that does not read
 // is dropped, so that nothing of the others is.
 //
-// Served: open, rawmode, bcmmode (with subscribe and unsubscribe, whose interval is taken as 0), send, echo. Not served:
-// cyclic jobs, filters, statistics, ISO-TP, the beacon.
+// Served: open; rawmode; bcmmode with subscribe, filter (whose intervals are taken as 0), unsubscribe, and the cyclic jobs add, update
+// and delete; controlmode with statistics; send, echo. Not served: ISO-TP, and the beacon, which is broadcast in the network.
 #pragma once
 
 #include <cstdint>
 #include <functional>
 #include <list>
+#include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -50,16 +50,39 @@ class SocketcandServer {
 
   static constexpr std::size_t kClients = 32;
   static constexpr std::size_t kUnsentBytes = 1 << 18;  ///< beyond the socket's own buffer
+  static constexpr std::size_t kJobs = 64;              ///< of a client
 
  private:
-  enum class Mode { no_bus, broadcast_manager, raw };
+  enum class Mode { no_bus, broadcast_manager, raw, control };
+  using Key = std::pair<bool, std::uint32_t>;  ///< extended, identifier
+
+  struct Subscription {
+    std::optional<CanFrame> mask;  ///< of the content that counts; empty: every frame
+    std::optional<CanFrame> last;  ///< handed on
+  };
+  struct Job {
+    CanFrame frame;
+    std::uint64_t every_ns = 0;
+    std::uint64_t due_ns = 0;  ///< of the bus
+  };
+  struct Traffic {
+    std::uint64_t bytes = 0, frames = 0;
+    void add(const CanFrame& frame) {
+      bytes += frame.length;
+      ++frames;
+    }
+  };
 
   struct Client {
     wire::FileDescriptor socket;
     unsigned number = 0;
     Mode mode = Mode::no_bus;
     SimulatedCanPort* port = nullptr;
-    std::set<std::pair<bool, std::uint32_t>> subscribed;  ///< extended, identifier
+    std::map<Key, Subscription> subscribed;
+    std::map<Key, Job> jobs;
+    Traffic received, sent;
+    std::uint64_t statistics_ns = 0;      ///< between two messages; 0: none
+    std::uint64_t statistics_due_ns = 0;  ///< of the bus
     wire::MessageReader reader;
     std::string unsent;
     std::optional<CanFrame> held;  ///< waits for room in the port's queue
@@ -70,6 +93,10 @@ class SocketcandServer {
   void read(Client& client);
   void handle_messages(Client& client);
   void handle(Client& client, const std::string& message);
+  bool handle_broadcast(Client& client, std::span<const std::string_view> words);
+  bool handle_control(Client& client, std::span<const std::string_view> words);
+  void do_what_is_due(Client& client);
+  static bool wants(Client& client, const CanFrame& frame);
   void open(Client& client, std::string_view channel);
   void write(Client& client);
   void leave(Client& client);

@@ -14,11 +14,14 @@ std::string identifier(const CanFrame& frame) {
   return frame.extended ? fmt::format("{:08X}", frame.id) : fmt::format("{:03X}", frame.id);
 }
 
-std::optional<std::uint32_t> hex(std::string_view text) {
+std::optional<std::uint32_t> number(std::string_view text, int base) {
   std::uint32_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, 16);
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, base);
   if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
   return value;
+}
+std::optional<std::uint32_t> hex(std::string_view text) {
+  return number(text, 16);
 }
 
 bool add_byte(CanFrame& frame, std::string_view text) {
@@ -75,16 +78,28 @@ std::optional<CanFrame> parse_frame(const std::vector<std::string_view>& words) 
   return frame;
 }
 
-std::optional<CanFrame> parse_send(const std::vector<std::string_view>& words) {
-  if (words.size() < 3 || words[0] != "send") return std::nullopt;
-  std::optional<CanFrame> frame = parse_identifier(words[1]);
+std::optional<CanFrame> parse_content(std::span<const std::string_view> words) {
+  if (words.size() < 2) return std::nullopt;
+  std::optional<CanFrame> frame = parse_identifier(words[0]);
   if (!frame) return std::nullopt;
-  const auto length = hex(words[2]);
-  if (!length || *length != words.size() - 3) return std::nullopt;
-  for (std::size_t i = 3; i < words.size(); ++i) {
-    if (!add_byte(*frame, words[i])) return std::nullopt;
+  const auto length = hex(words[1]);
+  if (!length || *length != words.size() - 2) return std::nullopt;
+  for (const std::string_view byte : words.subspan(2)) {
+    if (!add_byte(*frame, byte)) return std::nullopt;
   }
   return frame;
+}
+
+std::optional<CanFrame> parse_send(const std::vector<std::string_view>& words) {
+  if (words.empty() || words[0] != "send") return std::nullopt;
+  return parse_content(std::span(words).subspan(1));
+}
+
+std::optional<std::uint64_t> parse_interval_us(std::string_view seconds, std::string_view microseconds) {
+  constexpr std::uint32_t kMost_s = 86'400;
+  const auto whole_s = number(seconds, 10), part_us = number(microseconds, 10);
+  if (!whole_s || !part_us || *whole_s > kMost_s) return std::nullopt;
+  return std::uint64_t{1'000'000} * *whole_s + *part_us;
 }
 
 bool MessageReader::append(std::string_view bytes) {

@@ -8,12 +8,19 @@
 //   server  < error 004 23.424242 >                 an error frame of its bus: class of error, time
 //   server  < error unknown command >               what it did not understand
 //
+// In bcmmode, the mode after open, and in controlmode:
+//   client  < subscribe 0 0 123 >  < unsubscribe 123 >       seconds and microseconds between two frames at least
+//   client  < filter 0 0 123 1 ff >                          frames whose bits under the mask have changed
+//   client  < add 1 0 123 2 1 f1 >  < update 123 2 1 f2 >  < delete 123 >     a frame each second
+//   client  < statistics 1000 >    server  < stat 80 10 8 1 >     each 1000 ms: bytes and frames received, and sent
+//
 // An identifier of eight digits is a 29-bit one. There is no message for a remote frame.
 // Source: doc/protocol.md and src/state_raw.c of github.com/linux-can/socketcand.
 #pragma once
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -41,8 +48,13 @@ std::optional<CanFrame> parse_identifier(std::string_view word);
 /// The frame of "frame ID TIME BYTES", the bytes with or without spaces between them; empty for other words, and for
 /// what is no frame: an identifier above 29 bits, more than eight bytes, half a byte.
 std::optional<CanFrame> parse_frame(const std::vector<std::string_view>& words);
-/// The frame of "send ID LENGTH BYTES"; empty as above, and when the length is not the number of bytes.
+/// The frame of "ID LENGTH BYTES", as in send, add, update and filter; empty as above, and when the length is not the number of
+/// bytes.
+std::optional<CanFrame> parse_content(std::span<const std::string_view> words);
+/// That of "send ID LENGTH BYTES".
 std::optional<CanFrame> parse_send(const std::vector<std::string_view>& words);
+/// "SECONDS MICROSECONDS", decimal, up to some hours; empty for what is none.
+std::optional<std::uint64_t> parse_interval_us(std::string_view seconds, std::string_view microseconds);
 
 /// Cuts a stream of bytes, however it comes in pieces, into messages. What stands between messages is passed over.
 class MessageReader {

@@ -6,6 +6,8 @@
 #include <poll.h>
 #include <sys/socket.h>
 
+#include <algorithm>
+
 #include "host-sim/wire/tcp.hpp"
 
 namespace plenum::host::ports {
@@ -168,6 +170,56 @@ TEST_F(SocketcandServerTest, InBroadcastManagerModeOnlySubscribedFramesAreHanded
   client.ask("< echo >", "< echo >");
 }
 
+TEST_F(SocketcandServerTest, AFilteredFrameIsHandedOnWhenItsMaskedBitsChange) {
+  Client client(*this);
+  client.expect("< hi >");
+  client.ask("< open can0 >", "< ok >");
+  client.ask("< filter 0 0 182 2 f0 0 >< echo >", "< echo >");
+  for (const std::uint8_t first : std::initializer_list<std::uint8_t>{0x10, 0x11, 0x21, 0x21})
+    board_.send(frame_of(0x182, {first, first}));
+  run(2'000'000);
+  const std::string heard = client.hear(2 * sizeof("\n< frame 182 0.000000 1010 >") - 2);
+  EXPECT_THAT(heard, ::testing::AllOf(::testing::HasSubstr(" 1010 >"), ::testing::HasSubstr(" 2121 >")));
+  EXPECT_EQ(std::count(heard.begin(), heard.end(), '<'), 2);
+}
+
+TEST_F(SocketcandServerTest, ACyclicJobSendsInItsRhythmUntilItIsDeleted) {
+  Client client(*this);
+  client.expect("< hi >");
+  client.ask("< open can0 >", "< ok >");
+  client.ask("< add 0 10000 123 2 1 f1 >< echo >", "< echo >");
+  const auto pass_ms = [&](int ms) {
+    for (int k = 0; k < ms; ++k) {
+      run(1'000'000);
+      server_.exchange();
+    }
+  };
+  pass_ms(35);
+  EXPECT_THAT(board_heard(), ::testing::ElementsAre(frame_of(0x123, {1, 0xF1}), frame_of(0x123, {1, 0xF1}),
+                                                    frame_of(0x123, {1, 0xF1}), frame_of(0x123, {1, 0xF1})));
+  client.ask("< update 123 1 2 >< echo >", "< echo >");
+  pass_ms(10);
+  EXPECT_THAT(board_heard(), ::testing::ElementsAre(frame_of(0x123, {2})));
+  client.ask("< delete 123 >< echo >", "< echo >");
+  pass_ms(30);
+  EXPECT_TRUE(board_heard().empty());
+}
+
+TEST_F(SocketcandServerTest, InControlModeItCountsTheTrafficAndHandsNoFrameOn) {
+  Client client(*this);
+  client.open_raw();
+  client.say("< send 100 1 7 >");
+  exchange_until([&] { return server_.counters().frames_taken == 1; });
+  client.ask("< controlmode >", "< ok >");
+  client.ask("< statistics 20 >< echo >", "< echo >");
+  board_.send(frame_of(0x181, {1, 2, 3}));
+  board_.send(frame_of(0x182, {1}));
+  run(19'000'000);
+  client.ask("< echo >", "< echo >");
+  run(1'000'000);
+  client.expect("< stat 4 2 1 1 >");
+}
+
 TEST_F(SocketcandServerTest, AnotherChannelIsRefusedAndTheConnectionEnds) {
   Client client(*this);
   client.expect("< hi >");
@@ -182,7 +234,8 @@ TEST_F(SocketcandServerTest, WhatIsNoCommandIsAnsweredAndChangesNothing) {
   client.ask("< send 123 0 >", "< error unknown command >");
   client.ask("< open can0 >", "< ok >");
   for (const char* text :
-       {"< send 123 2 1 >", "< send 20000000 0 >", "< add 1 0 123 0 >", "< >", "< send >", "< subscribe >"}) {
+       {"< send 123 2 1 >", "< send 20000000 0 >", "< add 0 0 123 0 >", "< add 1 0 123 1 >",
+        "< update 123 0 >", "< statistics 10 >", "< >", "< send >", "< subscribe >"}) {
     client.ask(text, "< error unknown command >");
   }
   run(1'000'000);
