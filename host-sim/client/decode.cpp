@@ -18,7 +18,6 @@ using canopen::DataType;
 namespace cob = canopen::cob;
 namespace object = canopen::object;
 
-constexpr std::uint32_t kStream = 0x680;
 constexpr double kPa_per_mbar = 100.0;
 
 /// "Actual pressure [Pa]" as the dictionary writes it: the name proper, and the unit.
@@ -109,7 +108,7 @@ Decoded decode_emergency_text(const Emergency& emergency) {
 Decoded decode_stream(const CanFrame& frame) {
   const std::span<const std::uint8_t> data(frame.data);
   Decoded decoded{"stream", 0, "", {}};
-  const unsigned chamber = frame.id - kStream + 1;
+  const unsigned chamber = (frame.id - kStreamIds) % kStreamBlock + 1;
   decoded.values = {
       {fmt::format("actual pressure, chamber {}", chamber), number(DataType::real32, data.first(4)), "Pa"},
       {fmt::format("command, chamber {}", chamber), 10.0 / 65535.0 * canopen::load_le(data.subspan(4, 2)),
@@ -145,7 +144,7 @@ Decoded Decoder::decode(const CanFrame& frame) {
   if (frame.id == cob::kSync && data.size() <= 1)
     return {"SYNC", 0, data.empty() ? std::string() : fmt::format("counter {}", data[0]), {}};
   if (const auto emergency = decode_emergency(frame)) return decode_emergency_text(*emergency);
-  if (frame.id >= kStream && frame.id < kStream + kChambers && data.size() == 8) {
+  if (stream_block(frame) && data.size() == 8) {
     Decoded decoded = decode_stream(frame);
     decoded.text = values_text(decoded.values);
     return decoded;

@@ -1,7 +1,7 @@
 // Frames as CANopen: what they say, in words and in SI units, for a log or a live view.
 //
-// Identifiers are those of the predefined connection set, PDOs those that a board maps by default, and the capture stream at
-// 680h. An SDO transfer is followed, so that its segments and blocks name their object.
+// Identifiers are those of the predefined connection set, PDOs those that a board maps by default, and capture streams at
+// 680h to 6DFh, of which the identifier tells the chamber and not the node. An SDO transfer is followed, so that its segments and blocks name their object.
 #pragma once
 
 #include <array>

@@ -23,7 +23,7 @@ class Timeout : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Another master uses the board's SDO channel, which has room for one.
+/// Others use all that there is: the board's SDO channel, which has room for one, or the identifiers of streams.
 class ChannelTaken : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };

@@ -245,12 +245,36 @@ void Session::send_setpoints(std::span<const double, kChambers> setpoints_Pa) {
   }
 }
 
+/// The identifier of chamber 0 in a block that is free: the node's own, or the next one that is. The board's own stream has to be off.
+std::uint32_t Session::free_stream_ids() {
+  constexpr double kTick_s = 1e-6 * config::kTick_us;
+  constexpr double kListen_s = 3.0 * kTick_s;  // whoever streams does so each tick
+  listen(kTick_s);                             // what this board had under way
+  std::array<bool, kStreamBlocks> taken{};
+  const double end_s = link_.now_s() + kListen_s;
+  for (double left_s = kListen_s; left_s > 0.0; left_s = end_s - link_.now_s()) {
+    const std::optional<CanFrame> frame = link_.receive(left_s);
+    if (!frame) break;
+    hear(*frame);
+    if (const auto block = stream_block(*frame)) taken.at(*block) = true;
+  }
+  for (std::uint32_t next = 0; next < kStreamBlocks; ++next) {
+    const std::uint32_t block = (node_id_ - 1U + next) % kStreamBlocks;
+    if (!taken.at(block)) return kStreamIds + kStreamBlock * block;
+  }
+  throw ChannelTaken(
+      fmt::format("node {}: others stream on all {} blocks of identifiers from {:03X}h to {:03X}h, expected "
+                  "one to be free",
+                  node_id_, kStreamBlocks, kStreamIds, kStreamIds + kStreamBlock * kStreamBlocks - 1));
+}
+
 Stream Session::configure_stream(const StreamConfig& config) {
   if (config.every_ticks < 1 || config.every_ticks > 240) {
     throw std::invalid_argument(
         fmt::format("node {}: stream at every {} ticks, expected 1..240", node_id_, config.every_ticks));
   }
   stop_stream();
+  const std::uint32_t first_cob_id = free_stream_ids();
   const auto lsb_m3 = static_cast<float>(config.largest_volume_m3 / 65535.0);
   write(object::kCodeScale, 2, lsb_m3);
   for (std::uint32_t chamber = 0; chamber < kChambers; ++chamber) {
@@ -267,9 +291,9 @@ Stream Session::configure_stream(const StreamConfig& config) {
     write(communication, 3, static_cast<std::uint16_t>(kTick_100us * config.every_ticks - kTick_100us / 2));
     write(communication, 5, static_cast<std::uint16_t>(kTick_ms * config.every_ticks));
     map_pdo(communication, chamber_index(object::kTpdoMapping, 4 + chamber),
-            cob::kNoRtr | (config.first_cob_id + chamber), kOnEvent, objects);
+            cob::kNoRtr | (first_cob_id + chamber), kOnEvent, objects);
   }
-  return {config, static_cast<double>(lsb_m3)};
+  return {config, first_cob_id, static_cast<double>(lsb_m3)};
 }
 
 void Session::stop_stream() {

@@ -154,7 +154,9 @@ class Session {
   /// std::invalid_argument for one that the board would refuse.
   void send_setpoints(std::span<const double, kChambers> setpoints_Pa);
 
-  /// Maps TPDO5+c to `first_cob_id` + c for the chambers asked for, and switches those of the others off.
+  /// Maps TPDO5+c for the chambers asked for to c of a block of identifiers on which nobody streams, by which it listens for
+  /// 40 ms; switches those of the others off. Throws ChannelTaken when others stream on every block, std::invalid_argument for a
+  /// pause that is none.
   Stream configure_stream(const StreamConfig& config);
   void stop_stream();
 
@@ -162,6 +164,7 @@ class Session {
   void transmit(std::uint32_t id, std::span<const std::uint8_t> data);
   std::uint32_t read_bits(std::uint16_t index, std::uint8_t sub, std::size_t size);
   void write_bits(std::uint16_t index, std::uint8_t sub, std::uint32_t bits, std::size_t size);
+  std::uint32_t free_stream_ids();
   void map_pdo(std::uint16_t communication, std::uint16_t mapping, std::uint32_t cob_id,
                std::uint8_t transmission_type, std::span<const std::uint32_t> objects);
   void dispatch(const CanFrame& frame);

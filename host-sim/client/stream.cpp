@@ -7,13 +7,18 @@
 
 namespace plenum::host::client {
 
-Stream::Stream(const StreamConfig& config, double volume_lsb_m3)
-    : config_(config), volume_lsb_m3_(volume_lsb_m3) {}
+std::optional<std::uint32_t> stream_block(const CanFrame& frame) {
+  if (frame.extended || frame.id < kStreamIds) return std::nullopt;
+  const std::uint32_t block = (frame.id - kStreamIds) / kStreamBlock;
+  return block < kStreamBlocks ? std::optional(block) : std::nullopt;
+}
+
+Stream::Stream(const StreamConfig& config, std::uint32_t first_cob_id, double volume_lsb_m3)
+    : config_(config), first_cob_id_(first_cob_id), volume_lsb_m3_(volume_lsb_m3) {}
 
 std::optional<StreamSample> Stream::decode(const CanFrame& frame) const {
-  if (frame.extended || frame.remote || frame.length != 8 || frame.id < config_.first_cob_id)
-    return std::nullopt;
-  const std::size_t chamber = frame.id - config_.first_cob_id;
+  if (frame.extended || frame.remote || frame.length != 8 || frame.id < first_cob_id_) return std::nullopt;
+  const std::size_t chamber = frame.id - first_cob_id_;
   if (chamber >= kChambers || (std::uint32_t{config_.chambers} >> chamber & 1U) == 0) return std::nullopt;
   const std::span data(frame.data);
   StreamSample sample;

@@ -3,6 +3,10 @@
 //
 //   bytes 0..3 actual pressure REAL32 [Pa] | 4..5 command U16, LSB 10 V / 65535 | 6..7 volume U16, LSB of
 //   object 2228h:2
+//
+// Boards that stream at once do so on identifiers of their own: CiA 301 leaves 680h to 6DFh free for PDOs (it restricts 6E0h to 6FFh), which
+// is twelve blocks of one identifier a chamber. Node ids 1 to 12 have a block each, and so on; Session::configure_stream() passes over a block
+// that another streams on.
 #pragma once
 
 #include <array>
@@ -17,12 +21,18 @@ namespace plenum::host::client {
 
 inline constexpr std::size_t kChambers = plenum::config::kChambers;
 
+inline constexpr std::uint32_t kStreamIds = 0x680;        ///< the first of the first block
+inline constexpr std::uint32_t kStreamBlock = kChambers;  ///< identifiers of a block
+inline constexpr std::uint32_t kStreamBlocks = 12;
+
+/// Which block a frame's identifier is of; empty for one that is no stream's.
+std::optional<std::uint32_t> stream_block(const CanFrame& frame);
+
 struct StreamConfig {
   std::uint8_t chambers = 0xFF;  ///< bit c: chamber c
   std::uint8_t every_ticks = 1;  ///< 1..240
   double largest_volume_m3 =
-      6.5535e-3;                       ///< what code FFFFh stands for: the smaller, the finer (1/65535 of it)
-  std::uint32_t first_cob_id = 0x680;  ///< that of chamber 0; a second board on the bus needs another
+      6.5535e-3;  ///< what code FFFFh stands for: the smaller, the finer (1/65535 of it)
 };
 
 struct StreamSample {
@@ -42,8 +52,10 @@ struct StreamRow {
 /// Decodes the frames of one board's stream, and gathers them to rows.
 class Stream {
  public:
-  /// `volume_lsb_m3` as the board has it.
-  Stream(const StreamConfig& config, double volume_lsb_m3);
+  /// `first_cob_id` is that of chamber 0; `volume_lsb_m3` as the board has it.
+  Stream(const StreamConfig& config, std::uint32_t first_cob_id, double volume_lsb_m3);
+
+  std::uint32_t first_cob_id() const { return first_cob_id_; }
 
   /// The sample that a frame carries; empty when the frame is none of this stream.
   std::optional<StreamSample> decode(const CanFrame& frame) const;
@@ -55,6 +67,7 @@ class Stream {
 
  private:
   StreamConfig config_;
+  std::uint32_t first_cob_id_;
   double volume_lsb_m3_;
   StreamRow row_;
 };

@@ -84,6 +84,10 @@ TEST_F(Decode, TheCaptureStreamIsInSiUnits) {
   EXPECT_DOUBLE_EQ(decoded.values[1].value, 10.0 / 65535.0 * 0x7FFF);
   EXPECT_EQ(decoded.values[2].value, 10000.0);
   EXPECT_THAT(decoded.text, HasSubstr("actual pressure, chamber 3 = 100000 Pa"));
+  EXPECT_THAT(text(0x6DF, {0x00, 0x50, 0xC3, 0x47, 0xFF, 0x7F, 0x10, 0x27}),
+              HasSubstr("actual pressure, chamber 8 = 100000 Pa"))
+      << "of the last block";
+  EXPECT_EQ(decode(0x6E0, {0x00, 0x50, 0xC3, 0x47, 0xFF, 0x7F, 0x10, 0x27}).kind, "other");
 }
 
 TEST_F(Decode, ExpeditedTransfersNameTheirObjectAndSayItsValue) {

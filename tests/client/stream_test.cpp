@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <utility>
+#include <vector>
+
 #include "host-sim/client/session.hpp"
 #include "tests/client/board_on_bus.hpp"
 
@@ -69,7 +73,7 @@ TEST(Stream, CarriesOnlyTheChambersAskedFor) {
   session.subscribe([&](const Arrival& arrival) {
     const bool mine =
         stream.accept(arrival.time_s, arrival.frame, [&](const StreamRow& row) { rows.push_back(row); });
-    if (!mine && arrival.frame.id >= 0x680 && arrival.frame.id < 0x688) ++others;
+    if (!mine && stream_block(arrival.frame)) ++others;
   });
   session.listen(0.109);
   EXPECT_EQ(rows.size(), 5U);
@@ -87,7 +91,9 @@ TEST(Stream, SaysWhichChambersALostFrameLeftOut) {
   Stream stream = session.configure_stream({.chambers = 0x07});
   session.nmt(canopen::NmtCommand::start);
   int count = 0;
-  world.bus.drop_when([&](const CanFrame& frame, std::size_t) { return frame.id == 0x681 && ++count == 2; });
+  world.bus.drop_when([&](const CanFrame& frame, std::size_t) {
+    return frame.id == stream.first_cob_id() + 1 && ++count == 2;
+  });
   std::vector<std::uint8_t> chambers;
   session.subscribe([&](const Arrival& arrival) {
     stream.accept(arrival.time_s, arrival.frame,
@@ -97,17 +103,61 @@ TEST(Stream, SaysWhichChambersALostFrameLeftOut) {
   EXPECT_EQ(chambers, (std::vector<std::uint8_t>{0x07, 0x05, 0x07, 0x07}));
 }
 
+/// Somebody else's stream on some of the blocks, a frame each tick.
+struct Crowded : BoardOnBus {
+  Crowded(std::uint8_t node_id, std::vector<std::uint32_t> blocks) : BoardOnBus(node_id) {
+    each_tick = [this, blocks = std::move(blocks)] {
+      for (const std::uint32_t block : blocks)
+        other.send({.id = kStreamIds + kStreamBlock * block, .length = 8, .data = {}});
+    };
+  }
+  ports::SimulatedCanPort& other = bus.attach("other");
+};
+
+TEST(Stream, OfEachOfTwelveNodesHasIdentifiersOfItsOwn) {
+  std::vector<std::uint32_t> first;
+  for (const std::uint8_t node : std::to_array<std::uint8_t>({1, 2, 11, 12, 13, 127})) {
+    BoardOnBus world(node);
+    Session session(world, node);
+    first.push_back(session.configure_stream({}).first_cob_id());
+  }
+  EXPECT_EQ(first, (std::vector<std::uint32_t>{0x680, 0x688, 0x6D0, 0x6D8, 0x680, 0x6B0}));
+}
+
+TEST(Stream, PassesOverBlocksThatOthersStreamOn) {
+  Crowded world(3, {2, 3, 5});
+  Session session(world, 3);
+  EXPECT_EQ(session.configure_stream({}).first_cob_id(), 0x6A0U);
+  session.nmt(canopen::NmtCommand::start);
+  EXPECT_EQ(session.configure_stream({}).first_cob_id(), 0x6A0U) << "its own is no reason to move on";
+}
+
+TEST(Stream, IsRefusedWhereOthersUseEveryBlock) {
+  Crowded world(5, {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11});
+  Session session(world, 5);
+  try {
+    session.configure_stream({});
+    FAIL() << "it was opened";
+  } catch (const ChannelTaken& error) {
+    EXPECT_STREQ(
+        error.what(),
+        "node 5: others stream on all 12 blocks of identifiers from 680h to 6DFh, expected one to be free");
+  }
+}
+
 TEST(Stream, DecodesOnlyItsOwnFrames) {
-  const Stream stream({.chambers = 0x01}, 1.0e-7);
-  CanFrame frame{.id = 0x680, .length = 8, .data = {0x00, 0x50, 0xC3, 0x47, 0xFF, 0xFF, 0xE8, 0x03}};
+  const Stream stream({.chambers = 0x01}, 0x6A0, 1.0e-7);
+  CanFrame frame{.id = 0x6A0, .length = 8, .data = {0x00, 0x50, 0xC3, 0x47, 0xFF, 0xFF, 0xE8, 0x03}};
   const auto sample = stream.decode(frame);
   ASSERT_TRUE(sample);
   EXPECT_DOUBLE_EQ(sample->actual_Pa, 100000.0);
   EXPECT_DOUBLE_EQ(sample->command_V, 10.0);
   EXPECT_DOUBLE_EQ(sample->volume_m3, 1000 * 1.0e-7);
-  frame.id = 0x681;
+  frame.id = 0x6A1;
   EXPECT_FALSE(stream.decode(frame)) << "a chamber not asked for";
   frame.id = 0x680;
+  EXPECT_FALSE(stream.decode(frame)) << "of another board";
+  frame.id = 0x6A0;
   frame.length = 7;
   EXPECT_FALSE(stream.decode(frame));
   frame.length = 8;

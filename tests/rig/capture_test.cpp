@@ -105,6 +105,36 @@ TEST(Capture, SameSeedGivesTheSameCommandsAndAnotherSeedOthers) {
   EXPECT_NE(commands(1), commands(2));
 }
 
+TEST(Capture, OfTwoBoardsAtOnceHoldsTheChambersOfEach) {
+  constexpr unsigned kEach = 2;
+  WatchedRig watched(mpye_rig({.boards = 2, .chambers = kEach}));
+  Session session(watched, 1);
+  Session other(watched, 2);
+  std::array streams{session.configure_stream({.chambers = 0x03}),
+                     other.configure_stream({.chambers = 0x03})};
+  std::array<std::vector<client::StreamRow>, 2> rows;
+  session.nmt(canopen::NmtCommand::start);
+  other.nmt(canopen::NmtCommand::start);
+  session.subscribe([&](const client::Arrival& arrival) {
+    for (std::size_t b = 0; b < 2; ++b)
+      streams[b].accept(arrival.time_s, arrival.frame,
+                        [&](const client::StreamRow& row) { rows[b].push_back(row); });
+  });
+  session.listen(1.0);
+  for (std::size_t b = 0; b < 2; ++b) {
+    ASSERT_GE(rows[b].size(), 99U);
+    for (std::size_t k = 0; k < rows[b].size(); ++k) {
+      ASSERT_EQ(rows[b][k].chambers, 0x03);
+      const auto tick = static_cast<std::size_t>(rows[b][k].time_s / 0.01);
+      for (std::size_t c = 0; c < kEach; ++c) {
+        ASSERT_EQ(rows[b][k].sample[c].actual_Pa,
+                  static_cast<double>(watched.moments[tick][b][c].image.actual_Pa))
+            << "Pa, board " << b << " row " << k << " chamber " << c;
+      }
+    }
+  }
+}
+
 // ---- follow()
 
 constexpr unsigned kFollowed = 2;
