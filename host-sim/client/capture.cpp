@@ -9,6 +9,7 @@
 
 #include "firmware/canopen/objects.hpp"
 #include "firmware/canopen/process_image.hpp"
+#include "host-sim/client/borrowed_stream.hpp"
 
 namespace plenum::host::client {
 namespace {
@@ -25,17 +26,13 @@ constexpr int kSettleCycles = 100;  ///< time that HOLD gets to reach the first 
 /// whatever either clock says, and a master that was late by some ticks goes on with the row that it has reached.
 class Recorder {
  public:
-  Recorder(Session& session, unsigned chambers, double largest_volume_m3)
+  Recorder(Session& session, std::uint8_t chambers, const Stream& stream)
       : session_(session),
-        mask_(static_cast<std::uint8_t>((1U << chambers) - 1U)),
-        stream_(session.configure_stream({.chambers = mask_, .largest_volume_m3 = largest_volume_m3})) {
-    session_.subscribe([this](const Arrival& arrival) {
-      stream_.accept(arrival.time_s, arrival.frame, [this](const StreamRow& row) { take(row); });
-    });
-  }
-  ~Recorder() { session_.subscribe({}); }
-  Recorder(const Recorder&) = delete;
-  Recorder& operator=(const Recorder&) = delete;
+        mask_(chambers),
+        stream_(stream),
+        subscription_(session, [this](const Arrival& arrival) {
+          stream_.accept(arrival.time_s, arrival.frame, [this](const StreamRow& row) { take(row); });
+        }) {}
 
   /// One cycle: what has been queued goes out with the SYNC, and the next tick's row is awaited.
   void cycle() {
@@ -72,7 +69,47 @@ class Recorder {
   std::uint8_t mask_;
   Stream stream_;
   std::vector<StreamRow> rows_;
+  Subscription subscription_;
 };
+
+/// The valves while they are driven: DISABLED and in the board's own mode afterwards, whatever ends it.
+class Drive {
+ public:
+  Drive(Session& session, ControlMode mode) : session_(session) { set_mode(mode); }
+  ~Drive() {
+    if (ended_) return;
+    try {
+      session_.write(object::kControlWord, 0, canopen::word::kDisabled);
+      session_.listen(2.0 * kCycle_s);  // a mode is not taken from a board that is ACTIVE
+      set_mode(ControlMode::pressure_closed_loop);
+    } catch (const std::exception&) {  // the bus may be what failed: the first reason is the one to tell
+    }
+  }
+  Drive(const Drive&) = delete;
+  Drive& operator=(const Drive&) = delete;
+
+  void end() {
+    session_.disable();
+    set_mode(ControlMode::pressure_closed_loop);
+    ended_ = true;
+  }
+
+ private:
+  void set_mode(ControlMode mode) { session_.write(object::kControlMode, 0, static_cast<std::int8_t>(mode)); }
+
+  Session& session_;
+  bool ended_ = false;
+};
+
+std::uint8_t mask_of(unsigned chambers) {
+  return static_cast<std::uint8_t>((1U << chambers) - 1U);
+}
+
+/// What Session::configure_setpoints() and follow() write.
+bool is_of_setpoints(const SettingId& id) {
+  const auto in = [&id](std::uint32_t first) { return id.index >= first && id.index < first + 4; };
+  return in(object::kRpdoCommunication) || in(object::kRpdoMapping) || id.index == object::kPreviewTicks;
+}
 
 void require_chambers(unsigned chambers) {
   if (chambers < 1 || chambers > kChambers) {
@@ -86,10 +123,6 @@ void require_no_fault(Session& session) {
     throw Refused(
         fmt::format("node {}: fault {:04X}h stands after the run, expected none", session.node_id(), code));
   }
-}
-
-void set_mode(Session& session, ControlMode mode) {
-  session.write(object::kControlMode, 0, static_cast<std::int8_t>(mode));
 }
 
 /// `count` rows, after the first `lead`.
@@ -121,24 +154,29 @@ void record(Recorder& recorder, std::size_t count, const std::function<void(std:
 std::vector<CapturedRow> capture(Session& session, const CaptureOptions& options, const Progress& progress) {
   require_chambers(options.chambers);
   session.nmt(canopen::NmtCommand::enter_pre_operational);
-  Recorder recorder(session, options.chambers, options.largest_volume_m3);
+  const std::uint8_t mask = mask_of(options.chambers);
+  BorrowedStream borrowed(session, {.chambers = mask, .largest_volume_m3 = options.largest_volume_m3});
   session.write(object::kExcitation, 1, options.seed);
   session.write(object::kExcitation, 2, options.command_low_V);
   session.write(object::kExcitation, 3, options.command_high_V);
   session.write(object::kExcitation, 4, static_cast<float>(options.pressure_low_Pa));
   session.write(object::kExcitation, 5, static_cast<float>(options.pressure_high_Pa));
-  set_mode(session, ControlMode::excitation);
-  session.nmt(canopen::NmtCommand::start);
-  session.enable();
-  recorder.restart();
-  const auto count = static_cast<std::size_t>(std::lround(options.seconds / kCycle_s));
-  record(
-      recorder, count, [](std::size_t) {}, progress);
+  Drive drive(session, ControlMode::excitation);
+  std::vector<CapturedRow> rows;
+  {
+    Recorder recorder(session, mask, borrowed.stream());
+    session.nmt(canopen::NmtCommand::start);
+    session.enable();
+    recorder.restart();
+    const auto count = static_cast<std::size_t>(std::lround(options.seconds / kCycle_s));
+    record(
+        recorder, count, [](std::size_t) {}, progress);
+    rows = rows_of(recorder, 0, count);
+  }
   require_no_fault(session);
-  session.disable();
-  session.stop_stream();
-  set_mode(session, ControlMode::pressure_closed_loop);
-  return rows_of(recorder, 0, count);
+  drive.end();
+  borrowed.give_back();
+  return rows;
 }
 
 std::vector<CapturedRow> follow(Session& session, std::span<const std::vector<double>> reference_Pa,
@@ -156,10 +194,13 @@ std::vector<CapturedRow> follow(Session& session, std::span<const std::vector<do
     }
   }
   session.nmt(canopen::NmtCommand::enter_pre_operational);
-  Recorder recorder(session, options.chambers, options.largest_volume_m3);
+  const std::uint8_t mask = mask_of(options.chambers);
+  BorrowedSettings setpoints(session, is_of_setpoints);
+  BorrowedStream borrowed(session, {.chambers = mask, .largest_volume_m3 = options.largest_volume_m3});
   session.configure_setpoints(SetpointFormat::millibar);
   session.write(object::kPreviewTicks, 0, options.preview_ticks);
-  set_mode(session, options.open_loop ? ControlMode::pressure_open_loop : ControlMode::pressure_closed_loop);
+  Drive drive(session,
+              options.open_loop ? ControlMode::pressure_open_loop : ControlMode::pressure_closed_loop);
   std::array<double, kChambers> setpoint_Pa{};  // of chambers not in use: 0, which the board ignores
   const auto send_row = [&](std::size_t row) {
     for (std::size_t c = 0; c < options.chambers; ++c)
@@ -171,27 +212,32 @@ std::vector<CapturedRow> follow(Session& session, std::span<const std::vector<do
     const auto hold = static_cast<std::uint16_t>(object::kHoldSetpoint + object::kChamberStride * c);
     session.write(hold, 1, static_cast<std::int16_t>(std::lround(reference_Pa[c].front() / kPaPerMbar)));
   }
-  session.nmt(canopen::NmtCommand::start);
-  session.request_state(canopen::word::kDisabled);
-  session.request_state(canopen::word::kHold);
-  recorder.restart();
-  for (int k = 0; k < kSettleCycles; ++k) {
-    send_row(0);
-    recorder.cycle();
+  std::vector<CapturedRow> rows;
+  {
+    Recorder recorder(session, mask, borrowed.stream());
+    session.nmt(canopen::NmtCommand::start);
+    session.request_state(canopen::word::kDisabled);
+    session.request_state(canopen::word::kHold);
+    recorder.restart();
+    for (int k = 0; k < kSettleCycles; ++k) {
+      send_row(0);
+      recorder.cycle();
+    }
+    session.request_state(canopen::word::kActive);
+    recorder.restart();
+    // A set point of preview N is the reference N ticks after its own; without preview it is met at its tick's
+    // end.
+    const std::size_t ahead = std::max<std::size_t>(options.preview_ticks, 1);
+    // The set points of rows 1 to `ahead` - 1 have to be on their way before row 0.
+    const std::size_t lead = ahead - 1;
+    record(
+        recorder, lead + count, [&](std::size_t row) { send_row(row + ahead - lead); }, progress);
+    rows = rows_of(recorder, lead, count);
   }
-  session.request_state(canopen::word::kActive);
-  recorder.restart();
-  // A set point of preview N is the reference N ticks after its own; without preview it is met at its tick's
-  // end.
-  const std::size_t ahead = std::max<std::size_t>(options.preview_ticks, 1);
-  // The set points of rows 1 to `ahead` - 1 have to be on their way before row 0.
-  const std::size_t lead = ahead - 1;
-  record(
-      recorder, lead + count, [&](std::size_t row) { send_row(row + ahead - lead); }, progress);
   require_no_fault(session);
-  session.disable();
-  session.stop_stream();
-  std::vector<CapturedRow> rows = rows_of(recorder, lead, count);
+  drive.end();
+  borrowed.give_back();
+  setpoints.give_back();
   for (std::size_t k = 0; k < count; ++k) {
     for (std::size_t c = 0; c < options.chambers; ++c) rows[k].reference_Pa[c] = reference_Pa[c][k];
   }

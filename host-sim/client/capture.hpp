@@ -37,9 +37,9 @@ struct CapturedRow {
   std::array<double, kChambers> reference_Pa{};  ///< follow() only: the reference at this row's time
 };
 
-/// Excites the chambers on the board (control mode -1, no model needed) and records them. Leaves the board
-/// DISABLED. Throws as Session does, Refused when a fault stands at the end, ProtocolError when a row is
-/// incomplete.
+/// Excites the chambers on the board (control mode -1, no model needed) and records them. Leaves the node operational, the
+/// board DISABLED and its settings as they were; also when it throws, as far as the bus allows. Throws as Session does,
+/// Refused when a fault stands at the end, ProtocolError when a row is incomplete.
 std::vector<CapturedRow> capture(Session& session, const CaptureOptions& options,
                                  const Progress& progress = {});
 
@@ -51,8 +51,8 @@ struct FollowOptions {
 };
 
 /// One reference [Pa, absolute] a chamber, sampled at 100 Hz, all of one length. The board regulates to them;
-/// recorded. Leaves the board DISABLED. Throws as capture(), std::invalid_argument for references that differ
-/// in length.
+/// recorded. Leaves all as capture() does, so that a caller who sends set points configures them again. Throws as it,
+/// std::invalid_argument for references that differ in length.
 std::vector<CapturedRow> follow(Session& session, std::span<const std::vector<double>> reference_Pa,
                                 const FollowOptions& options, const Progress& progress = {});
 

@@ -177,4 +177,18 @@ class Session {
   SetpointFormat setpoint_format_ = SetpointFormat::millibar;
 };
 
+/// A subscriber for as long as this lives.
+class Subscription {
+ public:
+  Subscription(Session& session, std::function<void(const Arrival&)> subscriber) : session_(session) {
+    session_.subscribe(std::move(subscriber));
+  }
+  ~Subscription() { session_.subscribe({}); }
+  Subscription(const Subscription&) = delete;
+  Subscription& operator=(const Subscription&) = delete;
+
+ private:
+  Session& session_;
+};
+
 }  // namespace plenum::host::client

@@ -199,9 +199,10 @@ std::vector<Setting> known_settings() {
   return settings;
 }
 
-std::vector<Setting> read_settings(Session& session) {
+std::vector<Setting> read_settings(Session& session, const std::function<bool(const SettingId&)>& wanted) {
   std::vector<Setting> settings;
   for (Setting& setting : known_settings()) {
+    if (!wanted(setting.id)) continue;
     try {
       setting.bits = read_value(session, setting);
     } catch (const SdoAbort& abort) {

@@ -3,6 +3,7 @@
 
 #include <compare>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
 #include <variant>
@@ -38,8 +39,10 @@ canopen::DataType type_of(const std::string& name);
 
 /// All settings that this program knows, without values, in the order of the dictionary.
 std::vector<Setting> known_settings();
-/// Their values on the board. Those that the board does not have are left out.
-std::vector<Setting> read_settings(Session& session);
+/// The values on the board of all of them, or of those that are `wanted`. Those that the board does not have are left out.
+std::vector<Setting> read_settings(
+    Session& session,
+    const std::function<bool(const SettingId&)>& wanted = [](const SettingId&) { return true; });
 
 struct SettingTrouble {
   Setting setting;

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "host-sim/tools/borrowed_stream.hpp"
+#include "host-sim/client/borrowed_stream.hpp"
 
 namespace plenum::host::tools {
 namespace {
@@ -49,7 +49,7 @@ void listen_at_rest(MeteredLink& link, client::Session& session, const client::S
   const auto whole = static_cast<std::uint8_t>((1U << plan.chambers) - 1U);
   run.rest_Pa.resize(plan.chambers);
   std::size_t seen = 0;
-  session.subscribe([&](const client::Arrival& arrival) {
+  const client::Subscription subscription(session, [&](const client::Arrival& arrival) {
     stream.accept(arrival.time_s, arrival.frame, [&](const client::StreamRow& row) {
       ++seen;
       if (row.chambers != whole) {
@@ -73,7 +73,6 @@ void listen_at_rest(MeteredLink& link, client::Session& session, const client::S
     told_s = link.now_s() + 1.0;
     progress((link.now_s() - begin_s) / plan.seconds);
   }
-  session.subscribe({});
   run.can_load =
       static_cast<double>(link.busy_bits() - busy_before) / (plan.bit_rate * (link.now_s() - begin_s));
   for (const std::vector<double>& pressure_Pa : run.rest_Pa)
@@ -144,8 +143,10 @@ AcceptanceRun run_acceptance(MeteredLink& link, client::Session& session, const 
   require_at_rest(session);
   AcceptanceRun run;
   session.nmt(canopen::NmtCommand::enter_pre_operational);
-  BorrowedStream borrowed(session, plan.chambers, kLargestVolume_m3);
-  try {
+  {
+    client::BorrowedStream borrowed(session,
+                                    {.chambers = static_cast<std::uint8_t>((1U << plan.chambers) - 1U),
+                                     .largest_volume_m3 = kLargestVolume_m3});
     session.nmt(canopen::NmtCommand::start);
     const Counted before = count(session);
     listen_at_rest(link, session, borrowed.stream(), plan, run, progress);
@@ -155,17 +156,9 @@ AcceptanceRun run_acceptance(MeteredLink& link, client::Session& session, const 
                                        session.read<std::uint32_t>(object::kHealth, 9));
     run.overruns = after.overruns - before.overruns;
     run.tick_rate_Hz = (after.ticks - before.ticks) / (after.time_s - before.time_s);
-    if (plan.motion) move(session, plan, run, progress);
-  } catch (...) {
-    session.subscribe({});
-    try {
-      if (plan.motion) session.write(object::kControlWord, 0, canopen::word::kDisabled);
-      borrowed.give_back();
-    } catch (const std::exception&) {  // the bus may be what failed: the first reason is the one to tell
-    }
-    throw;
+    borrowed.give_back();
   }
-  borrowed.give_back();
+  if (plan.motion) move(session, plan, run, progress);
   return run;
 }
 

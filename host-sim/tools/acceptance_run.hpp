@@ -33,8 +33,8 @@ struct AcceptanceRun {
   std::vector<client::Answer> answer;        ///< per chamber; empty without motion
 };
 
-/// Listens to a board at rest, then moves its valves if the plan says so. Borrows the board's TPDOs 5 to 12 and gives them back,
-/// also when it fails; leaves the node operational and the board as it was, or DISABLED after motion. Throws as Session and
+/// Listens to a board at rest, then moves its valves if the plan says so. Gives back the settings that it borrows, also when it
+/// fails; leaves the node operational and the board as it was, or DISABLED after motion. Throws as Session and
 /// client::capture() do; Refused for a board that regulates.
 AcceptanceRun run_acceptance(MeteredLink& link, client::Session& session, const AcceptancePlan& plan,
                              const client::Progress& progress);

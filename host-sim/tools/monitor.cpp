@@ -4,9 +4,9 @@
 #include <optional>
 #include <thread>
 
+#include "host-sim/client/borrowed_stream.hpp"
 #include "host-sim/client/watch.hpp"
 #include "host-sim/tools/board_access.hpp"
-#include "host-sim/tools/borrowed_stream.hpp"
 #include "host-sim/tools/command.hpp"
 #include "host-sim/tools/monitor_views.hpp"
 #include "host-sim/tools/output.hpp"
@@ -77,10 +77,11 @@ int run(const Options& options) {
 
   client::Watch watch(node);
   session.subscribe([&](const client::Arrival& arrival) { watch.take(arrival.time_s, arrival.frame); });
-  std::optional<BorrowedStream> stream;
+  std::optional<client::BorrowedStream> stream;
   if (options.stream) {
     client::require_compatible(session);
-    stream.emplace(session, chambers, 1e-6 * options.largest_volume_mL);
+    stream.emplace(session, client::StreamConfig{.chambers = static_cast<std::uint8_t>((1U << chambers) - 1U),
+                                                 .largest_volume_m3 = 1e-6 * options.largest_volume_mL});
     watch.follow(stream->stream());
   }
   std::optional<OwnMaster> master;

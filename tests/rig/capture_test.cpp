@@ -8,6 +8,7 @@
 
 #include "host-sim/client/capture.hpp"
 #include "host-sim/client/session.hpp"
+#include "host-sim/client/settings.hpp"
 #include "host-sim/identify/fit.hpp"
 #include "tests/rig/watched_rig.hpp"
 
@@ -281,6 +282,57 @@ TEST(Reset, CountsWhenItsBitFallsAndRisesWithinATick) {
   ASSERT_LE(watched.rig.board(0).controller().image().tick_count, tick + 1) << "the test is of one tick";
   watched.wait(0.05);
   EXPECT_EQ(watched.rig.board(0).controller().state(), safety::State::disabled);
+}
+
+// ---- what a recording borrows
+
+/// A board whose owner has set all of it otherwise than it is delivered.
+void set_otherwise(Session& session) {
+  session.configure_stream({.chambers = 0x01, .every_ticks = 7, .largest_volume_m3 = 2e-3});
+  session.configure_setpoints(client::SetpointFormat::pascal);
+  session.write<std::uint8_t>(canopen::object::kPreviewTicks, 0, 5);
+}
+
+void expect_same(const std::vector<client::Setting>& before, const std::vector<client::Setting>& after) {
+  ASSERT_EQ(before.size(), after.size());
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    EXPECT_EQ(before[i].bits, after[i].bits)
+        << std::hex << before[i].id.index << "h:" << int{before[i].id.sub} << ' ' << before[i].name;
+  }
+}
+
+TEST(Capture, LeavesTheSettingsAsTheyWere) {
+  WatchedRig watched(mpye_rig({.chambers = 2}));
+  Session session(watched, 1);
+  set_otherwise(session);
+  const auto before = client::read_settings(session);
+  client::capture(session, {.seconds = 0.1, .chambers = 2});
+  expect_same(before, client::read_settings(session));
+}
+
+TEST(Follow, LeavesTheSettingsAsTheyWere) {
+  WatchedRig watched(mpye_rig(followed_rig(0.2)));
+  Session session(watched, 1);
+  session.upload_models(fitted_models(0.2));
+  set_otherwise(session);
+  const auto before = client::read_settings(session);
+  client::follow(session, same_for_both(std::vector<double>(10, 300e3)), {.chambers = kFollowed});
+  expect_same(before, client::read_settings(session));
+}
+
+TEST(Capture, ThatFailsLeavesTheBoardAtRestAndTheSettingsAsTheyWere) {
+  WatchedRig watched(mpye_rig({.chambers = 2}));
+  Session session(watched, 1);
+  set_otherwise(session);
+  const auto before = client::read_settings(session);
+  watched.rig.bus().drop_when([count = 0](const client::CanFrame& frame, std::size_t) mutable {
+    return frame.id == client::kStreamIds + 1 && ++count == 5;
+  });
+  EXPECT_THROW(client::capture(session, {.seconds = 1.0, .chambers = 2}), client::ProtocolError);
+  EXPECT_EQ(watched.rig.board(0).controller().state(), safety::State::disabled);
+  EXPECT_EQ(session.read<std::int8_t>(canopen::object::kControlMode, 0),
+            static_cast<std::int8_t>(canopen::ControlMode::pressure_closed_loop));
+  expect_same(before, client::read_settings(session));
 }
 
 // ---- the board's own comparison of models, by what it captured

@@ -1,0 +1,42 @@
+#include "host-sim/client/borrowed_stream.hpp"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+namespace plenum::host::client {
+namespace {
+
+namespace object = canopen::object;
+
+bool is_of_stream(const SettingId& id) {
+  const auto in = [&id](std::uint32_t first) {
+    return id.index >= first + 4 && id.index < first + 4 + kChambers;
+  };
+  return in(object::kTpdoCommunication) || in(object::kTpdoMapping) || id.index == object::kCodeScale;
+}
+
+}  // namespace
+
+BorrowedSettings::BorrowedSettings(Session& session, const std::function<bool(const SettingId&)>& wanted)
+    : session_(session), before_(read_settings(session, wanted)) {}
+
+BorrowedSettings::~BorrowedSettings() {
+  try {
+    give_back();
+  } catch (const std::exception&) {  // an exception ends the loan, and is the one to tell
+  }
+}
+
+void BorrowedSettings::give_back() {
+  const std::vector<Setting> before = std::exchange(before_, {});
+  const std::vector<SettingTrouble> troubles = write_settings(session_, before);
+  if (troubles.empty()) return;
+  throw Refused(fmt::format("node {}: {} of the settings that were borrowed are not as they were before: {}",
+                            session_.node_id(), troubles.size(), troubles.front().reason));
+}
+
+BorrowedStream::BorrowedStream(Session& session, const StreamConfig& config)
+    : settings_(session, is_of_stream), stream_(session.configure_stream(config)) {}
+
+}  // namespace plenum::host::client
