@@ -125,10 +125,11 @@ void require_no_fault(Session& session) {
   }
 }
 
-/// `count` rows, after the first `lead`.
+/// `count` rows, or as many as there are, after the first `lead`.
 std::vector<CapturedRow> rows_of(const Recorder& recorder, std::size_t lead, std::size_t count) {
-  std::vector<CapturedRow> rows(count);
-  for (std::size_t k = 0; k < count; ++k) {
+  const std::size_t recorded = recorder.rows().size();
+  std::vector<CapturedRow> rows(recorded < lead ? 0 : std::min(count, recorded - lead));
+  for (std::size_t k = 0; k < rows.size(); ++k) {
     rows[k].time_s = static_cast<double>(k) / kRate_Hz;
     rows[k].bus_time_s = recorder.rows()[lead + k].time_s;
     rows[k].sample = recorder.rows()[lead + k].sample;
@@ -136,11 +137,15 @@ std::vector<CapturedRow> rows_of(const Recorder& recorder, std::size_t lead, std
   return rows;
 }
 
-/// Runs cycles until `count` rows are there; `before(row)` queues what goes out with the SYNC before that row.
+bool asked(const Stopped& stopped) {
+  return stopped && stopped();
+}
+
+/// Runs cycles until `count` rows are there, or it is stopped; `before(row)` queues what goes out with the SYNC before that row.
 void record(Recorder& recorder, std::size_t count, const std::function<void(std::size_t)>& before,
-            const Progress& progress) {
+            const Progress& progress, const Stopped& stopped) {
   constexpr std::size_t kTell = 100;  // rows
-  for (std::size_t told = 0; recorder.rows().size() < count;) {
+  for (std::size_t told = 0; recorder.rows().size() < count && !asked(stopped);) {
     before(recorder.rows().size());
     recorder.cycle();
     if (!progress || recorder.rows().size() < told) continue;
@@ -170,7 +175,7 @@ std::vector<CapturedRow> capture(Session& session, const CaptureOptions& options
     recorder.restart();
     const auto count = static_cast<std::size_t>(std::lround(options.seconds / kCycle_s));
     record(
-        recorder, count, [](std::size_t) {}, progress);
+        recorder, count, [](std::size_t) {}, progress, options.stopped);
     rows = rows_of(recorder, 0, count);
   }
   require_no_fault(session);
@@ -219,26 +224,29 @@ std::vector<CapturedRow> follow(Session& session, std::span<const std::vector<do
     session.request_state(canopen::word::kDisabled);
     session.request_state(canopen::word::kHold);
     recorder.restart();
-    for (int k = 0; k < kSettleCycles; ++k) {
+    for (int k = 0; k < kSettleCycles && !asked(options.stopped); ++k) {
       send_row(0);
       recorder.cycle();
     }
-    session.request_state(canopen::word::kActive);
-    recorder.restart();
-    // A set point of preview N is the reference N ticks after its own; without preview it is met at its tick's
-    // end.
-    const std::size_t ahead = std::max<std::size_t>(options.preview_ticks, 1);
-    // The set points of rows 1 to `ahead` - 1 have to be on their way before row 0.
-    const std::size_t lead = ahead - 1;
-    record(
-        recorder, lead + count, [&](std::size_t row) { send_row(row + ahead - lead); }, progress);
-    rows = rows_of(recorder, lead, count);
+    if (!asked(options.stopped)) {
+      session.request_state(canopen::word::kActive);
+      recorder.restart();
+      // A set point of preview N is the reference N ticks after its own; without preview it is met at its tick's
+      // end.
+      const std::size_t ahead = std::max<std::size_t>(options.preview_ticks, 1);
+      // The set points of rows 1 to `ahead` - 1 have to be on their way before row 0.
+      const std::size_t lead = ahead - 1;
+      record(
+          recorder, lead + count, [&](std::size_t row) { send_row(row + ahead - lead); }, progress,
+          options.stopped);
+      rows = rows_of(recorder, lead, count);
+    }
   }
   require_no_fault(session);
   drive.end();
   borrowed.give_back();
   setpoints.give_back();
-  for (std::size_t k = 0; k < count; ++k) {
+  for (std::size_t k = 0; k < rows.size(); ++k) {
     for (std::size_t c = 0; c < options.chambers; ++c) rows[k].reference_Pa[c] = reference_Pa[c][k];
   }
   return rows;

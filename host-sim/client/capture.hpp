@@ -19,6 +19,9 @@ namespace plenum::host::client {
 /// What is done and how far it is, for a progress line; `done` from 0 to 1.
 using Progress = std::function<void(double done)>;
 
+/// Asked each row; once it says true the recording ends there, as at its end. Empty: it goes on to its end.
+using Stopped = std::function<bool()>;
+
 struct CaptureOptions {
   double seconds = 60.0;
   std::uint32_t seed = 1;
@@ -28,6 +31,7 @@ struct CaptureOptions {
   double pressure_high_Pa = 600'000.0;
   double largest_volume_m3 = 3e-3;  ///< what the volume column can show
   unsigned chambers = 8;
+  Stopped stopped = {};
 };
 
 struct CapturedRow {
@@ -39,7 +43,8 @@ struct CapturedRow {
 
 /// Excites the chambers on the board (control mode -1, no model needed) and records them. Leaves the node operational, the
 /// board DISABLED and its settings as they were; also when it throws, as far as the bus allows. Throws as Session does,
-/// Refused when a fault stands at the end, ProtocolError when a row is incomplete.
+/// Refused when a fault stands at the end, ProtocolError when a row is incomplete. Returns fewer rows than asked for, or
+/// none, when stopped.
 std::vector<CapturedRow> capture(Session& session, const CaptureOptions& options,
                                  const Progress& progress = {});
 
@@ -48,6 +53,7 @@ struct FollowOptions {
   bool open_loop = false;          ///< pure feedforward (control mode 3)
   double largest_volume_m3 = 3e-3;
   unsigned chambers = 8;
+  Stopped stopped = {};
 };
 
 /// One reference [Pa, absolute] a chamber, sampled at 100 Hz, all of one length. The board regulates to them;

@@ -6,6 +6,7 @@
 #include "host-sim/tools/board_json.hpp"
 #include "host-sim/tools/command.hpp"
 #include "host-sim/tools/output.hpp"
+#include "host-sim/tools/stop_signal.hpp"
 
 namespace plenum::host::tools {
 namespace {
@@ -43,7 +44,8 @@ AcceptancePlan plan_of(const Options& options) {
   AcceptancePlan plan{.seconds = options.seconds,
                       .chambers = options.board.rig.chambers,
                       .bit_rate = options.bit_rate,
-                      .motion = {}};
+                      .motion = {},
+                      .stopped = {}};
   if (!options.move) return plan;
   plan.motion = {.seconds = options.move_seconds,
                  .seed = static_cast<std::uint32_t>(options.board.rig.seed),
@@ -132,8 +134,11 @@ int run(const Options& options) {
   const client::Versions versions = client::read_versions(session);
   AcceptanceRun measured;
   {
+    const StopSignal stop;  // the valves have to come to rest, and what is borrowed be given back
+    AcceptancePlan plan = plan_of(options);
+    plan.stopped = [&stop] { return stop.asked(); };
     Progress progress("measuring");
-    measured = run_acceptance(link, session, plan_of(options), std::ref(progress));
+    measured = run_acceptance(link, session, plan, std::ref(progress));
   }
   const std::vector<client::Judged> judged = client::judge(measured_by(measured), options.limits);
   const bool accepted = client::accepted(judged);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 #include <utility>
 
 #include "host-sim/client/borrowed_stream.hpp"
@@ -42,6 +43,12 @@ Counted count(client::Session& session) {
   return {ticks, time_s, overruns, client::read_latency(session)};
 }
 
+void require_not_stopped(const AcceptancePlan& plan) {
+  if (plan.stopped && plan.stopped())
+    throw std::runtime_error(
+        "stopped by hand before all was measured: nothing is judged, expected a run to its end");
+}
+
 /// Takes the stream's rows for a while.
 void listen_at_rest(MeteredLink& link, client::Session& session, const client::Stream& streamed,
                     const AcceptancePlan& plan, AcceptanceRun& run, const client::Progress& progress) {
@@ -64,6 +71,7 @@ void listen_at_rest(MeteredLink& link, client::Session& session, const client::S
   const std::uint64_t busy_before = link.busy_bits();
   double told_s = begin_s;
   while (link.now_s() < begin_s + plan.seconds) {
+    require_not_stopped(plan);
     const std::size_t before = seen;
     if (!session.listen_until([&] { return seen != before; }, kSilence_s)) {
       throw client::Timeout(fmt::format("node {}: no row of the stream came for {} s, expected one each {} s",
@@ -94,7 +102,10 @@ void time_round_trips(client::Session& session, AcceptanceRun& run) {
 
 void move(client::Session& session, const AcceptancePlan& plan, AcceptanceRun& run,
           const client::Progress& progress) {
-  run.moved = client::capture(session, *plan.motion, progress);
+  client::CaptureOptions motion = *plan.motion;
+  motion.stopped = plan.stopped;
+  run.moved = client::capture(session, motion, progress);
+  require_not_stopped(plan);
   std::vector<std::vector<double>> pressure_Pa(plan.chambers);
   std::vector<std::vector<double>> command_V(plan.chambers);
   for (const client::CapturedRow& row : run.moved) {

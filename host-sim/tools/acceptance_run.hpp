@@ -16,6 +16,7 @@ struct AcceptancePlan {
   unsigned chambers = 8;
   std::uint32_t bit_rate = 1'000'000;            ///< [bit/s] of the bus
   std::optional<client::CaptureOptions> motion;  ///< how the valves are excited; empty: they are not
+  client::Stopped stopped = {};
 };
 
 struct AcceptanceRun {
@@ -35,7 +36,7 @@ struct AcceptanceRun {
 
 /// Listens to a board at rest, then moves its valves if the plan says so. Gives back the settings that it borrows, also when it
 /// fails; leaves the node operational and the board as it was, or DISABLED after motion. Throws as Session and
-/// client::capture() do; Refused for a board that regulates.
+/// client::capture() do; Refused for a board that regulates, std::runtime_error when stopped before its end.
 AcceptanceRun run_acceptance(MeteredLink& link, client::Session& session, const AcceptancePlan& plan,
                              const client::Progress& progress);
 

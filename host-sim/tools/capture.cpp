@@ -1,6 +1,8 @@
 #include "host-sim/client/capture.hpp"
 
 #include <memory>
+#include <optional>
+#include <stdexcept>
 #include <utility>
 
 #include "host-sim/client/board_facts.hpp"
@@ -8,6 +10,7 @@
 #include "host-sim/tools/board_access.hpp"
 #include "host-sim/tools/command.hpp"
 #include "host-sim/tools/output.hpp"
+#include "host-sim/tools/stop_signal.hpp"
 
 namespace plenum::host::tools {
 namespace {
@@ -21,6 +24,8 @@ struct Options {
   Output output;
 };
 
+constexpr std::size_t kLeastRows = 2;  ///< of a log: fewer tell no rate
+
 int run(const Options& options) {
   const trace::RigDescription description = options.board.rig.description();
   if (!options.board.store.empty()) options.board.require_stored();
@@ -28,7 +33,11 @@ int run(const Options& options) {
   client::require_compatible(board.session());
   const unsigned chambers = options.board.rig.chambers;
   if (options.closed_loop) require_models(board.session(), options.board);
-  require_folder(options.out);
+  std::optional<StopSignal> stop;
+  if (!options.last)
+    stop.emplace();  // what is driven has to come to rest, and what is borrowed be given back
+  const auto stopped = [&stop] { return stop && stop->asked(); };
+  const OutputFolder folder(options.out);
   const auto seed = static_cast<std::uint32_t>(options.board.rig.seed);
   std::vector<client::CapturedRow> rows;
   std::string how = options.closed_loop ? "following random references" : "excited";
@@ -45,11 +54,19 @@ int run(const Options& options) {
     rows = client::follow(
         board.session(),
         client::random_references(chambers, options.seconds, range.low_Pa, range.high_Pa, seed),
-        {.chambers = chambers}, std::ref(progress));
+        {.chambers = chambers, .stopped = stopped}, std::ref(progress));
   } else {
     Progress progress("recording");
-    rows = client::capture(board.session(), {.seconds = options.seconds, .seed = seed, .chambers = chambers},
-                           std::ref(progress));
+    rows = client::capture(
+        board.session(), {.seconds = options.seconds, .seed = seed, .chambers = chambers, .stopped = stopped},
+        std::ref(progress));
+  }
+  if (stopped()) {
+    if (rows.size() < kLeastRows) {
+      throw std::runtime_error(fmt::format("stopped by hand after {} rows, expected at least {} for a log",
+                                           rows.size(), kLeastRows));
+    }
+    how += ", stopped by hand";
   }
   write_recording(options.out, rows, chambers, options.closed_loop, description);
   options.output.print("{} chambers, {} rows each, {}: {}\n", chambers, rows.size(), how, options.out);
@@ -59,6 +76,7 @@ int run(const Options& options) {
   options.output.finish({{"rows", rows.size()},
                          {"closed_loop", options.closed_loop},
                          {"last", options.last},
+                         {"stopped", stopped()},
                          {"seed", options.board.rig.seed},
                          {"bus_load", number(board.bus_load())},
                          {"files", files}});
@@ -69,7 +87,9 @@ int run(const Options& options) {
 
 Command add_capture(CLI::App& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = subcommand(program, "capture", "Record a board's chambers over CAN, for identification");
+  CLI::App* app = subcommand(
+      program, "capture",
+      "Record a board's chambers over CAN, for identification; Ctrl-C ends it early, with the rows so far");
   options->board.add_to(*app);
   app->add_option("--seconds", options->seconds, "Length of the recording [s]")
       ->check(CLI::Range(1.0, 36000.0))

@@ -60,6 +60,16 @@ void require_folder(const std::filesystem::path& folder) {
   require_writable(folder / "plenum");
 }
 
+OutputFolder::OutputFolder(std::filesystem::path folder)
+    : folder_(std::move(folder)), is_new_(!std::filesystem::exists(folder_)) {
+  require_folder(folder_);
+}
+
+OutputFolder::~OutputFolder() {
+  std::error_code not_empty;
+  if (is_new_) std::filesystem::remove(folder_, not_empty);
+}
+
 void require_writable(const std::filesystem::path& file) {
   std::error_code error;
   const std::filesystem::path folder = file.parent_path().empty() ? "." : file.parent_path();

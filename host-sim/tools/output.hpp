@@ -55,6 +55,20 @@ class Progress {
 
 /// Makes the folder, and sees that files can be written there before any long work. Throws InputError.
 void require_folder(const std::filesystem::path& folder);
+/// The same folder; taken away again when it is new and nothing was written to it.
+class OutputFolder {
+ public:
+  /// Throws InputError.
+  explicit OutputFolder(std::filesystem::path folder);
+  ~OutputFolder();
+  OutputFolder(const OutputFolder&) = delete;
+  OutputFolder& operator=(const OutputFolder&) = delete;
+
+ private:
+  std::filesystem::path folder_;
+  bool is_new_;
+};
+
 /// Sees that `file` can be written. Throws InputError.
 void require_writable(const std::filesystem::path& file);
 

@@ -1,6 +1,7 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <stdexcept>
 #include <string>
 
 #include "host-sim/client/board_facts.hpp"
@@ -8,6 +9,7 @@
 #include "host-sim/tools/board_access.hpp"
 #include "host-sim/tools/command.hpp"
 #include "host-sim/tools/output.hpp"
+#include "host-sim/tools/stop_signal.hpp"
 
 namespace plenum::host::tools {
 namespace {
@@ -47,14 +49,21 @@ int run(const Options& options) {
   BoardAccess board(options.board);
   client::require_compatible(board.session());
   require_models(board.session(), options.board);
-  require_folder(options.out);
+  const StopSignal stop;  // the valves have to come to rest, and what is borrowed be given back
+  const OutputFolder folder(options.out);
   std::vector<client::CapturedRow> rows;
   {
     Progress progress("regulating");
-    rows = client::follow(
-        board.session(), references,
-        {.preview_ticks = static_cast<std::uint8_t>(options.preview_ticks), .chambers = chambers},
-        std::ref(progress));
+    rows = client::follow(board.session(), references,
+                          {.preview_ticks = static_cast<std::uint8_t>(options.preview_ticks),
+                           .chambers = chambers,
+                           .stopped = [&stop] { return stop.asked(); }},
+                          std::ref(progress));
+  }
+  constexpr std::size_t kLeastRows = client::kOnsetRows + 2;
+  if (rows.size() < kLeastRows) {
+    throw std::runtime_error(fmt::format(
+        "stopped by hand after {} rows, expected at least {} to tell errors from", rows.size(), kLeastRows));
   }
   write_recording(options.out, rows, chambers, true, description);
 
@@ -72,8 +81,13 @@ int run(const Options& options) {
                     {"overshoot_percent_of_span", number(100.0 * tracking.overshoot_Pa / span_Pa)},
                     {"settling_s", number(tracking.settling_s)}});
   }
-  options.output.print("the first half second is left out; recorded in {}\n", options.out);
-  options.output.finish({{"rows", rows.size()}, {"bus_load", number(board.bus_load())}, {"chambers", list}});
+  options.output.print("the first half second is left out; {}recorded in {}\n",
+                       stop.asked() ? fmt::format("stopped by hand after {} rows, ", rows.size()) : "",
+                       options.out);
+  options.output.finish({{"rows", rows.size()},
+                         {"stopped", stop.asked()},
+                         {"bus_load", number(board.bus_load())},
+                         {"chambers", list}});
   return kDone;
 }
 
@@ -81,9 +95,9 @@ int run(const Options& options) {
 
 Command add_regulate(CLI::App& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app =
-      subcommand(program, "regulate",
-                 "Let a board regulate its chambers to a reference at 100 Hz, and record how well it does");
+  CLI::App* app = subcommand(program, "regulate",
+                             "Let a board regulate its chambers to a reference at 100 Hz, and record how "
+                             "well it does; Ctrl-C ends it early, with the rows so far");
   options->board.add_to(*app);
   app->add_option("--reference", options->kind, "What to follow")
       ->check(CLI::IsMember({"sine", "steps", "trapezoid", "random"}))

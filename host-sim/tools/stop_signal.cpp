@@ -7,6 +7,10 @@ volatile std::sig_atomic_t stop_asked = 0;
 
 void ask_to_stop(int) {
   stop_asked = 1;
+  struct sigaction at_once {};
+  at_once.sa_handler = SIG_DFL;
+  ::sigaction(SIGINT, &at_once, nullptr);
+  ::sigaction(SIGTERM, &at_once, nullptr);
 }
 
 }  // namespace

@@ -5,7 +5,8 @@
 
 namespace plenum::host::tools {
 
-/// While one lives, SIGINT and SIGTERM do not end the program; waiting system calls end early. One at a time.
+/// While one lives, the first SIGINT or SIGTERM does not end the program, the second does at once; waiting system calls end
+/// early. One at a time.
 class StopSignal {
  public:
   StopSignal();

@@ -284,6 +284,40 @@ TEST(Reset, CountsWhenItsBitFallsAndRisesWithinATick) {
   EXPECT_EQ(watched.rig.board(0).controller().state(), safety::State::disabled);
 }
 
+TEST(Capture, ThatIsStoppedGivesTheRowsSoFarAndEndsAsItsEndDoes) {
+  WatchedRig watched(mpye_rig({.chambers = 2}));
+  Session session(watched, 1);
+  std::size_t asked = 0;
+  const auto rows =
+      client::capture(session, {.seconds = 10.0, .chambers = 2, .stopped = [&] { return ++asked > 30; }});
+  EXPECT_EQ(rows.size(), 30U);
+  EXPECT_EQ(watched.rig.board(0).controller().state(), safety::State::disabled);
+}
+
+TEST(Follow, ThatIsStoppedWhileItSettlesDrivesNothingAndHasNoRows) {
+  WatchedRig watched(mpye_rig(followed_rig(0.2)));
+  Session session(watched, 1);
+  session.upload_models(fitted_models(0.2));
+  std::size_t asked = 0;
+  bool active = false;
+  const auto stopped = [&] {
+    active = active || watched.rig.board(0).controller().state() == safety::State::active;
+    return ++asked > 10;
+  };
+  const auto rows = client::follow(session, same_for_both(std::vector<double>(1000, 300e3)),
+                                   {.chambers = kFollowed, .stopped = stopped});
+  EXPECT_TRUE(rows.empty());
+  EXPECT_FALSE(active);
+  EXPECT_EQ(watched.rig.board(0).controller().state(), safety::State::disabled);
+  asked = 0;
+  EXPECT_EQ(client::follow(session, same_for_both(std::vector<double>(1000, 300e3)),
+                           {.chambers = kFollowed, .stopped = [&] { return ++asked > 150; }})
+                .size(),
+            48U)
+      << "rows: 150 questions, of which 100 while it settles, one before it drives, and one for the row of "
+         "lead";
+}
+
 // ---- what a recording borrows
 
 /// A board whose owner has set all of it otherwise than it is delivered.
