@@ -102,7 +102,7 @@ std::optional<double> BoardAccess::bus_load() {
 void require_models(client::Session& session, const BoardChoice& choice) {
   for (unsigned c = 0; c < choice.rig.chambers; ++c) {
     if (!session.download_model(static_cast<std::uint8_t>(c)).empty()) continue;
-    throw trace::InputError(fmt::format(
+    throw std::runtime_error(fmt::format(
         "{}: the board has no model for chamber {}, expected one for each of its {} chambers: plenum upload",
         choice.name(), c + 1, choice.rig.chambers));
   }

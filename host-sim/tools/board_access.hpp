@@ -68,7 +68,7 @@ class BoardAccess {
   std::optional<client::Session> session_;
 };
 
-/// Throws InputError naming the first chamber of the board that has no model.
+/// Throws std::runtime_error naming the first chamber of the board that has no model.
 void require_models(client::Session& session, const BoardChoice& choice);
 
 }  // namespace plenum::host::tools

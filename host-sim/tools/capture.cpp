@@ -28,7 +28,7 @@ constexpr std::size_t kLeastRows = 2;  ///< of a log: fewer tell no rate
 
 int run(const Options& options) {
   const trace::RigDescription description = options.board.rig.description();
-  if (!options.board.store.empty()) options.board.require_stored();
+  if (options.closed_loop || !options.board.store.empty()) options.board.require_stored();
   BoardAccess board(options.board);
   client::require_compatible(board.session());
   const unsigned chambers = options.board.rig.chambers;

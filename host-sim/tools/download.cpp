@@ -1,10 +1,10 @@
 #include <memory>
+#include <stdexcept>
 
 #include "host-sim/tools/board_access.hpp"
 #include "host-sim/tools/command.hpp"
 #include "host-sim/tools/fleet.hpp"
 #include "host-sim/tools/output.hpp"
-#include "host-sim/trace/input_error.hpp"
 #include "host-sim/trace/model_json.hpp"
 
 namespace plenum::host::tools {
@@ -25,7 +25,7 @@ int run(const Options& options) {
     if (!image.empty()) models.push_back(file_of(image, c + 1));
   }
   if (models.empty()) {
-    throw trace::InputError(
+    throw std::runtime_error(
         fmt::format("{}: the board has no model, expected at least one", options.board.name()));
   }
   require_folder(options.out);

@@ -167,12 +167,13 @@ class BadInput(Plenum):
         self.refused(2, "upload", "--store", "file/store", *SMALL, "model.json", says=["file/store", "expected a folder"])
         self.refused(2, "regulate", "--store", "file/store", *SMALL, says=["file/store", "no such folder"])
 
-    def test_a_board_without_models_does_not_regulate(self):
+    def test_a_board_without_models_does_not_regulate_and_has_none_to_read(self):
         self.refused(2, "regulate", "--store", "nowhere", says=["nowhere", "no such folder"])
         (self.folder / "empty").mkdir()
-        self.refused(2, "regulate", "--store", "empty", says=["empty", "chamber 1", "plenum upload"])
-        self.refused(2, "capture", "--closed-loop", says=["--store", "chamber 1"])
-        self.refused(2, "download", "--store", "empty", says=["empty", "no model"])
+        self.refused(2, "capture", "--closed-loop", says=["--store is missing"])
+        self.refused(3, "capture", "--closed-loop", "--store", "empty", says=["empty", "chamber 1", "plenum upload"])
+        self.refused(3, "regulate", "--store", "empty", says=["empty", "chamber 1", "plenum upload"])
+        self.refused(3, "download", "--store", "empty", says=["empty", "no model"])
 
 
 def model(chamber=1, **changed):
