@@ -13,7 +13,7 @@
 namespace plenum::host::tools {
 
 /// What the page and the datagrams carry: names nested, units in them, null where nothing was heard, or not lately
-/// (client::kStale_s). "fault": null where there is none; "silent_s": null while the board is heard.
+/// (client::kStale_s). "fault": null where there is none, else a sentence, also where it is not known; "silent_s": null while the board is heard.
 ///
 ///   {"timestamp": 12.34, "node5": {"nmt": "operational", "state": "ACTIVE", "fault": null, "silent_s": null, "frames": 4711,
 ///    "chamber1": {"setpoint_kPa": 350.0, "actual_kPa": 349.8, "command_V": 5.1, "volume_mL": 210.0}, ...}}
