@@ -51,6 +51,9 @@ constexpr double kLook_s = 40.0;
 constexpr int kLookSteps = 2;
 /// Of the squares: an effect that changes them by less shows nothing at that size.
 constexpr double kShown = 1e-4;
+/// Of the squares of the best look: an effect that looks worse by this is fitted briefly, and not refined. If its end were no
+/// better its odds would be 20^-10 at most.
+constexpr double kBehind = 20.0;
 
 EffectSet bit(std::size_t effect) {
   return EffectSet{1} << effect;
@@ -200,7 +203,8 @@ class Searcher {
       Figures fresh = seen.best.figures;
       std::copy_n(scene_.nominal.begin(), effects::kValveFigures, fresh.begin());
       seen.take(fit(coarse_, on, fresh, base.start, finish(options.refined)));
-    } else if (refinable(effect)) {
+    }
+    if (refinable(effect)) {
       options.refined |= bit(effect);
       const Fit finer = fit(coarse_, on, seen.best.figures, seen.best.start, options);
       const auto more = static_cast<double>(finer.variables.size() - seen.best.variables.size());
@@ -222,9 +226,13 @@ class Searcher {
     return finished_best(rest, which, kFinishedInPlace);
   }
 
-  /// A look at `effect` fitted to its end, refined where that pays.
-  Trial finished(const Look& looked, std::size_t effect) const {
+  /// A look at `effect` fitted to its end, refined where that pays; briefly where it is behind the best look.
+  Trial finished(const Look& looked, std::size_t effect, double best_squares) const {
     if (!std::isfinite(looked.squares)) return Trial{};
+    if (looked.squares > kBehind * best_squares) {
+      const Fit& found = looked.best;
+      return tried(fit(scene_, found.on, found.figures, found.start, brief(found.refined)));
+    }
     const auto to_its_end = [&](const Fit& found) {
       return fit(scene_, found.on, found.figures, found.start, finish(found.refined));
     };
@@ -321,9 +329,11 @@ class Searcher {
                         [&](std::size_t a, std::size_t b) { return looks[a].squares < looks[b].squares; });
       order.resize(most);
     }
+    double best = std::numeric_limits<double>::infinity();
+    for (const Look& looked : looks) best = std::min(best, looked.squares);
     std::vector<Trial> trials(order.size());
     identify::in_parallel(order.size(), options_.threads,
-                          [&](std::size_t i) { trials[i] = finished(looks[order[i]], which[order[i]]); });
+                          [&](std::size_t i) { trials[i] = finished(looks[order[i]], which[order[i]], best); });
     return trials;
   }
 
