@@ -5,9 +5,11 @@
 namespace plenum::host::diagnose {
 namespace {
 
-/// Shares of what recalibration left: below the first an effect explains nothing, from the second on it explains all.
+/// Shares of what recalibration left: below the first an effect explains nothing; from the second on it explains all, but
+/// for a rest that the form of a true effect may leave, in noise floors.
 constexpr double kExplainsSome = 0.35;
 constexpr double kExplainsAll = 0.9;
+constexpr double kRest = 2.0;
 
 /// Whether the recalibrated model follows the held-out rows; or else the fitted ones, and the others as well as its
 /// figures are known: a log that does not show all of them leaves twice the noise there.
@@ -31,9 +33,10 @@ Verdict verdict_of(const GapErrors& errors, Best best) {
     if (errors.as_configured_Pa < kAtFloor * errors.noise_floor_Pa) return Verdict::none;
     return calibrated(errors) ? Verdict::calibration : Verdict::unexplained;
   }
-  if (closed < kExplainsAll && errors.with_effects_Pa >= kNearFloor * errors.noise_floor_Pa)
-    return Verdict::partly_explained;
-  return best == Best::has_rivals ? Verdict::ambiguous : Verdict::explained;
+  const double rest = errors.with_effects_Pa / errors.noise_floor_Pa;
+  if (rest < kNearFloor || (closed >= kExplainsAll && rest < kRest))
+    return best == Best::has_rivals ? Verdict::ambiguous : Verdict::explained;
+  return Verdict::partly_explained;
 }
 
 }  // namespace plenum::host::diagnose

@@ -34,10 +34,11 @@ TEST(Verdict, CalibrationIsNearTheNoiseWithoutAnEffect) {
   EXPECT_EQ(verdict_of(held_out, Best::no_effect), Verdict::calibration);
 }
 
-TEST(Verdict, ExplainedClosesNineTenthsOrComesNearTheNoise) {
-  EXPECT_EQ(verdict_of(errors(50.0, 21.0, 2.9), Best::alone), Verdict::explained);
+TEST(Verdict, ExplainedComesNearTheNoiseOrClosesNineTenthsAndLeavesLessThanTwiceTheNoise) {
   EXPECT_EQ(verdict_of(errors(50.0, 3.0, 1.29), Best::alone), Verdict::explained);
-  EXPECT_EQ(verdict_of(errors(50.0, 21.0, 3.1), Best::alone), Verdict::partly_explained);
+  EXPECT_EQ(verdict_of(errors(50.0, 21.0, 1.99), Best::alone), Verdict::explained);
+  EXPECT_EQ(verdict_of(errors(50.0, 8.0, 1.75), Best::alone), Verdict::partly_explained);   // 89 % closed
+  EXPECT_EQ(verdict_of(errors(50.0, 21.0, 2.01), Best::alone), Verdict::partly_explained);  // 95 % closed
 }
 
 TEST(Verdict, UnexplainedIsWhatNoEffectClosesByMoreThanAThird) {
@@ -47,7 +48,7 @@ TEST(Verdict, UnexplainedIsWhatNoEffectClosesByMoreThanAThird) {
 }
 
 TEST(Verdict, RivalsAreAmbiguousOnlyWhereTheyCloseTheGap) {
-  EXPECT_EQ(verdict_of(errors(50.0, 21.0, 2.9), Best::has_rivals), Verdict::ambiguous);
+  EXPECT_EQ(verdict_of(errors(50.0, 21.0, 1.9), Best::has_rivals), Verdict::ambiguous);
   EXPECT_EQ(verdict_of(errors(50.0, 21.0, 11.0), Best::has_rivals), Verdict::partly_explained);
 }
 
