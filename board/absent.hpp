@@ -5,7 +5,6 @@
 #include <algorithm>
 
 #include "firmware/ports/analog.hpp"
-#include "firmware/ports/digital_io.hpp"
 #include "firmware/ports/parameter_store.hpp"
 
 namespace plenum::board::absent {
@@ -15,18 +14,6 @@ class Input final : public ports::AnalogInput {
   void read(std::span<ports::AnalogReading> readings) noexcept override {
     std::fill(readings.begin(), readings.end(), ports::AnalogReading{});
   }
-};
-
-class Output final : public ports::AnalogOutput {
- public:
-  bool write(std::span<const float>) noexcept override { return false; }
-};
-
-/// Lines that nobody can switch are an emergency stop.
-class Digital final : public ports::DigitalIo {
- public:
-  ports::DigitalInputs read() noexcept override { return {.emergency_stop = true}; }
-  void write(const ports::DigitalOutputs&) noexcept override {}
 };
 
 class Store final : public ports::ParameterStore {

@@ -19,6 +19,7 @@
 #include "board/drivers/iio_output.hpp"
 #include "board/drivers/socketcan.hpp"
 #include "board/rt/events.hpp"
+#include "board/say.hpp"
 #include "firmware/board.hpp"
 
 namespace plenum::board {
@@ -165,21 +166,17 @@ bool check(const config::BoardFile& board) {
 }
 
 bool make_safe(const config::BoardFile& board) {
-  bool done = true;
-  const auto attempt = [&](auto&& make) {
-    try {
-      make();
-    } catch (const std::runtime_error& error) {
-      fmt::print(stderr, "plenumd --safe: {}\n", error.what());
-      done = false;
-    }
-  };
-  attempt([&] { const drivers::GpioLines off(board.gpio); });
-  attempt([&] {
-    drivers::IioOutput output(board.analog_out);
-    if (!output.make_safe()) throw std::runtime_error("an analog output was refused, expected all to be set");
-  });
-  return done;
+  std::vector<std::string> troubles;
+  {
+    const drivers::GpioLines off(board.gpio, &troubles);
+    const std::size_t of_lines = troubles.size();
+    drivers::IioOutput output(board.analog_out, &troubles);
+    if (!output.make_safe() && troubles.size() == of_lines)
+      troubles.emplace_back("an analog output was refused, expected all to be set");
+  }
+  // last: who reads it may let it wait
+  for (const std::string& trouble : troubles) say(fmt::format("plenumd --safe: {}\n", trouble));
+  return troubles.empty();
 }
 
 }  // namespace plenum::board

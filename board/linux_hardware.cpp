@@ -19,43 +19,50 @@ Guard::Config guard_config(const config::RealTime& real_time) {
 
 }  // namespace
 
-// The lines come first: while the others are waited for, the valves are without power.
+// The lines come first: while the others are waited for, the valves are without power. The watchdog comes last: nothing that
+// is waited for feeds it.
 LinuxHardware::LinuxHardware(const config::BoardFile& board, steady_clock::time_point latest)
-    : stop_(open_lines(board.gpio, latest)),
-      valves_(stop_, open(output_, board.analog_out, latest)),
+    : lines_(opened<drivers::GpioLines>(board.gpio, latest)),
+      output_(opened<drivers::IioOutput>(board.analog_out, latest)),
+      stop_(lines_),
+      valves_(stop_, output_),
       guard_(guard_config(board.real_time), valves_),
-      bus_([interface = board.interface] { return std::make_unique<drivers::SocketCan>(interface); }),
-      watchdog_(board.watchdog) {
+      bus_([interface = board.interface] { return std::make_unique<drivers::SocketCan>(interface); }) {
   open(input_, board.analog_in, latest);
   open(store_, board.store, latest);
   if (!bus_.trouble().empty()) troubles_.push_back(bus_.trouble());
-  events_.emplace(lines_ ? lines_->descriptor() : -1,
-                  input_ ? input_->descriptors() : std::span<const int>{});
+  events_.emplace(lines_.descriptor(), input_ ? input_->descriptors() : std::span<const int>{});
   events_->watch_frames(bus_.descriptor());
+  open(watchdog_, board.watchdog, latest);
 }
 
 template <class Driver, class Config>
-std::optional<Driver>& LinuxHardware::open(std::optional<Driver>& driver, const Config& config,
-                                           steady_clock::time_point latest) {
+Driver LinuxHardware::opened(const Config& config, steady_clock::time_point latest) {
+  while (steady_clock::now() < latest) {
+    try {
+      return Driver(config);
+    } catch (const std::runtime_error&) {
+      std::this_thread::sleep_for(kPause);
+    }
+  }
+  return Driver(config, &troubles_);
+}
+
+template <class Driver, class Config>
+void LinuxHardware::open(std::optional<Driver>& driver, const Config& config,
+                         steady_clock::time_point latest) {
   for (;;) {
     try {
       driver.emplace(config);
-      return driver;
+      return;
     } catch (const std::runtime_error& error) {
       if (steady_clock::now() >= latest) {
         troubles_.emplace_back(error.what());
-        return driver;
+        return;
       }
     }
     std::this_thread::sleep_for(kPause);
   }
-}
-
-ports::DigitalIo& LinuxHardware::open_lines(const drivers::GpioConfig& config,
-                                            steady_clock::time_point latest) {
-  open(lines_, config, latest);
-  if (lines_) return *lines_;
-  return no_lines_;
 }
 
 Drivers LinuxHardware::drivers() noexcept {
@@ -64,10 +71,9 @@ Drivers LinuxHardware::drivers() noexcept {
     return absent;
   };
   ports::AnalogInput& no_input = no_input_;
-  ports::AnalogOutput& no_output = no_output_;
   ports::ParameterStore& no_store = no_store_;
   return {.analog_in = either(input_, no_input),
-          .analog_out = either(output_, no_output),
+          .analog_out = output_,
           .digital = stop_,
           .can = bus_,
           .store = either(store_, no_store)};
@@ -88,7 +94,7 @@ void LinuxHardware::ticked(std::uint64_t now_ns, std::uint32_t tick_count) noexc
   bus_.tend();
   events_->watch_frames(bus_.descriptor());
   manager_.ticked(now_ns, tick_count);
-  watchdog_.ticked(now_ns, tick_count);
+  if (watchdog_) watchdog_->ticked(now_ns, tick_count);
   guard_.beat();
 }
 

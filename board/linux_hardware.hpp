@@ -26,24 +26,24 @@ namespace plenum::board {
 class ValveOutputs final : public SafeOutputs {
  public:
   /// Both must outlive it.
-  ValveOutputs(ports::DigitalIo& lines, std::optional<drivers::IioOutput>& output) noexcept
+  ValveOutputs(ports::DigitalIo& lines, drivers::IioOutput& output) noexcept
       : lines_(lines), output_(output) {}
 
   void make_safe() noexcept override {
     lines_.write({});
-    if (output_) output_->make_safe();
+    output_.make_safe();
   }
 
  private:
   ports::DigitalIo& lines_;
-  std::optional<drivers::IioOutput>& output_;
+  drivers::IioOutput& output_;
 };
 
 class LinuxHardware final : public Hardware {
  public:
   /// Opens everything; until `latest`, devices are waited for that the kernel may not have found yet. One that cannot be opened
-  /// is absent from then on: the board runs, says so on the bus, and regulates nothing. Throws std::runtime_error only for
-  /// what the kernel itself refuses, for a hardware watchdog, and for the guard.
+  /// is absent from then on: the board runs, says so on the bus, and regulates nothing, but has at hand and keeps safe the
+  /// lines and outputs that there are. Throws std::runtime_error only for what the kernel itself refuses, and for the guard.
   LinuxHardware(const config::BoardFile& board, std::chrono::steady_clock::time_point latest);
 
   /// What could not be opened, a line each: what, where, expected.
@@ -51,7 +51,6 @@ class LinuxHardware final : public Hardware {
 
   Drivers drivers() noexcept;
   rt::Events& events() noexcept { return *events_; }
-  void stopping() noexcept { manager_.stopping(); }
   /// The guard of the outputs stands.
   bool guarded() const noexcept { return guard_.stands(); }
 
@@ -60,22 +59,21 @@ class LinuxHardware final : public Hardware {
   void look_at_stop() noexcept override { stop_.look(); }
   void ticked(std::uint64_t now_ns, std::uint32_t tick_count) noexcept override;
   void make_safe() noexcept override;
+  void stopping() noexcept override { manager_.stopping(); }
 
  private:
+  /// As a whole, or, from `latest` on, without what is missing of it.
   template <class Driver, class Config>
-  std::optional<Driver>& open(std::optional<Driver>& driver, const Config& config,
-                              std::chrono::steady_clock::time_point latest);
-
-  ports::DigitalIo& open_lines(const drivers::GpioConfig& config,
-                               std::chrono::steady_clock::time_point latest);
+  Driver opened(const Config& config, std::chrono::steady_clock::time_point latest);
+  template <class Driver, class Config>
+  void open(std::optional<Driver>& driver, const Config& config,
+            std::chrono::steady_clock::time_point latest);
 
   std::vector<std::string> troubles_;
-  absent::Digital no_lines_;
-  absent::Output no_output_;
   absent::Input no_input_;
   absent::Store no_store_;
-  std::optional<drivers::GpioLines> lines_;
-  std::optional<drivers::IioOutput> output_;
+  drivers::GpioLines lines_;
+  drivers::IioOutput output_;
   PromptStop stop_;
   ValveOutputs valves_;
   Guard guard_;  // has open what stands above it, and nothing of what stands below
@@ -84,7 +82,7 @@ class LinuxHardware final : public Hardware {
   ReopenedBus<drivers::SocketCan> bus_;
   std::optional<rt::KernelEvents> events_;
   rt::ServiceManager manager_;
-  rt::HardwareWatchdog watchdog_;
+  std::optional<rt::HardwareWatchdog> watchdog_;
 };
 
 }  // namespace plenum::board

@@ -28,6 +28,7 @@ void Plenumd::run() noexcept {
   while (step()) {
   }
   hardware_.make_safe();
+  hardware_.stopping();
   finish_storing();
 }
 

@@ -1,12 +1,25 @@
 #include "board/drivers/gpio_lines.hpp"
 
+#include <stdexcept>
+
 namespace plenum::board::drivers {
 
-GpioLines::GpioLines(const GpioConfig& config)
-    : valve_power_(config.valve_power, GpioUse::output_inactive),
-      emergency_stop_(config.emergency_stop, GpioUse::input),
-      fault_lamp_(config.fault_lamp, GpioUse::output_inactive),
-      vent_(config.vent, GpioUse::output_active) {}
+GpioLines::GpioLines(const GpioConfig& config, std::vector<std::string>* missing)
+    : valve_power_(take(config.valve_power, GpioUse::output_inactive, missing)),
+      emergency_stop_(take(config.emergency_stop, GpioUse::input, missing)),
+      fault_lamp_(take(config.fault_lamp, GpioUse::output_inactive, missing)),
+      vent_(take(config.vent, GpioUse::output_active, missing)) {}
+
+GpioRequest GpioLines::take(const GpioLine& line, GpioUse use, std::vector<std::string>* missing) {
+  try {
+    return GpioRequest(line, use);
+  } catch (const std::runtime_error& error) {
+    if (missing == nullptr) throw;
+    missing->emplace_back(error.what());
+    gone_ = true;
+    return GpioRequest(GpioLine{}, use);
+  }
+}
 
 GpioLines::~GpioLines() {
   set_power(false);

@@ -5,6 +5,9 @@
 // a pin does after the last process has let it go is the controller's affair, so the board's resistors must be safe, too.
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "board/drivers/gpio_request.hpp"
 #include "firmware/ports/digital_io.hpp"
 
@@ -20,7 +23,9 @@ struct GpioConfig {
 class GpioLines final : public ports::DigitalIo {
  public:
   /// Takes the lines: valve power off, vent open, lamp off. Throws std::runtime_error: where, what was found, expected.
-  explicit GpioLines(const GpioConfig& config);
+  /// With `missing` it throws nothing: what cannot be taken is told there and counts as a line that is gone, the others are
+  /// taken.
+  explicit GpioLines(const GpioConfig& config, std::vector<std::string>* missing = nullptr);
   /// Valve power off, vent open; the lamp stays.
   ~GpioLines();
   GpioLines(const GpioLines&) = delete;
@@ -38,13 +43,14 @@ class GpioLines final : public ports::DigitalIo {
   bool gone() const noexcept { return gone_; }
 
  private:
+  GpioRequest take(const GpioLine& line, GpioUse use, std::vector<std::string>* missing);
   void set_power(bool on) noexcept;
 
+  bool gone_ = false;
   GpioRequest valve_power_;
   GpioRequest emergency_stop_;
   GpioRequest fault_lamp_;
   GpioRequest vent_;
-  bool gone_ = false;
 };
 
 }  // namespace plenum::board::drivers

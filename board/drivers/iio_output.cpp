@@ -14,6 +14,7 @@
 #include <cstring>
 #include <limits>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -59,6 +60,11 @@ class Attribute {
 struct RawRange {  // an attribute of the kernel is an int
   double lowest = std::numeric_limits<int>::min();
   double highest = std::numeric_limits<int>::max();
+
+  /// But for the step to full scale.
+  bool reaches(double code) const noexcept {
+    return std::round(code) >= lowest - 1.0 && std::round(code) <= highest + 1.0;
+  }
 };
 
 /// From "[0 1 65535]": lowest, step, highest. Few drivers state it.
@@ -91,42 +97,62 @@ struct IioOutput::Output {
 /// A converter's full scale lies one step past its last code, and few drivers state that code. So what the kernel refuses as
 /// out of its range is tried once more, one step nearer to zero.
 bool IioOutput::Output::set(double volts) noexcept {
-  const long code = std::lround(std::clamp(scale.raw(volts), range.lowest, range.highest));
+  const double asked = scale.raw(volts);
+  const long code = std::lround(std::clamp(asked, range.lowest, range.highest));
   int error = raw.put(code);
   if (error == EINVAL || error == ERANGE) error = raw.put(code > 0 ? code - 1 : code + 1);
   if (error == 0 && !powered) {
     if (powerdown) error = powerdown->put(0);
     powered = error == 0;
   }
-  return error == 0;
+  return error == 0 && range.reaches(asked);
 }
 
-IioOutput::IioOutput(const IioOutputConfig& config) {
+IioOutput::IioOutput(const IioOutputConfig& config, std::vector<std::string>* missing) {
   if (config.safe_V.size() != config.channels.size()) {
     refuse_iio("outputs", std::to_string(config.safe_V.size()) + " safe values",
                "one for each of the " + std::to_string(config.channels.size()) + " channels");
   }
-  const IioContext context;
-  std::vector<const iio_channel*> taken;
-  for (std::size_t i = 0; i < config.channels.size(); ++i) {
-    const IioChannel& named = config.channels[i];
-    if (!named.fitted()) continue;
-    const iio_channel& channel = context.output(named);
-    if (std::find(taken.begin(), taken.end(), &channel) != taken.end()) {
-      refuse_iio(named, "given twice", "one channel an output");
+  const auto attempt = [&](auto&& open) {
+    try {
+      open();
+    } catch (const std::runtime_error& error) {
+      if (missing == nullptr) throw;
+      missing->emplace_back(error.what());
+      all_open_ = false;
     }
-    taken.push_back(&channel);
-    if (!std::isfinite(config.safe_V[i])) refuse_iio(named, "safe_V is no number", "volts");
-    Output& output = outputs_.emplace_back(Output{.index = i,
-                                                  .scale = iio_scale(named, channel),
-                                                  .range = raw_range(named, channel),
-                                                  .safe_V = static_cast<double>(config.safe_V[i]),
-                                                  .raw = Attribute(named, channel, "raw"),
-                                                  .powerdown = std::nullopt});
-    if (::iio_channel_find_attr(&channel, "powerdown") != nullptr) {
-      output.powerdown.emplace(named, channel, "powerdown");
+  };
+  attempt([&] {
+    const IioContext context;
+    std::vector<const iio_channel*> taken;
+    for (std::size_t i = 0; i < config.channels.size(); ++i) {
+      if (!config.channels[i].fitted()) continue;
+      attempt([&] { outputs_.push_back(opened(context, config.channels[i], i, config.safe_V[i], taken)); });
     }
+  });
+}
+
+IioOutput::Output IioOutput::opened(const IioContext& context, const IioChannel& named, std::size_t index,
+                                    float safe_V, std::vector<const iio_channel*>& taken) {
+  const iio_channel& channel = context.output(named);
+  if (std::find(taken.begin(), taken.end(), &channel) != taken.end()) {
+    refuse_iio(named, "given twice", "one channel an output");
   }
+  taken.push_back(&channel);
+  if (!std::isfinite(safe_V)) refuse_iio(named, "safe_V is no number", "volts");
+  Output output{.index = index,
+                .scale = iio_scale(named, channel),
+                .range = raw_range(named, channel),
+                .safe_V = static_cast<double>(safe_V),
+                .raw = Attribute(named, channel, "raw"),
+                .powerdown = std::nullopt};
+  if (!output.range.reaches(output.scale.raw(output.safe_V))) {
+    refuse_iio(named, "safe_V lies beyond the converter's range", "a value that it can hold");
+  }
+  if (::iio_channel_find_attr(&channel, "powerdown") != nullptr) {
+    output.powerdown.emplace(named, channel, "powerdown");
+  }
+  return output;
 }
 
 IioOutput::~IioOutput() {
@@ -135,7 +161,7 @@ IioOutput::~IioOutput() {
 
 bool IioOutput::write(std::span<const float> command_V) noexcept {
   driven_ = true;
-  bool all = true;
+  bool all = all_open_;
   for (Output& output : outputs_) {
     if (output.index >= command_V.size()) continue;
     const auto command = static_cast<double>(command_V[output.index]);
@@ -148,7 +174,7 @@ bool IioOutput::write(std::span<const float> command_V) noexcept {
 
 bool IioOutput::make_safe() noexcept {
   driven_ = true;
-  bool all = true;
+  bool all = all_open_;
   for (Output& output : outputs_) {
     const bool done = output.set(output.safe_V);
     all = all && done;

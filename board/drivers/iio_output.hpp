@@ -5,6 +5,7 @@
 #pragma once
 
 #include <span>
+#include <string>
 #include <vector>
 
 #include "board/drivers/iio_context.hpp"
@@ -20,14 +21,17 @@ struct IioOutputConfig {
 class IioOutput final : public ports::AnalogOutput {
  public:
   /// Opens the outputs and writes nothing. Throws std::runtime_error: where, what was found, what was expected.
-  explicit IioOutput(const IioOutputConfig& config);
+  /// With `missing` it throws only for a configuration that is none: an output that cannot be opened is told there, and
+  /// counts as one that refuses every value; the others are opened.
+  explicit IioOutput(const IioOutputConfig& config, std::vector<std::string>* missing = nullptr);
   /// Makes safe what was written to.
   ~IioOutput();
   IioOutput(const IioOutput&) = delete;
   IioOutput& operator=(const IioOutput&) = delete;
 
   /// Sets each output [V], clipped to the raw range where the kernel states it (raw_available). Every output is tried; a
-  /// command that is not finite becomes the safe value. False: a command was none, or the device refused one.
+  /// command that is not finite becomes the safe value. False: a command was none, lies more than a step beyond the range,
+  /// or the device refused one.
   bool write(std::span<const float> command_V) noexcept override;
 
   /// Sets every output to its safe value, and powers up those that start powered down. False: the device refused one.
@@ -36,7 +40,12 @@ class IioOutput final : public ports::AnalogOutput {
  private:
   struct Output;
 
+  /// Adds the channel to those `taken`.
+  static Output opened(const IioContext& context, const IioChannel& named, std::size_t index, float safe_V,
+                       std::vector<const iio_channel*>& taken);
+
   std::vector<Output> outputs_;  ///< those that are fitted
+  bool all_open_ = true;
   bool driven_ = false;
 };
 

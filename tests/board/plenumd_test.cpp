@@ -68,11 +68,13 @@ class FakeHardware final : public Hardware {
     ready = false;
   }
   void make_safe() noexcept override { safe_at_tick.push_back(ticks.size()); }
+  void stopping() noexcept override { when_stopping(); }
 
   bool ready = false;
   std::vector<std::uint64_t> ticks;  ///< when each was done [ns since the start]
   std::vector<std::size_t> looked_at_tick;
   std::vector<std::size_t> safe_at_tick;
+  std::function<void()> when_stopping = [] {};
 };
 
 class PlenumdTest : public testing::Test {
@@ -164,6 +166,21 @@ TEST_F(PlenumdTest, WhatIsBeingStoredIsFinishedBeforeTheEnd) {
   run(kClock);
   EXPECT_EQ(image().store.phase, canopen::StorePhase::idle);
   EXPECT_EQ(image().store.generation, 1U);
+}
+
+TEST_F(PlenumdTest, TheServiceManagerIsToldOfTheEndOnceTheOutputsAreSafeAndBeforeStoringIsFinished) {
+  bench.board.start();
+  bench.store.patience = 5;
+  events.events.push_back(order_to_save(bench));
+  events.stop_after(11);
+  int told = 0;
+  hardware.when_stopping = [&] {
+    ++told;
+    EXPECT_EQ(hardware.safe_at_tick.size(), 2U);
+    EXPECT_EQ(image().store.phase, canopen::StorePhase::writing);
+  };
+  run(kClock);
+  EXPECT_EQ(told, 1);
 }
 
 TEST_F(PlenumdTest, AStoreThatNeverAnswersKeepsItFromEndingForTwoSecondsAndNoLonger) {

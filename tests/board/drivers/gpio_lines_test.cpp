@@ -177,5 +177,19 @@ TEST_F(GpioLinesTest, ALineThatIsTakenIsToldByItsName) {
   }
 }
 
+TEST_F(GpioLinesTest, WhereOneIsMissingTheOthersAreTakenAndItIsAnEmergencyStop) {
+  GpioConfig config = config_;
+  config.emergency_stop = line("TAKEN");
+  std::vector<std::string> missing;
+  pins["POWER"].active = true;
+  GpioLines lines(config, &missing);
+  ASSERT_EQ(missing.size(), 1U);
+  EXPECT_TRUE(missing[0].starts_with("gpio:gpiochip0 TAKEN:")) << missing[0];
+  EXPECT_FALSE(pins["POWER"].active);
+  EXPECT_TRUE(pins["VENT"].active);
+  EXPECT_TRUE(lines.gone());
+  EXPECT_TRUE(lines.read().emergency_stop);
+}
+
 }  // namespace
 }  // namespace plenum::board::drivers

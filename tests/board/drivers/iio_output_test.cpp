@@ -13,6 +13,8 @@
 namespace plenum::board::drivers {
 namespace {
 
+using ::testing::_;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 const std::string kDac = "iio:device0";
@@ -113,14 +115,14 @@ TEST_F(IioOutputTest, AnOutputWithoutPowerDownAndOffsetNeedsNeither) {
   EXPECT_EQ(raw(0), "65536");
 }
 
-TEST_F(IioOutputTest, ACommandBeyondTheStatedRangeIsClipped) {
+TEST_F(IioOutputTest, ACommandBeyondTheStatedRangeIsClippedAndReportedButForTheStepToFullScale) {
   put(kDac, "out_voltage0_raw_available", "[100 1 65535]");
   IioOutput output(config_);
-  EXPECT_TRUE(write(output, {11.0F, 0.0F}));
+  EXPECT_TRUE(write(output, {10.0F, 0.0F})) << "code 65536 and a fraction";
   EXPECT_EQ(raw(0), "65535");
-  EXPECT_TRUE(write(output, {-1.0F, 0.0F}));
+  EXPECT_FALSE(write(output, {-1.0F, 0.0F}));
   EXPECT_EQ(raw(0), "100");
-  EXPECT_TRUE(write(output, {std::numeric_limits<float>::max(), 0.0F}));
+  EXPECT_FALSE(write(output, {std::numeric_limits<float>::max(), 0.0F}));
   EXPECT_EQ(raw(0), "65535");
 }
 
@@ -200,6 +202,31 @@ TEST_F(IioOutputTest, WhatIsMissingIsNamed) {
   put(kDac, "out_voltage1_scale", "1");
   remove(kDac, "out_voltage1_raw");
   EXPECT_EQ(failure(), "iio:ad5755 voltage1: no attribute raw, expected an output that has one");
+}
+
+TEST_F(IioOutputTest, WhereOneIsMissingTheOthersAreOpenedAndKeptSafe) {
+  config_.channels = {{"ad5755", "voltage0"}, {"ad5766", "voltage0"}, {"ad5755", "voltage1"}};
+  config_.safe_V = {5.0F, 0.0F, -2.5F};
+  std::vector<std::string> missing;
+  {
+    IioOutput output(config_, &missing);
+    EXPECT_THAT(missing, ElementsAre(HasSubstr("iio:ad5766: no such device")));
+    EXPECT_FALSE(write(output, {1.0F, 1.0F, 1.0F})) << "one was not written";
+    EXPECT_EQ(raw(0), "6554");
+    EXPECT_FALSE(output.make_safe());
+    EXPECT_EQ(raw(0), "32768");
+    EXPECT_EQ(raw(1), "24576");
+  }
+  std::filesystem::remove_all("/sys/bus/iio");
+  IioOutput none(config_, &missing);
+  EXPECT_THAT(missing, ElementsAre(_, HasSubstr("no Industrial I/O in this kernel")));
+  EXPECT_FALSE(none.make_safe());
+}
+
+TEST_F(IioOutputTest, ASafeValueThatTheConverterCannotHoldIsNamed) {
+  put(kDac, "out_voltage0_raw_available", "[0 1 16383]");  // 2.5 V
+  EXPECT_EQ(failure(),
+            "iio:ad5755 voltage0: safe_V lies beyond the converter's range, expected a value that it can hold");
 }
 
 TEST_F(IioOutputTest, ASourceOfCurrentIsNoVoltage) {
