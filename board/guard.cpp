@@ -17,6 +17,7 @@
 #include <string>
 
 #include "board/rt/real_time.hpp"
+#include "board/say.hpp"
 
 extern "C" {
 #include <sys/pidfd.h>  // which does not say so itself in glibc 2.36
@@ -60,9 +61,7 @@ class Sentry final : public GuardPost {
 
   void make_safe() noexcept override { outputs_.make_safe(); }
 
-  void report(std::string_view line) noexcept override {
-    (void)!::write(STDERR_FILENO, line.data(), line.size());
-  }
+  void report(std::string_view line) noexcept override { say(line); }
 
  private:
   static constexpr int kForEver = -1;

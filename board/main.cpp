@@ -3,7 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <chrono>
-#include <cstdio>
+#include <csignal>
 #include <exception>
 #include <memory>
 #include <string>
@@ -12,7 +12,10 @@
 #include "board/config/board_file.hpp"
 #include "board/linux_hardware.hpp"
 #include "board/plenumd.hpp"
+#include "board/rt/only_one.hpp"
 #include "board/rt/real_time.hpp"
+#include "board/rt/watchdog.hpp"
+#include "board/say.hpp"
 #include "firmware/board.hpp"
 #include "firmware/canopen/lss.hpp"
 
@@ -22,18 +25,24 @@ using namespace plenum::board;
 
 enum ExitCode { kDone = 0, kFailed = 1, kBadInput = 2 };
 
-/// How long devices are waited for that the kernel is still finding.
-constexpr std::chrono::seconds kPatience{5};
+/// How long devices are waited for that the kernel is still finding. With all that comes before and after, less than a
+/// hardware watchdog waits that an end without a farewell has left armed.
+constexpr std::chrono::seconds kPatience{3};
+static_assert(kPatience + std::chrono::seconds(1) < std::chrono::seconds(rt::HardwareWatchdog::kTimeout_s));
 
 void warn(const std::string& message) {
-  constexpr const char* kWarning = "<4>";  // sd-daemon(3): the journal takes it for the level
-  fmt::print(stderr, "{}plenumd: {}\n", kWarning, message);
+  say(fmt::format("<4>plenumd: {}\n", message));  // sd-daemon(3): the journal takes it for the level
 }
 
 void sum_up(const plenum::canopen::ProcessImage& image) {
-  fmt::print(stderr,
-             "<6>plenumd: stopped after {} ticks, {} overruns, latency {} us at most, {} us in 999 of 1000\n",
-             image.tick_count, image.overrun_count, image.latency.max_us(), image.latency.p999_us());
+  say(fmt::format(
+      "<6>plenumd: stopped after {} ticks, {} overruns, latency {} us at most, {} us in 999 of 1000\n",
+      image.tick_count, image.overrun_count, image.latency.max_us(), image.latency.p999_us()));
+}
+
+int refuse(ExitCode code, const char* why) {
+  say(fmt::format("plenumd: {}\n", why));
+  return code;
 }
 
 /// LSS may have been told a rate that the interface is not set to any more.
@@ -49,7 +58,9 @@ void compare_bit_rates(const config::BoardFile& file, unsigned stored_kbit) {
 
 int run(const config::BoardFile& file) {
   rt::block_stop_signals();
-  LinuxHardware hardware(file, std::chrono::steady_clock::now() + kPatience);
+  const auto latest = std::chrono::steady_clock::now() + kPatience;
+  const rt::OnlyOne only_one(file.interface, latest);
+  LinuxHardware hardware(file, latest);
   for (const std::string& trouble : hardware.troubles()) warn(trouble);
   const auto board = std::make_unique<plenum::Board>(file.settings, hardware.drivers());
   board->start();
@@ -58,7 +69,6 @@ int run(const config::BoardFile& file) {
     warn(refusal);
   Plenumd loop(file.real_time, *board, hardware.events(), hardware);
   loop.run();
-  hardware.stopping();
   sum_up(board->controller().image());
   if (hardware.guarded()) return kDone;
   warn("the guard of the outputs has ended, or was stopped: expected it to stand as long as the loop runs");
@@ -68,6 +78,7 @@ int run(const config::BoardFile& file) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);  // nobody who reads what is said here may end it
   CLI::App program{"Plenum's board: regulates up to eight pressure chambers and answers on CAN."};
   program.name("plenumd");
   program.set_version_flag("--version", PLENUM_VERSION);
@@ -92,8 +103,7 @@ int main(int argc, char** argv) {
   } catch (const CLI::Success& asked) {
     return program.exit(asked);
   } catch (const CLI::ParseError& error) {
-    fmt::print(stderr, "plenumd: {}\n", error.what());
-    return kBadInput;
+    return refuse(kBadInput, error.what());
   }
   try {
     const config::BoardFile file = config::read_board(path);
@@ -101,10 +111,8 @@ int main(int argc, char** argv) {
     if (only_safe) return make_safe(file) ? kDone : kFailed;
     return run(file);
   } catch (const config::ConfigError& error) {
-    fmt::print(stderr, "plenumd: {}\n", error.what());
-    return kBadInput;
+    return refuse(kBadInput, error.what());
   } catch (const std::exception& error) {
-    fmt::print(stderr, "plenumd: {}\n", error.what());
-    return kFailed;
+    return refuse(kFailed, error.what());
   }
 }

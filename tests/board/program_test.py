@@ -15,7 +15,7 @@ LIMIT_S = 60  # no wait is without end
 # The devices of no machine.
 BOARD = """
 [can]
-interface = "plenum-none"
+interface = "{interface}"
 node_id = 5
 [analog_input]
 rate_Hz = 1000
@@ -58,7 +58,8 @@ class WithoutDevices(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.folder = Path(folder.name)
         self.board = self.folder / "board.toml"
-        self.board.write_text(BOARD.format(folder=self.folder), encoding="utf-8")
+        self.interface = f"none{os.getpid()}"  # a second run of this test is no second plenumd
+        self.board.write_text(BOARD.format(folder=self.folder, interface=self.interface), encoding="utf-8")
 
     def start(self):
         """The program, and the socket of its service manager."""
@@ -105,6 +106,41 @@ class WithoutDevices(unittest.TestCase):
         except BlockingIOError:
             pass
         self.assertEqual(told[-1], b"STOPPING=1")
+
+    def test_safe_does_its_work_though_nobody_can_read_what_it_says(self):
+        with open("/dev/full", "w", encoding="utf-8") as full:
+            done = subprocess.run([PROGRAM, "--config", str(self.board), "--safe"], stderr=full, timeout=LIMIT_S)
+        self.assertEqual(done.returncode, 1)
+        reader, writer = os.pipe()
+        os.close(reader)
+        with os.fdopen(writer, "w") as nobody:
+            done = subprocess.run([PROGRAM, "--config", str(self.board), "--safe"], stderr=nobody, timeout=LIMIT_S)
+        self.assertEqual(done.returncode, 1)
+
+    def test_a_second_one_on_the_interface_is_refused_and_leaves_the_first_alone(self):
+        board, manager = self.start()
+        try:
+            self.assertEqual(manager.recv(64), b"READY=1")
+            second = run("--config", str(self.board))
+            self.assertEqual(second.stderr, f"plenumd: {self.interface}: another plenumd runs on it, expected to be the only one\n")
+            self.assertEqual(second.returncode, 1)
+            self.assertIsNone(board.poll())
+        finally:
+            board.kill()
+            board.communicate()
+
+    def test_it_runs_without_a_watchdog_that_is_missing_and_says_so(self):
+        with self.board.open("a", encoding="utf-8") as file:
+            file.write('watchdog = "/nowhere/watchdog0"\n')
+        board, manager = self.start()
+        try:
+            self.assertEqual(manager.recv(64), b"READY=1")
+            board.send_signal(signal.SIGTERM)
+            said = board.communicate(timeout=LIMIT_S)[1]
+        finally:
+            board.kill()
+        self.assertIn("plenumd: /nowhere/watchdog0: No such file or directory, expected a watchdog that takes 5 s\n", said)
+        self.assertEqual(board.returncode, 0)
 
     def test_it_runs_under_a_guard_and_ends_with_1_when_it_has_lost_it(self):
         board, manager = self.start()
