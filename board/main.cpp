@@ -26,9 +26,9 @@ using namespace plenum::board;
 enum ExitCode { kDone = 0, kFailed = 1, kBadInput = 2 };
 
 /// How long devices are waited for that the kernel is still finding. With all that comes before and after, less than a
-/// hardware watchdog waits that an end without a farewell has left armed.
-constexpr std::chrono::seconds kPatience{3};
-static_assert(kPatience + std::chrono::seconds(1) < std::chrono::seconds(rt::HardwareWatchdog::kTimeout_s));
+/// hardware watchdog waits that an end without a farewell has left armed: fed up to 1.7 s before, 0.5 s to the new start.
+constexpr std::chrono::seconds kPatience{2};
+static_assert(kPatience + std::chrono::seconds(2) < std::chrono::seconds(rt::HardwareWatchdog::kTimeout_s));
 
 void warn(const std::string& message) {
   say(fmt::format("<4>plenumd: {}\n", message));  // sd-daemon(3): the journal takes it for the level
