@@ -18,6 +18,7 @@
 #include "board/drivers/iio_input.hpp"
 #include "board/drivers/iio_output.hpp"
 #include "board/drivers/socketcan.hpp"
+#include "board/resting_volts.hpp"
 #include "board/rt/events.hpp"
 #include "board/say.hpp"
 #include "firmware/board.hpp"
@@ -170,7 +171,10 @@ bool make_safe(const config::BoardFile& board) {
   {
     const drivers::GpioLines off(board.gpio, &troubles);
     const std::size_t of_lines = troubles.size();
-    drivers::IioOutput output(board.analog_out, &troubles);
+    drivers::IioOutputConfig outputs = board.analog_out;
+    if (const auto left_V = RestingVolts::left_in(RestingVolts::runtime_folder()))
+      outputs.safe_V.assign(left_V->begin(), left_V->end());
+    drivers::IioOutput output(outputs, &troubles);
     if (!output.make_safe() && troubles.size() == of_lines)
       troubles.emplace_back("an analog output was refused, expected all to be set");
   }

@@ -9,7 +9,7 @@ namespace plenum::board {
 /// power stays off and no output is written. Returns whether all is well.
 bool check(const config::BoardFile& board);
 
-/// Outputs at their safe values, valve power off, vent open. Each is tried whatever the others say; prints what failed.
+/// Outputs at their safe values, as the last loop has left them or else as the file says, valve power off, vent open. Each is tried whatever the others say; prints what failed.
 /// Returns whether all has been done.
 bool make_safe(const config::BoardFile& board);
 

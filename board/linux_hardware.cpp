@@ -17,13 +17,21 @@ Guard::Config guard_config(const config::RealTime& real_time) {
           .priority = real_time.priority == 0 ? 0 : real_time.priority + 1};
 }
 
+drivers::IioOutputConfig resting_at(drivers::IioOutputConfig output,
+                                    std::span<const std::atomic<float>> now_V) {
+  output.safe_now_V = now_V;
+  return output;
+}
+
 }  // namespace
 
 // The lines come first: while the others are waited for, the valves are without power. The watchdog comes last: nothing that
 // is waited for feeds it.
 LinuxHardware::LinuxHardware(const config::BoardFile& board, steady_clock::time_point latest)
-    : lines_(opened<drivers::GpioLines>(board.gpio, latest)),
-      output_(opened<drivers::IioOutput>(board.analog_out, latest)),
+    : rest_stated_(board.safe_V_stated),
+      resting_(board.analog_out.safe_V, RestingVolts::runtime_folder()),
+      lines_(opened<drivers::GpioLines>(board.gpio, latest)),
+      output_(opened<drivers::IioOutput>(resting_at(board.analog_out, resting_.now()), latest)),
       stop_(lines_),
       valves_(stop_, output_),
       guard_(guard_config(board.real_time), valves_),
@@ -96,6 +104,10 @@ void LinuxHardware::ticked(std::uint64_t now_ns, std::uint32_t tick_count) noexc
   manager_.ticked(now_ns, tick_count);
   if (watchdog_) watchdog_->ticked(now_ns, tick_count);
   guard_.beat();
+}
+
+void LinuxHardware::rest_at(std::size_t chamber, float command_V) noexcept {
+  if (!rest_stated_[chamber]) resting_.set(chamber, command_V);
 }
 
 void LinuxHardware::make_safe() noexcept {

@@ -1,6 +1,7 @@
 // The devices of a board as board.toml names them, opened, and what the loop asks of them.
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <optional>
 #include <string>
@@ -17,6 +18,7 @@
 #include "board/plenumd.hpp"
 #include "board/prompt_stop.hpp"
 #include "board/reopened_bus.hpp"
+#include "board/resting_volts.hpp"
 #include "board/rt/events.hpp"
 #include "board/rt/watchdog.hpp"
 
@@ -59,6 +61,7 @@ class LinuxHardware final : public Hardware {
   void look_at_stop() noexcept override { stop_.look(); }
   void ticked(std::uint64_t now_ns, std::uint32_t tick_count) noexcept override;
   void make_safe() noexcept override;
+  void rest_at(std::size_t chamber, float command_V) noexcept override;
   void stopping() noexcept override { manager_.stopping(); }
 
  private:
@@ -72,6 +75,8 @@ class LinuxHardware final : public Hardware {
   std::vector<std::string> troubles_;
   absent::Input no_input_;
   absent::Store no_store_;
+  std::array<bool, plenum::config::kChambers> rest_stated_;  ///< and no setting changes it
+  RestingVolts resting_;
   drivers::GpioLines lines_;
   drivers::IioOutput output_;
   PromptStop stop_;

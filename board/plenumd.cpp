@@ -55,6 +55,8 @@ void Plenumd::tick(const rt::Pace::Tick& tick, std::uint64_t now_ns) noexcept {
                .latency_us = microseconds(tick.latency_ns),
                .scan_age_us = microseconds(now_ns - scans_ns_)});
   board_.store_changed();
+  for (std::size_t chamber = 0; chamber < plenum::config::kChambers; ++chamber)
+    hardware_.rest_at(chamber, board_.controller().resting_V(chamber));
   hardware_.ticked(events_.now_ns(), board_.controller().image().tick_count);
 }
 

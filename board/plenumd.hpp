@@ -32,6 +32,8 @@ class Hardware {
   virtual void ticked(std::uint64_t now_ns, std::uint32_t tick_count) noexcept = 0;
   /// Outputs at their safe values, valve power off.
   virtual void make_safe() noexcept = 0;
+  /// What the output of a chamber is to hold at rest from now on [V].
+  virtual void rest_at(std::size_t chamber, float command_V) noexcept = 0;
   /// There will be no tick any more; what is being stored is still to be finished.
   virtual void stopping() noexcept = 0;
 

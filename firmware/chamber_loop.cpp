@@ -128,7 +128,7 @@ float ChamberLoop::command(const Order& order, canopen::ChamberImage& image) noe
   numeric::Scalar driven = driven_V(order, image);
   if (!numeric::is_finite(driven)) {
     begin_anew();
-    driven = safety::resting_command_V(resting_, safety::Drive::safe, false);
+    driven = resting_V();
   }
   // Whatever has become of a setting, no converter is asked for more than it has; of no number for 0 V.
   driven = numeric::min(numeric::max(numeric::Scalar(0), driven), numeric::Scalar(config::kCommandSpan_V));

@@ -99,6 +99,9 @@ class Controller {
     return slots_.active_image(chamber);
   }
 
+  /// What the output of a chamber holds at rest [V], by the settings in force.
+  float resting_V(std::size_t chamber) const noexcept { return chamber_[chamber].resting_V(); }
+
   const canopen::ProcessImage& image() const noexcept { return image_; }
   safety::State state() const noexcept { return supervisor_.state(); }
 

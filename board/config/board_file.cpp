@@ -174,7 +174,9 @@ void read_chambers(TomlTable& document, BoardFile& board, Places& inputs) {
       board.analog_in.channels[kChambers + c] = channel("position", inputs);
       board.analog_out.channels[c] = channel("command", outputs);
       read_chamber_settings(table, settings);
-      if (const auto safe_V = table.number("safe_V", 0.0, kHighestOutput_V))
+      const auto safe_V = table.number("safe_V", 0.0, kHighestOutput_V);
+      board.safe_V_stated[c] = safe_V.has_value();
+      if (safe_V)
         board.analog_out.safe_V[c] = static_cast<float>(*safe_V);
       else
         board.analog_out.safe_V[c] =

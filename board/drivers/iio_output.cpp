@@ -108,7 +108,8 @@ bool IioOutput::Output::set(double volts) noexcept {
   return error == 0 && range.reaches(asked);
 }
 
-IioOutput::IioOutput(const IioOutputConfig& config, std::vector<std::string>* missing) {
+IioOutput::IioOutput(const IioOutputConfig& config, std::vector<std::string>* missing)
+    : safe_now_V_(config.safe_now_V) {
   if (config.safe_V.size() != config.channels.size()) {
     refuse_iio("outputs", std::to_string(config.safe_V.size()) + " safe values",
                "one for each of the " + std::to_string(config.channels.size()) + " channels");
@@ -159,6 +160,11 @@ IioOutput::~IioOutput() {
   if (driven_) make_safe();
 }
 
+double IioOutput::safe_V(const Output& output) const noexcept {
+  if (output.index >= safe_now_V_.size()) return output.safe_V;
+  return static_cast<double>(safe_now_V_[output.index].load(std::memory_order_relaxed));
+}
+
 bool IioOutput::write(std::span<const float> command_V) noexcept {
   driven_ = true;
   bool all = all_open_;
@@ -166,7 +172,7 @@ bool IioOutput::write(std::span<const float> command_V) noexcept {
     if (output.index >= command_V.size()) continue;
     const auto command = static_cast<double>(command_V[output.index]);
     const bool sane = std::isfinite(command);
-    const bool done = output.set(sane ? command : output.safe_V);
+    const bool done = output.set(sane ? command : safe_V(output));
     all = all && sane && done;
   }
   return all;
@@ -176,7 +182,7 @@ bool IioOutput::make_safe() noexcept {
   driven_ = true;
   bool all = all_open_;
   for (Output& output : outputs_) {
-    const bool done = output.set(output.safe_V);
+    const bool done = output.set(safe_V(output));
     all = all && done;
   }
   return all;

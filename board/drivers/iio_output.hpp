@@ -4,6 +4,7 @@
 // first tick, by the destructor, and, for a process that dies without one, by its guard (board/guard.hpp).
 #pragma once
 
+#include <atomic>
 #include <span>
 #include <string>
 #include <vector>
@@ -16,6 +17,8 @@ namespace plenum::board::drivers {
 struct IioOutputConfig {
   std::vector<IioChannel> channels;  ///< in the order of the chambers
   std::vector<float> safe_V;         ///< one a channel
+  /// Where safe values that may change stand, one a channel; must outlive the output. Empty: safe_V, for good.
+  std::span<const std::atomic<float>> safe_now_V{};
 };
 
 class IioOutput final : public ports::AnalogOutput {
@@ -40,11 +43,13 @@ class IioOutput final : public ports::AnalogOutput {
  private:
   struct Output;
 
+  double safe_V(const Output& output) const noexcept;
   /// Adds the channel to those `taken`.
   static Output opened(const IioContext& context, const IioChannel& named, std::size_t index, float safe_V,
                        std::vector<const iio_channel*>& taken);
 
   std::vector<Output> outputs_;  ///< those that are fitted
+  std::span<const std::atomic<float>> safe_now_V_;
   bool all_open_ = true;
   bool driven_ = false;
 };

@@ -68,12 +68,14 @@ class FakeHardware final : public Hardware {
     ready = false;
   }
   void make_safe() noexcept override { safe_at_tick.push_back(ticks.size()); }
+  void rest_at(std::size_t chamber, float command_V) noexcept override { resting_V.at(chamber) = command_V; }
   void stopping() noexcept override { when_stopping(); }
 
   bool ready = false;
   std::vector<std::uint64_t> ticks;  ///< when each was done [ns since the start]
   std::vector<std::size_t> looked_at_tick;
   std::vector<std::size_t> safe_at_tick;
+  std::array<float, plenum::config::kChambers> resting_V{};
   std::function<void()> when_stopping = [] {};
 };
 
@@ -166,6 +168,15 @@ TEST_F(PlenumdTest, WhatIsBeingStoredIsFinishedBeforeTheEnd) {
   run(kClock);
   EXPECT_EQ(image().store.phase, canopen::StorePhase::idle);
   EXPECT_EQ(image().store.generation, 1U);
+}
+
+TEST_F(PlenumdTest, TheOutputsRestWhereTheSettingsInForceSay) {
+  bench.can.to_board.push_back(  // null_V of chamber 1
+      {.id = 0x605, .length = 8, .data = {0x23, 0x00, 0x24, 0x0F, 0x00, 0x00, 0x90, 0x40}});  // 2400h:15 = 4.5
+  events.stop_after(15);
+  run(kClock);
+  EXPECT_EQ(hardware.resting_V[0], 4.5F);
+  EXPECT_EQ(hardware.resting_V[1], 5.0F);
 }
 
 TEST_F(PlenumdTest, TheServiceManagerIsToldOfTheEndOnceTheOutputsAreSafeAndBeforeStoringIsFinished) {

@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -89,6 +91,19 @@ TEST_F(IioOutputTest, SafeIsEachOutputsOwnValue) {
   EXPECT_TRUE(output.make_safe());
   EXPECT_EQ(raw(0), "32768");
   EXPECT_EQ(raw(1), "24576");  // -2.5 V / 20 V x 65536 + 32768
+}
+
+TEST_F(IioOutputTest, SafeIsWhatIsSafeNowWhereThatMayChange) {
+  std::array<std::atomic<float>, 2> now_V{5.0F, -2.5F};
+  config_.safe_now_V = now_V;
+  IioOutput output(config_);
+  now_V[0] = 2.5F;
+  EXPECT_TRUE(output.make_safe());
+  EXPECT_EQ(raw(0), "16384");
+  EXPECT_EQ(raw(1), "24576");
+  now_V[1] = 0.0F;
+  EXPECT_FALSE(write(output, {1.0F, std::nanf("")}));
+  EXPECT_EQ(raw(1), "32768");
 }
 
 TEST_F(IioOutputTest, WhatWasDrivenEndsSafe) {
