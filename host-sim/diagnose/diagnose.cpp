@@ -9,6 +9,7 @@
 #include <functional>
 #include <map>
 #include <numeric>
+#include <optional>
 #include <stdexcept>
 
 #include "host-sim/diagnose/aliases.hpp"
@@ -132,6 +133,9 @@ std::vector<double> probabilities(const std::vector<double>& evidence) {
 constexpr double kTrustFirst = 0.95;
 constexpr double kTrustBeside = 0.9;
 
+/// Of the noise that the pressures alone show: less is left of an error only where they were not smooth.
+constexpr double kNoSmoothPressure = 0.7;
+
 /// Probability that an effect found beside others is one, and not the form of the others that the catalogue does not
 /// hold, by the share that it closes of what the others leave: placed by eye on 106 of the cases, where most below 0.5
 /// were form and nearly all above 0.75 were there.
@@ -163,6 +167,7 @@ class Diagnosis {
       for (const NamedLog& of : heldout) heldout_.push_back({make_record(of.name, of.log, 1.0), 1, -1});
     }
     if (before != nullptr) {
+      before_Pa_ = before->with_effects_Pa;
       // what the model leaves of the machine as it was, no model of what has changed can be expected to close
       report_.noise_floor_Pa = std::max(report_.noise_floor_Pa, before->with_effects_Pa);
       for (const NamedLog& of : options.baseline) {
@@ -172,11 +177,14 @@ class Diagnosis {
     }
     fitted_ = scene_;
     fitted_.records.insert(fitted_.records.end(), baseline_.begin(), baseline_.end());
-    search_ = search(fitted_, heldout_,
+    Trial base = recalibrated(fitted_, heldout_);
+    lower_noise(base);
+    search_ = search(fitted_, heldout_, std::move(base),
                      {.struck = struck,
                       .threads = options.threads,
                       .noise_Pa = report_.noise_floor_Pa,
                       .progress = options.progress});
+    lower_noise(search_.best);
     recalibrated_evidence_ = search_.recalibrated.evidence(search_.correlated_rows);
     if (!baseline_.empty()) valve_changed();
   }
@@ -195,6 +203,22 @@ class Diagnosis {
   }
 
  private:
+  /// Under a command that never rests the pressure is not smooth, and what third differences leave of it is no noise: what they
+  /// leave of a model's error is less.
+  void lower_noise(const Trial& of) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < scene_.records.size(); ++i) {
+      const Record& record = scene_.records[i];
+      std::vector<double> error = run(scene_, record, of.on, of.fit.figures, of.fit.start[i]);
+      std::transform(error.begin(), error.end(), record.measured_Pa.begin(), error.begin(), std::minus<>());
+      error.erase(error.begin(), error.begin() + static_cast<std::ptrdiff_t>(record.settled_rows));
+      sum += white_noise(error) / static_cast<double>(scene_.records.size());
+    }
+    if (!(sum > 0.0 && sum < kNoSmoothPressure * scene_.noise_Pa)) return;
+    scene_.noise_Pa = fitted_.noise_Pa = report_.noise_floor_Pa = sum;
+    if (before_Pa_) report_.noise_floor_Pa = std::max(sum, *before_Pa_);
+  }
+
   /// The other hypothesis of what has changed since the baseline: the valve's figures, all of them, and no effect. Both
   /// answer for the baseline, too. Where an effect comes to the floor, seven figures that follow the log below it prove nothing.
   void valve_changed() {
@@ -508,6 +532,7 @@ class Diagnosis {
   std::vector<HeldOut> heldout_;
   std::vector<Record> baseline_;  ///< of the machine as it was: the search's fits answer for them, too
   Scene fitted_;  ///< the records that search_.recalibrated has starts of: scene_'s, then the baseline's
+  std::optional<double> before_Pa_;  ///< left of the baseline with what was found there
   Search search_;
   double recalibrated_evidence_ = 0.0;
   const Trial* used_ = &search_.best;

@@ -140,10 +140,6 @@ Trial tried(const Scene& scene, const std::vector<HeldOut>& heldout, const std::
   return trial;
 }
 
-Fit recalibrated_fit(const Scene& scene) {
-  return fit(scene, 0, scene.nominal, {}, {.most_iterations = 100});
-}
-
 class Searcher {
  public:
   Searcher(const Scene& scene, const std::vector<HeldOut>& heldout, const SearchOptions& options)
@@ -424,16 +420,18 @@ std::vector<double> heldout_reading(const Scene& scene, const HeldOut& held, con
 }
 
 Trial recalibrated(const Scene& scene, const std::vector<HeldOut>& heldout) {
-  return tried(scene, heldout, as_fitted(heldout), recalibrated_fit(scene));
+  return tried(scene, heldout, as_fitted(heldout),
+               fit(scene, 0, scene.nominal, {}, {.most_iterations = 100}));
 }
 
-Search search(const Scene& scene, const std::vector<HeldOut>& heldout, const SearchOptions& options) {
+Search search(const Scene& scene, const std::vector<HeldOut>& heldout, Trial recalibrated,
+              const SearchOptions& options) {
   Searcher searcher(scene, heldout, options);
   const auto tell = [&](double share) {
     if (options.progress) options.progress(share);
   };
   Search result;
-  result.recalibrated = searcher.tried(recalibrated_fit(scene));
+  result.recalibrated = std::move(recalibrated);
   tell(0.1);
 
   std::vector<std::size_t> all;

@@ -66,7 +66,9 @@ struct SearchOptions {
 /// The valve's figures fitted, no effect added.
 Trial recalibrated(const Scene& scene, const std::vector<HeldOut>& heldout);
 
-Search search(const Scene& scene, const std::vector<HeldOut>& heldout, const SearchOptions& options);
+/// `recalibrated`: as above, of this scene.
+Search search(const Scene& scene, const std::vector<HeldOut>& heldout, Trial recalibrated,
+              const SearchOptions& options);
 
 /// The effects of a set, in the catalogue's order.
 std::vector<std::size_t> members(effects::EffectSet on);

@@ -3,11 +3,16 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <random>
 #include <set>
 
 #include "host-sim/blind/blind_case.hpp"
 #include "host-sim/diagnose/found_rig.hpp"
 #include "host-sim/effects/catalogue.hpp"
+#include "host-sim/identify/chamber/noise.hpp"
+#include "host-sim/plant/chamber.hpp"
+#include "host-sim/reproduce/actuators/population.hpp"
 #include "host-sim/trace/respiraworks.hpp"
 
 namespace plenum::host::diagnose {
@@ -97,6 +102,26 @@ TEST(Diagnose, NamesNoCauseWhereThereIsNone) {
   EXPECT_EQ(report.verdict, Verdict::calibration);
   EXPECT_TRUE(report.effects.empty());
   EXPECT_FALSE(report.equation.has_value());
+}
+
+TEST(Diagnose, TakesNoPressureThatNeverRestsForNoise) {
+  // a new command each tick; 1 mL that the log does not tell of moves the pressure by less than the pressure's own third
+  // differences come to
+  std::mt19937_64 random(7);
+  plant::ChamberConfig config;
+  config.initial_pressure_Pa = 200e3;
+  plant::ChamberPlant chamber(plant::ThinPlateValve({}), config,
+                              plant::VolumeMotion(150e-6, {plant::VolumeSine{50e-6, 1.1, 0.3}}));
+  trace::Log log = reproduce::actuators::record_under_pid(random, chamber, 2.0, 8.0, 3000);
+  for (double& volume_m3 : log.volume_m3) volume_m3 -= 1e-6;
+  const GapReport report = diagnose({{"log", log}}, {}, {});
+  const double noise_Pa = 1e-3 * (700e3 - 101325.0) / std::sqrt(200.0);  // of a tick's mean, as the log was made
+  ASSERT_GT(identify::chamber::white_noise(log.pressure_Pa), 5.0 * noise_Pa);
+  EXPECT_NEAR(report.noise_floor_Pa, noise_Pa, 0.15 * noise_Pa);
+  EXPECT_EQ(report.verdict, Verdict::explained);
+  ASSERT_EQ(report.effects.size(), 1U);
+  EXPECT_EQ(report.effects.front().id, "volume_error");
+  EXPECT_NEAR(report.effects.front().parameters.front().value, 1.0, 0.05);
 }
 
 TEST(Diagnose, AnEffectStruckFromTheCatalogueIsNeitherNamedNorExplainedAway) {
