@@ -49,16 +49,6 @@ bool many(std::ptrdiff_t rows, const trace::Log& log) {
   return static_cast<double>(rows) > std::max(0.01 * static_cast<double>(log.size()), 0.1 / log.period_s);
 }
 
-// ---- rate
-
-void require_rate(const NamedLog& of, const RigDescription& rig) {
-  const double rate_Hz = 1.0 / of.log.period_s;
-  if (std::abs(rate_Hz - rig.sampling.rate_Hz) > 1e-3 * rig.sampling.rate_Hz) {
-    throw InputError(fmt::format("{}: column time_s: {:.6g} Hz, expected the rig's sampling.rate_Hz = {:.6g}",
-                                 of.name, rate_Hz, rig.sampling.rate_Hz));
-  }
-}
-
 // ---- pressure
 
 struct Unit {
@@ -149,14 +139,19 @@ void require_pressure(const NamedLog& of, const RigDescription& rig) {
   }
 }
 
+/// The supply while little is drawn from it.
+double undrawn_Pa(const trace::Log& log) {
+  return quantile(log.supply_Pa, 0.9);
+}
+
 void require_supply(const NamedLog& of, const RigDescription& rig) {
   if (of.log.supply_Pa.empty()) return;
-  const double median_Pa = quantile(of.log.supply_Pa, 0.5);
-  if (median_Pa > 0.3 * rig.supply.pressure_Pa && median_Pa < 3.0 * rig.supply.pressure_Pa) return;
+  const double supply_Pa = undrawn_Pa(of.log);
+  if (supply_Pa > 0.8 * rig.supply.pressure_Pa && supply_Pa < 1.25 * rig.supply.pressure_Pa) return;
   throw InputError(
-      fmt::format("{}: column supply_Pa: median {:.6g}, expected absolute pressure in Pa near the rig's "
+      fmt::format("{}: column supply_Pa comes to {:.6g}, expected absolute pressure in Pa near the rig's "
                   "supply.pressure_Pa = {:.6g}",
-                  of.name, median_Pa, rig.supply.pressure_Pa));
+                  of.name, supply_Pa, rig.supply.pressure_Pa));
 }
 
 // ---- command
@@ -387,7 +382,6 @@ void require_units(const std::vector<NamedLog>& logs, const RigDescription& rig)
   if (logs.empty()) throw InputError("no log, expected one at least");
   for (const NamedLog& of : logs) {
     if (of.log.size() < 2) throw InputError(fmt::format("{}: no rows, expected one a tick", of.name));
-    require_rate(of, rig);
     require_command(of, rig);
     require_positive_volume(of);
     require_pressure(of, rig);
@@ -396,7 +390,32 @@ void require_units(const std::vector<NamedLog>& logs, const RigDescription& rig)
   }
 }
 
+std::vector<std::string> supply_notices(const std::vector<NamedLog>& logs, const RigDescription& rig) {
+  constexpr double kApart = 0.05;
+  std::vector<std::string> notices;
+  for (const NamedLog& of : logs) {
+    if (of.log.supply_Pa.empty()) continue;
+    const double supply_Pa = undrawn_Pa(of.log);
+    if (std::abs(supply_Pa - rig.supply.pressure_Pa) < kApart * rig.supply.pressure_Pa) continue;
+    notices.push_back(
+        fmt::format("{}: column supply_Pa comes to {:.6g}, the model runs on the rig's supply.pressure_Pa = {:.6g}: "
+                    "expected both alike",
+                    of.name, supply_Pa, rig.supply.pressure_Pa));
+  }
+  return notices;
+}
+
+void require_rate(const std::vector<NamedLog>& logs, const RigDescription& rig) {
+  for (const NamedLog& of : logs) {
+    const double rate_Hz = 1.0 / of.log.period_s;
+    if (std::abs(rate_Hz - rig.sampling.rate_Hz) <= 1e-3 * rig.sampling.rate_Hz) continue;
+    throw InputError(fmt::format("{}: column time_s: {:.6g} Hz, expected the rig's sampling.rate_Hz = {:.6g}",
+                                 of.name, rate_Hz, rig.sampling.rate_Hz));
+  }
+}
+
 void require_diagnosable(const std::vector<NamedLog>& logs, const RigDescription& rig) {
+  require_rate(logs, rig);
   require_units(logs, rig);
   require_length(logs);
   require_excitation(logs, rig);

@@ -6,6 +6,7 @@
 // chamber grows.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "host-sim/diagnose/cannot_diagnose.hpp"
@@ -19,14 +20,20 @@ using trace::NamedLog;
 /// Logs shorter than this together tell too little [s].
 inline constexpr double kShortest_s = 3.0;
 
-/// Units, reference and rate of each log. Throws trace::InputError naming the log, the column, what was
-/// found, what it looks like, and what was expected, for: another rate than the rig's; pressure in kPa, bar,
-/// MPa, psi, hPa or cmH2O, gauge pressure, pressure far above the supply; volume in litres or millilitres, not
-/// positive, or outside 1 mL to 100 L; command in per cent, normalised, or otherwise no volts; a supply_Pa
-/// column far from the rig's supply.
+/// Units and reference of each log. Throws trace::InputError naming the log, the column, what was found, what it
+/// looks like, and what was expected, for: pressure in kPa, bar, MPa, psi, hPa or cmH2O, gauge pressure, pressure
+/// far above the supply; volume in litres or millilitres, not positive, or outside 1 mL to 100 L; command in per
+/// cent, normalised, or otherwise no volts; a supply_Pa column far from the rig's supply.
 void require_units(const std::vector<NamedLog>& logs, const trace::RigDescription& rig);
 
-/// As require_units; then, of the logs taken together, throws CannotDiagnose: shorter than kShortest_s; a
+/// A line for each log whose supply_Pa stands off the rig's supply by more than a twentieth where it is highest (the 0.9
+/// quantile): a model runs on the rig's.
+std::vector<std::string> supply_notices(const std::vector<NamedLog>& logs, const trace::RigDescription& rig);
+
+/// Throws trace::InputError for a log of another rate than the rig's.
+void require_rate(const std::vector<NamedLog>& logs, const trace::RigDescription& rig);
+
+/// As require_units and require_rate; then, of the logs taken together, throws CannotDiagnose: shorter than kShortest_s; a
 /// command that rests or opens no port; a pressure that does not move beyond noise; 95 % of the rows saturated
 /// (at supply or ambient, or still although a port is open); a sensor that clips.
 void require_diagnosable(const std::vector<NamedLog>& logs, const trace::RigDescription& rig);

@@ -123,7 +123,7 @@ int run(const Options& options) {
   const auto baseline = options.input.read(options.baseline, rig);
   diagnose::require_diagnosable(logs, rig);
   if (!baseline.empty()) diagnose::require_diagnosable(baseline, rig);
-  if (!heldout.empty()) diagnose::require_units(heldout, rig);
+  diagnose::require_rate(heldout, rig);
 
   GapReport report;
   {

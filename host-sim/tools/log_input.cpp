@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "host-sim/diagnose/log_check.hpp"
 #include "host-sim/rig/effects_chamber.hpp"
 #include "host-sim/trace/input_error.hpp"
 #include "host-sim/trace/log_csv.hpp"
@@ -62,6 +63,9 @@ std::vector<trace::NamedLog> LogInput::read(const std::vector<std::string>& file
   for (const std::string& file : files) {
     logs.push_back({std::filesystem::path(file).filename().string(), log_of(file, rig)});
   }
+  if (!logs.empty()) diagnose::require_units(logs, rig);
+  for (const std::string& notice : diagnose::supply_notices(logs, rig))
+    fmt::print(stderr, "plenum {}: {}\n", command_, notice);
   return logs;
 }
 

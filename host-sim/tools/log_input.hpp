@@ -25,8 +25,9 @@ class LogInput {
   bool has_rig() const { return !rig_file_.empty(); }
   bool of_ventilator() const;
 
-  /// Each file as a log, with its name but not its folder: a page holds no path. Columns that are ignored are
-  /// told on standard error. Throws trace::InputError.
+  /// Each file as a log, with its name but not its folder: a page holds no path. Columns that are ignored, and a supply
+  /// that is not the rig's, are told on standard error. Throws trace::InputError, also for other units than those of the
+  /// columns' names.
   std::vector<trace::NamedLog> read(const std::vector<std::string>& files,
                                     const trace::RigDescription& rig) const;
 

@@ -213,6 +213,21 @@ TEST(LogCheck, TakesAHoldAmongLogsThatExcite) {
   EXPECT_EQ(answer({{"a.csv", excited({.seconds = 2.0})}, {"b.csv", excited({.seconds = 2.0})}}), "");
 }
 
+TEST(LogCheck, TellsOfASupplyThatIsNotTheRigs) {
+  Log log = excited();
+  EXPECT_TRUE(supply_notices({{"log.csv", log}}, {}).empty()) << "no column";
+  log.supply_Pa.assign(log.size(), 700e3);
+  for (std::size_t row = 0; row < log.size(); row += 2) log.supply_Pa[row] = 600e3;  // it droops
+  EXPECT_TRUE(supply_notices({{"log.csv", log}}, {}).empty());
+  log.supply_Pa.assign(log.size(), 650e3);
+  EXPECT_EQ(answer(log), "") << "one that is off is to be found";
+  EXPECT_THAT(supply_notices({{"log.csv", log}}, {}),
+              ::testing::ElementsAre("log.csv: column supply_Pa comes to 650000, the model runs on the rig's "
+                                     "supply.pressure_Pa = 700000: expected both alike"));
+  log.supply_Pa.assign(log.size(), 500e3);
+  expect_refusal(2, log, {"column supply_Pa comes to 500000"});
+}
+
 TEST(LogCheck, AsksOfHeldOutLogsForUnitsOnly) {
   const Log hold = recorded({.seconds = 1.0}, [](double) { return 5.0; });
   EXPECT_NO_THROW(require_units({{"held.csv", hold}}, {}));
