@@ -106,6 +106,8 @@ class World final : public board::rt::Events, public board::Hardware {
   void look_at_stop() noexcept override {}
   void ticked(std::uint64_t, std::uint32_t) noexcept override { ticked_ = true; }
   void make_safe() noexcept override {}
+  void rest_at(std::size_t, float) noexcept override {}
+  void stopping() noexcept override {}
 
   std::vector<std::uint64_t> tick_time_ns;
   std::uint64_t frames = 0;  ///< that the board has sent since the warm-up
