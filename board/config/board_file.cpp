@@ -261,6 +261,9 @@ BoardFile parse_board(std::string_view text, const std::string& file) {
 
 BoardFile read_board(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
+  file.peek();
+  if (file.rdstate() == std::ios::eofbit)
+    throw ConfigError(fmt::format("{}: is empty, expected a board.toml", path.string()));
   std::ostringstream text;
   text << file.rdbuf();
   // a folder can be opened, and not read

@@ -230,6 +230,7 @@ TEST(BoardFile, AFileThatCannotBeReadIsNamed) {
   EXPECT_EQ(read("/nowhere/board.toml"),
             "/nowhere/board.toml: No such file or directory, expected a board.toml");
   EXPECT_EQ(read("/proc"), "/proc: Is a directory, expected a board.toml");
+  EXPECT_EQ(read("/dev/null"), "/dev/null: is empty, expected a board.toml");
 }
 
 }  // namespace
