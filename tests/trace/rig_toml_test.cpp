@@ -1,5 +1,6 @@
 #include "host-sim/trace/rig_toml.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -42,6 +43,22 @@ TEST(RigToml, TakesLettersBeyondAsciiInCommentsOnly) {
        {"a = \"#\"\xC2\xA7\n", "a = '#'\xC2\xA7\n", "a = \"\\\"#\"\xC2\xA7\n", "\"#\"\xC2\xA7 = 1\n"}) {
     EXPECT_THAT(refusal(text), HasSubstr("rig.toml: line 1: a character beyond ASCII")) << text;
   }
+}
+
+TEST(RigToml, RefusesAKeyOfMorePartsThanAnyOfItsOwn) {
+  const auto dotted = [](const std::string& part, std::size_t parts) {
+    std::string key = part;
+    for (std::size_t more = 1; more < parts; ++more) key += "." + part;
+    return key;
+  };
+  for (const std::size_t parts : {9U, 5'000U, 200'000U}) {
+    const std::string expected = fmt::format("a key of {} parts, expected 8 at most", parts);
+    for (const std::string part : {"a", "'='", "\"]\\\"\""}) {
+      EXPECT_EQ(refusal("\n" + dotted(part, parts) + " = 1\n"), "rig.toml: line 2: " + expected) << part;
+      EXPECT_EQ(refusal("[" + dotted(part, parts) + "]"), "rig.toml: line 1: " + expected) << part;
+    }
+  }
+  EXPECT_THAT(refusal(dotted("a", 8) + " = 1"), HasSubstr("unknown table or key 'a'"));
 }
 
 TEST(RigToml, ReadsTheExampleOfTheContract) {

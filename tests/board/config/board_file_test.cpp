@@ -1,6 +1,7 @@
 // board.toml: what the example says arrives, and each mistake is named with its line and its key.
 #include "board/config/board_file.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -210,6 +211,29 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(BoardFile, ATableThatIsMissingOrTextThatIsNoTomlIsNamed) {
   EXPECT_EQ(refusal(""), "board.toml: can is missing, expected a table [can]");
   EXPECT_THAT(refusal("[can\n"), AllOf(StartsWith("board.toml: line 1: "), HasSubstr("expected TOML")));
+}
+
+TEST(BoardFile, AKeyOfMorePartsThanAnyOfThisFileIsRefusedHoweverManyTheyAre) {
+  const auto dotted = [](const std::string& part, std::size_t parts) {
+    std::string key = part;
+    for (std::size_t more = 1; more < parts; ++more) key += "." + part;
+    return key;
+  };
+  for (const std::size_t parts : {9U, 5'000U, 200'000U}) {
+    const std::string expected = fmt::format("a key of {} parts, expected 8 at most", parts);
+    for (const std::string part : {"a", "'='", "\"]\\\"\""}) {
+      EXPECT_EQ(refusal("\n" + dotted(part, parts) + " = 1\n"), "board.toml: line 2: " + expected) << part;
+      EXPECT_EQ(refusal("[" + dotted(part, parts) + "]"), "board.toml: line 1: " + expected) << part;
+      EXPECT_EQ(refusal("a.a = [ 1.5, {" + dotted(part, parts) + " = 1 } ]"),
+                "board.toml: line 1: " + expected);
+    }
+    EXPECT_THAT(refusal("a = [\"\"\"\n'\"\"\", {" + dotted("a", parts) + " = 1 }]"),
+                StartsWith("board.toml: line 2: a key of"));
+  }
+  EXPECT_THAT(refusal(dotted("a", 8) + " = 1"), HasSubstr("can is missing"));
+  EXPECT_THAT(refusal("a = [1.5, 1.5, 1.5, 1.5, 1.5, 1.5, 1.5, 1.5, 1.5]  # 1.2.3.4.5.6.7.8.9"),
+              HasSubstr("can is missing"));
+  EXPECT_THAT(refusal("a = '1.2.3.4.5.6.7.8.9'"), HasSubstr("can is missing"));
 }
 
 TEST(BoardFile, ANinthChamberIsOneTooMany) {
