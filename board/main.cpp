@@ -86,9 +86,9 @@ int main(int argc, char** argv) {
   bool only_check = false;
   bool only_safe = false;
   program.add_option("--config", path, "What the board is made of")->capture_default_str();
-  auto* check_flag =
-      program.add_flag("--check", only_check,
-                       "Read the configuration, open and read each device; powers no valve, moves none");
+  auto* check_flag = program.add_flag(
+      "--check", only_check,
+      "Read the configuration, open and read each device; valve power off, vent open, no output set");
   program
       .add_flag("--safe", only_safe,
                 "Set the outputs to their safe values and switch the valve power off, then end")

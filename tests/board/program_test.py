@@ -46,6 +46,9 @@ class Mistakes(unittest.TestCase):
     def test_an_option_that_is_none_ends_with_2(self):
         self.assertEqual(run("--chekc").returncode, 2)
 
+    def test_help_tells_that_a_check_opens_the_vent(self):
+        self.assertIn("valve power off, vent open, no output set", " ".join(run("--help").stdout.split()))
+
     def test_version_is_printed(self):
         done = run("--version")
         self.assertRegex(done.stdout, r"^\d+\.\d+\.\d+\n$")
