@@ -37,6 +37,13 @@ class PlenumdService(unittest.TestCase):
     def test_the_guard_is_left_alive_when_the_loop_has_died(self):
         self.assertRegex(text(), r"(?m)^KillMode=control-group$")
 
+    def test_a_group_of_devices_that_it_may_open_is_there_when_it_starts(self):
+        built_in = {"gpiochip"}
+        module = {"iio": "industrialio", "watchdog": "watchdog"}
+        for group in set(re.findall(r"(?m)^DeviceAllow=char-(\S+)", text())) - built_in:
+            for order in "Wants", "After":
+                self.assertRegex(text(), rf"(?m)^{order}=(.* )?modprobe@{module[group]}[.]service( |$)")
+
     def test_it_is_not_root_and_holds_no_capability(self):
         self.assertRegex(text(), r"(?m)^User=(?!root$).+$")
         self.assertRegex(text(), r"(?m)^CapabilityBoundingSet=$")
