@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "board/drivers/file_store.hpp"
 #include "board/drivers/gpio_lines.hpp"
 #include "board/drivers/iio_input.hpp"
 #include "board/drivers/iio_output.hpp"
@@ -135,12 +136,11 @@ std::string check_lines(const config::BoardFile& board) {
                                                          : "closed");
 }
 
-/// Looks without touching: what is opened may be made, or armed.
-void check_access(const char* what, const std::filesystem::path& path, const char* expected, Page& page) {
-  const bool writable = ::access(path.c_str(), W_OK) == 0;
-  page.line(writable, what,
-            writable ? path.string()
-                     : fmt::format("{}: {}, expected {}", path.string(), std::strerror(errno), expected));
+/// Looks without touching: a watchdog that is opened is armed.
+std::string check_watchdog(const std::filesystem::path& path) {
+  if (::access(path.c_str(), W_OK) == 0) return path.string();
+  throw std::runtime_error(
+      fmt::format("{}: {}, expected a device that can be written", path.string(), std::strerror(errno)));
 }
 
 }  // namespace
@@ -160,9 +160,11 @@ bool check(const config::BoardFile& board) {
     const drivers::IioOutput output(board.analog_out);
     return fmt::format("{} opened, none written", in_use);
   });
-  check_access("store", board.store, "a folder that can be written", page);
-  // opening a watchdog would arm it
-  if (!board.watchdog.empty()) check_access("watchdog", board.watchdog, "a device that can be written", page);
+  page.attempt("store", [&] {
+    drivers::FileStore::look(board.store);
+    return board.store.string();
+  });
+  if (!board.watchdog.empty()) page.attempt("watchdog", [&] { return check_watchdog(board.watchdog); });
   return page.all_good();
 }
 

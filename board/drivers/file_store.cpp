@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <signal.h>
+#include <sys/stat.h>
 #include <sys/types.h>
 #include <unistd.h>
 
@@ -22,10 +23,12 @@ using ports::StoreResult;
 // All that the worker calls is pwrite and fdatasync. A thread's default of 8 MiB would be locked into memory with the rest.
 constexpr std::size_t kWorkerStackBytes = std::size_t{64} * 1024;
 
-[[noreturn]] void refuse(const std::filesystem::path& path, int cause) {
-  throw std::runtime_error("store:" + path.string() + ": " + std::strerror(cause) +
+[[noreturn]] void refuse(const std::filesystem::path& path, const char* found) {
+  throw std::runtime_error("store:" + path.string() + ": " + found +
                            ", expected a folder that this user may write, and slots in it that are files");
 }
+
+constexpr const char* kNoRegularFile = "no regular file";
 
 /// A thread of the ordinary scheduler, whatever its maker's, that takes no signal. Returns an error of pthread_create.
 int start_worker(pthread_t& worker, void* (*work)(void*), void* store) {
@@ -46,19 +49,21 @@ int start_worker(pthread_t& worker, void* (*work)(void*), void* store) {
 }  // namespace
 
 FileStore::FileStore(const std::filesystem::path& folder) {
-  const auto give_up = [&](const std::filesystem::path& path, int cause) {
+  const auto give_up = [&](const std::filesystem::path& path, const char* found) {
     close_slots(file_);
-    refuse(path, cause);
+    refuse(path, found);
   };
   for (std::size_t slot = 0; slot < kSlots; ++slot) {
     const std::filesystem::path path = slot_path(folder, slot);
     file_[slot] = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-    if (file_[slot] < 0) give_up(path, errno);
+    if (file_[slot] < 0) give_up(path, std::strerror(errno));
+    struct stat status {};
+    if (::fstat(file_[slot], &status) != 0 || !S_ISREG(status.st_mode)) give_up(path, kNoRegularFile);
     // With its blocks there from the start, a slot can be written when the disk is full. A file system that cannot do this
     // leaves it to the write to say so.
     ::fallocate(file_[slot], 0, 0, static_cast<off_t>(config::kMaxSlotBytes));
   }
-  if (!sync_folder(folder)) give_up(folder, errno);
+  if (!sync_folder(folder)) give_up(folder, std::strerror(errno));
   ::sem_init(&wake_, 0, 0);
   const auto work = [](void* store) -> void* {
     static_cast<FileStore*>(store)->work();
@@ -69,6 +74,22 @@ FileStore::FileStore(const std::filesystem::path& folder) {
     close_slots(file_);
     throw std::runtime_error("store:" + folder.string() + ": no worker thread: " + std::strerror(error) +
                              ", expected a limit on threads (TasksMax, RLIMIT_NPROC) that admits one more");
+  }
+}
+
+void FileStore::look(const std::filesystem::path& folder) {
+  struct stat status {};
+  if (::stat(folder.c_str(), &status) == 0 && !S_ISDIR(status.st_mode))
+    refuse(folder, std::strerror(ENOTDIR));
+  if (::eaccess(folder.c_str(), R_OK | W_OK | X_OK) != 0) refuse(folder, std::strerror(errno));
+  for (std::size_t slot = 0; slot < kSlots; ++slot) {
+    const std::filesystem::path path = slot_path(folder, slot);
+    if (::stat(path.c_str(), &status) != 0) {
+      if (errno == ENOENT) continue;  // opening makes it
+      refuse(path, std::strerror(errno));
+    }
+    if (!S_ISREG(status.st_mode)) refuse(path, kNoRegularFile);
+    if (::eaccess(path.c_str(), R_OK | W_OK) != 0) refuse(path, std::strerror(errno));
   }
 }
 

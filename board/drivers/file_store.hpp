@@ -23,6 +23,8 @@ class FileStore final : public ports::ParameterStore {
   /// Opens the slots, and makes those that do not exist. The folder must exist. Throws std::runtime_error: which file, what
   /// was found, what was expected.
   explicit FileStore(const std::filesystem::path& folder);
+  /// Throws as opening would, as far as looking tells. Opens and makes nothing.
+  static void look(const std::filesystem::path& folder);
   /// Waits for the order under way, which on a failing disk may take long: make the outputs safe before.
   ~FileStore();
   FileStore(const FileStore&) = delete;

@@ -81,6 +81,13 @@ class WithoutDevices(unittest.TestCase):
                           ["FAIL", "analog output"], ["ok", "store"]])
         self.assertEqual(done.returncode, 1)
 
+    def test_check_refuses_a_store_that_could_not_be_opened(self):
+        (self.folder / "slot-a.bin").mkdir()
+        for folder in self.folder, self.board, Path("/dev/null"):
+            self.board.write_text(BOARD.format(folder=folder), encoding="utf-8")
+            said = run("--config", str(self.board), "--check").stdout.splitlines()[-1]
+            self.assertRegex(said, rf"^FAIL  store +store:{folder}\S*: .*, expected a folder")
+
     def test_check_makes_nothing(self):
         run("--config", str(self.board), "--check")
         self.assertEqual(list(self.folder.iterdir()), [self.board])

@@ -5,6 +5,7 @@
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -24,6 +25,7 @@ namespace {
 
 using ports::StoreResult;
 using ::testing::Each;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using Bytes = std::vector<std::uint8_t>;
 
@@ -45,7 +47,32 @@ class FileStoreTest : public ::testing::Test {
     return "no failure";
   }
 
+  std::string found_by_a_look() const {
+    try {
+      FileStore::look(folder_);
+    } catch (const std::runtime_error& error) {
+      return error.what();
+    }
+    return "no failure";
+  }
+
   std::filesystem::path folder_;
+};
+
+/// A regular file that takes no byte more, as on a disk that is full.
+class FullFile {
+ public:
+  FullFile() : file_(::memfd_create("full", MFD_ALLOW_SEALING | MFD_CLOEXEC)) {
+    if (::fcntl(file_, F_ADD_SEALS, F_SEAL_GROW) != 0) throw std::runtime_error("no file that can be sealed");
+  }
+  ~FullFile() { ::close(file_); }
+  FullFile(const FullFile&) = delete;
+  FullFile& operator=(const FullFile&) = delete;
+
+  std::string path() const { return "/proc/self/fd/" + std::to_string(file_); }
+
+ private:
+  int file_;
 };
 
 /// Asks until the answer comes, as the board's ticks do.
@@ -121,7 +148,8 @@ TEST_F(FileStoreTest, EachOrderIsBusyFirstAndAnsweredOnce) {
 }
 
 TEST_F(FileStoreTest, AnOrderThatWasGivenUpAnswersNoOther) {
-  std::filesystem::create_symlink("/dev/full", folder_ / "slot-a.bin");
+  const FullFile full;
+  std::filesystem::create_symlink(full.path(), folder_ / "slot-a.bin");
   FileStore store(folder_);
   const Bytes refused = counting(3);
   const Bytes taken = counting(3);
@@ -156,7 +184,8 @@ TEST_F(FileStoreTest, AStoreThatEndsHasCarriedOutItsOrder) {
 }
 
 TEST_F(FileStoreTest, ADiskThatIsFullFailsTheWriteAndTheOtherSlotWorks) {
-  std::filesystem::create_symlink("/dev/full", folder_ / "slot-a.bin");
+  const FullFile full;
+  std::filesystem::create_symlink(full.path(), folder_ / "slot-a.bin");
   FileStore store(folder_);
   EXPECT_EQ(write(store, 0, 0, {1}), StoreResult::failed);
   EXPECT_EQ(write(store, 0, 0, {1}), StoreResult::failed) << "tried again";
@@ -164,9 +193,10 @@ TEST_F(FileStoreTest, ADiskThatIsFullFailsTheWriteAndTheOtherSlotWorks) {
 }
 
 TEST_F(FileStoreTest, AMediumThatCannotSyncFailsTheSync) {
-  std::filesystem::create_symlink("/dev/zero", folder_ / "slot-b.bin");
+  // a regular file that takes a number, and has no fdatasync
+  std::filesystem::create_symlink("/proc/self/coredump_filter", folder_ / "slot-b.bin");
   FileStore store(folder_);
-  EXPECT_EQ(write(store, 1, 0, {1}), StoreResult::done);
+  EXPECT_EQ(write(store, 1, 0, {'3'}), StoreResult::done);
   EXPECT_EQ(sync(store, 1), StoreResult::failed);
 }
 
@@ -199,8 +229,69 @@ TEST_F(FileStoreTest, AFolderThatIsNoneIsToldByTheNameOfTheFile) {
 }
 
 TEST_F(FileStoreTest, ASlotThatIsNoFileIsToldByItsName) {
-  std::filesystem::create_directory(folder_ / "slot-b.bin");
+  const std::filesystem::path slot = folder_ / "slot-b.bin";
+  std::filesystem::create_directory(slot);
   EXPECT_THAT(failure(), HasSubstr("slot-b.bin: Is a directory"));
+  std::filesystem::remove(slot);
+  ASSERT_EQ(::mkfifo(slot.c_str(), 0600), 0);
+  EXPECT_THAT(failure(), HasSubstr("slot-b.bin: no regular file"));
+  std::filesystem::remove(slot);
+  std::filesystem::create_symlink("/dev/null", slot);
+  EXPECT_THAT(failure(), HasSubstr("slot-b.bin: no regular file"));
+}
+
+TEST_F(FileStoreTest, ALookTellsWhatOpeningWouldAndMakesNothing) {
+  EXPECT_EQ(found_by_a_look(), "no failure");
+  EXPECT_TRUE(std::filesystem::is_empty(folder_));
+  { const FileStore store(folder_); }
+  EXPECT_EQ(found_by_a_look(), "no failure") << "with slots in it";
+
+  const std::filesystem::path slot = folder_ / "slot-a.bin";
+  std::filesystem::remove(slot);
+  std::filesystem::create_directory(slot);
+  EXPECT_THAT(found_by_a_look(), HasSubstr("slot-a.bin: no regular file"));
+  std::filesystem::remove(slot);
+  ASSERT_EQ(::mkfifo(slot.c_str(), 0600), 0);
+  EXPECT_THAT(found_by_a_look(), HasSubstr("slot-a.bin: no regular file"));
+  std::filesystem::remove(slot);
+
+  const std::filesystem::path folder = folder_;
+  folder_ = folder / "none";
+  EXPECT_THAT(found_by_a_look(), HasSubstr("none: No such file or directory, expected a folder"));
+  folder_ = folder / "slot-b.bin";
+  EXPECT_THAT(found_by_a_look(), HasSubstr("slot-b.bin: Not a directory, expected a folder"));
+  folder_ = "/dev/null";
+  EXPECT_THAT(found_by_a_look(), HasSubstr("/dev/null: Not a directory, expected a folder"));
+  folder_ = folder;
+}
+
+TEST_F(FileStoreTest, ALookTellsWhatThisUserMayNot) {
+  { const FileStore store(folder_); }
+  std::filesystem::permissions(folder_ / "slot-a.bin", std::filesystem::perms::all);
+  if (::geteuid() == 0 && ::seteuid(65534) != 0) GTEST_SKIP() << "no user without rights";
+  using std::filesystem::perms;
+  std::vector<std::string> found;
+  const auto with = [&](perms folder, perms slot) {
+    const uid_t user = ::geteuid();
+    ASSERT_EQ(::seteuid(::getuid()), 0);
+    std::filesystem::permissions(folder_, folder);
+    std::filesystem::permissions(folder_ / "slot-b.bin", slot);
+    ASSERT_EQ(::seteuid(user), 0);
+    found.push_back(found_by_a_look());
+  };
+  constexpr perms kNotWritten = perms::all & ~(perms::owner_write | perms::group_write | perms::others_write);
+  constexpr perms kNotEntered = perms::all & ~(perms::owner_exec | perms::group_exec | perms::others_exec);
+  constexpr perms kNotRead = perms::all & ~(perms::owner_read | perms::group_read | perms::others_read);
+  with(kNotWritten, perms::all);
+  with(kNotEntered, perms::all);
+  with(kNotRead, perms::all);
+  with(perms::all, kNotWritten);
+  with(perms::all, kNotRead);
+  with(perms::all, perms::all);
+  ASSERT_EQ(::seteuid(::getuid()), 0);
+  const auto folder = HasSubstr("store:" + folder_.string() + ": Permission denied");
+  const auto slot = HasSubstr("slot-b.bin: Permission denied");
+  EXPECT_THAT(found, ElementsAre(folder, folder, folder, slot, slot, "no failure"));
 }
 
 TEST_F(FileStoreTest, AFolderThatMayNotBeWrittenIsRefusedAtTheStart) {
