@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "board/bus_check.hpp"
 #include "board/drivers/file_store.hpp"
 #include "board/drivers/gpio_lines.hpp"
 #include "board/drivers/iio_input.hpp"
@@ -151,7 +152,9 @@ bool check(const config::BoardFile& board) {
                                     [](const auto& chamber) { return chamber.in_use; });
   page.line(true, "configuration", fmt::format("{} chambers in use", in_use));
   page.attempt("bus", [&] {
-    const drivers::SocketCan can(board.interface);
+    drivers::SocketCan can(board.interface);
+    const std::string trouble = trouble_of(can, board.interface);
+    if (!trouble.empty()) throw std::runtime_error(trouble);
     return board.interface;
   });
   page.attempt("digital lines", [&] { return check_lines(board); });
