@@ -24,7 +24,7 @@ struct AcceptanceRun {
   std::uint32_t overruns = 0;
   double tick_rate_Hz = 0.0;
   std::size_t rows = 0;       ///< that came whole
-  std::size_t rows_lost = 0;  ///< that came with some chambers only
+  std::size_t rows_lost = 0;  ///< ticks of which some chambers came, or nothing
   double can_load = 0.0;      ///< share of the time that the bus was busy while streaming
   double sdo_median_ms = 0.0;
   double sdo_p99_ms = 0.0;
