@@ -1,6 +1,7 @@
 #include "board/linux_hardware.hpp"
 
 #include <memory>
+#include <span>
 #include <stdexcept>
 #include <thread>
 
@@ -35,7 +36,9 @@ LinuxHardware::LinuxHardware(const config::BoardFile& board, steady_clock::time_
       stop_(lines_),
       valves_(stop_, output_),
       guard_(guard_config(board.real_time), valves_),
-      bus_([interface = board.interface] { return std::make_unique<drivers::SocketCan>(interface); }) {
+      bus_([interface = board.interface] {
+        return std::make_unique<drivers::SocketCan>(interface, std::span(&drivers::kBaseDataFrames, 1));
+      }) {
   open(input_, board.analog_in, latest);
   open(store_, board.store, latest);
   if (!bus_.trouble().empty()) troubles_.push_back(bus_.trouble());

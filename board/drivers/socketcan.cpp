@@ -29,15 +29,6 @@ bool set(int socket, int level, int option, const T& value) {
   return ::setsockopt(socket, level, option, &value, sizeof value) == 0;
 }
 
-std::vector<can_filter> kernel_filters(std::span<const CanFilter> filters) {
-  std::vector<can_filter> all;
-  for (const CanFilter& one : filters) {
-    const std::uint32_t kind = one.extended ? CAN_EFF_FLAG : 0U;
-    all.push_back({one.id | kind, one.mask | CAN_EFF_FLAG | CAN_RTR_FLAG});
-  }
-  return all;
-}
-
 /// The kernel takes a controller's carrier away at bus-off, and tells a socket that is opened later nothing of it.
 CanState state_now(const std::string& interface) {
   std::ifstream carrier("/sys/class/net/" + interface + "/carrier");
@@ -62,7 +53,8 @@ SocketCan::SocketCan(const std::string& interface, std::span<const CanFilter> fi
   const unsigned index = ::if_nametoindex(interface.c_str());
   if (index == 0) give_up("no such interface", "one that `ip -brief link show type can` lists");
 
-  const std::vector<can_filter> kernel = kernel_filters(filters);
+  std::vector<can_filter> kernel;
+  for (const CanFilter& one : filters) kernel.push_back(kernel_filter(one));
   const auto filters_size = static_cast<socklen_t>(kernel.size() * sizeof(can_filter));
   const can_err_mask_t errors = CAN_ERR_CRTL | CAN_ERR_BUSOFF | CAN_ERR_RESTARTED;
   sockaddr_can address{};
@@ -128,6 +120,10 @@ bool SocketCan::receive(CanFrame& frame) noexcept {
     }
   }
   return false;
+}
+
+can_filter kernel_filter(const CanFilter& filter) noexcept {
+  return {filter.id | (filter.extended ? CAN_EFF_FLAG : 0U), filter.mask | CAN_EFF_FLAG | CAN_RTR_FLAG};
 }
 
 can_frame to_kernel(const CanFrame& frame) noexcept {

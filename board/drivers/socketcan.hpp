@@ -22,7 +22,7 @@ namespace plenum::board::drivers {
 using ports::CanFrame;
 using ports::CanState;
 
-/// Lets a frame through when its identifier and this one agree in the bits of `mask`, and in their length.
+/// Lets a data frame through when its identifier and this one agree in the bits of `mask`, and in their length. No remote frame.
 struct CanFilter {
   std::uint32_t id = 0;
   std::uint32_t mask = 0;  ///< 0: all of them
@@ -58,6 +58,10 @@ class SocketCan final : public ports::CanBus {
   bool down_ = false;
 };
 
+/// Every data frame of 11 bits: all that canopen::Node takes, whatever its PDOs and its SYNC are set to.
+inline constexpr CanFilter kBaseDataFrames{};
+
+can_filter kernel_filter(const CanFilter& filter) noexcept;
 /// The kernel's form of a frame. `length` up to 8.
 can_frame to_kernel(const CanFrame& frame) noexcept;
 /// Empty for an error frame.

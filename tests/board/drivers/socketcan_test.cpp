@@ -55,6 +55,29 @@ TEST(SocketCan, TheKernelsFlagsStandAboveTheIdentifier) {
   EXPECT_EQ(to_kernel({.id = 1, .length = 3}).can_dlc, 3);
 }
 
+/// As the kernel compares: can(7), "received_can_id & mask == can_id & mask".
+bool lets_through(const CanFilter& filter, const CanFrame& frame) {
+  const can_filter kernel = kernel_filter(filter);
+  return (to_kernel(frame).can_id & kernel.can_mask) == (kernel.can_id & kernel.can_mask);
+}
+
+TEST(SocketCan, TheFilterOfANodeLetsEveryDataFrameOf11BitsThroughAndNoOther) {
+  for (std::uint32_t id = 0; id <= CAN_SFF_MASK; ++id) {
+    EXPECT_TRUE(lets_through(kBaseDataFrames, {.id = id})) << id;
+    EXPECT_FALSE(lets_through(kBaseDataFrames, {.id = id, .remote = true})) << id;
+    EXPECT_FALSE(lets_through(kBaseDataFrames, {.id = id, .extended = true})) << id;
+  }
+  EXPECT_FALSE(lets_through(kBaseDataFrames, {.id = CAN_EFF_MASK, .extended = true}));
+}
+
+TEST(SocketCan, AFilterComparesTheBitsOfItsMask) {
+  const CanFilter only{.id = 0x180, .mask = 0x780};
+  EXPECT_TRUE(lets_through(only, {.id = 0x1FF}));
+  EXPECT_FALSE(lets_through(only, {.id = 0x200}));
+  EXPECT_FALSE(lets_through(only, {.id = 0x181, .extended = true}));
+  EXPECT_TRUE(lets_through({.id = 0x180, .mask = 0x780, .extended = true}, {.id = 0x1181, .extended = true}));
+}
+
 TEST(SocketCan, BytesBeyondTheLengthAreZero) {
   can_frame kernel{};
   kernel.can_dlc = 1;
