@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "board/bus_check.hpp"
@@ -48,11 +49,61 @@ class Page {
     }
   }
 
+  /// What the board opens as a whole. Where that throws, each part is opened alone, and each failure named once; where no part
+  /// fails alone, that of the whole is. False: a line says FAIL.
+  template <class Config, class Open>
+  bool attempt_all(const char* what, const Config& whole, const std::vector<Config>& parts, Open&& open) {
+    std::vector<std::string> failures;
+    const auto opened = [&](const Config& config) {
+      try {
+        open(config);
+        return true;
+      } catch (const std::runtime_error& error) {
+        if (std::find(failures.begin(), failures.end(), error.what()) == failures.end())
+          failures.emplace_back(error.what());
+        return false;
+      }
+    };
+    if (opened(whole)) return true;
+    const std::vector<std::string> of_whole = std::exchange(failures, {});
+    for (const Config& part : parts) opened(part);
+    for (const std::string& failure : failures.empty() ? of_whole : failures) line(false, what, failure);
+    return false;
+  }
+
   bool all_good() const { return all_good_; }
 
  private:
   bool all_good_ = true;
 };
+
+/// One a channel that is fitted, without the others.
+template <class Config>
+std::vector<Config> each_channel(const Config& whole) {
+  std::vector<Config> each;
+  for (std::size_t c = 0; c < whole.channels.size(); ++c) {
+    if (!whole.channels[c].fitted()) continue;
+    Config one = whole;
+    one.channels.assign(whole.channels.size(), {});
+    one.channels[c] = whole.channels[c];
+    each.push_back(one);
+  }
+  return each;
+}
+
+/// One a line that is fitted, without the others.
+std::vector<drivers::GpioConfig> each_line(const drivers::GpioConfig& whole) {
+  using drivers::GpioConfig;
+  std::vector<GpioConfig> each;
+  for (const auto line :
+       {&GpioConfig::valve_power, &GpioConfig::emergency_stop, &GpioConfig::fault_lamp, &GpioConfig::vent}) {
+    if (!(whole.*line).fitted()) continue;
+    GpioConfig one;
+    one.*line = whole.*line;
+    each.push_back(one);
+  }
+  return each;
+}
 
 /// Waits for the scans of a few ticks; whatever has come by then is read.
 void wait_for_scans(drivers::IioInput& input) {
@@ -81,6 +132,7 @@ struct Sensor {
 };
 
 void check_reading(const Sensor& sensor, const ports::AnalogReading& reading, Page& page) {
+  if (!sensor.channel.fitted()) return;
   const std::string where =
       fmt::format("{} ({} {})", sensor.name, sensor.channel.device, sensor.channel.channel);
   if (!reading.fresh) {
@@ -93,17 +145,13 @@ void check_reading(const Sensor& sensor, const ports::AnalogReading& reading, Pa
                         valid ? "" : fmt::format(", expected {} to {} V", sensor.low_V, sensor.high_V)));
 }
 
-void check_input(const config::BoardFile& board, Page& page) {
+/// The readings of the channels of `analog_in`. Throws when it cannot be opened.
+void check_readings(const config::BoardFile& board, const drivers::IioInputConfig& analog_in, Page& page) {
   std::array<ports::AnalogReading, kAnalogInputs> readings{};
-  try {
-    drivers::IioInput input(board.analog_in);
-    wait_for_scans(input);
-    input.read(readings);
-  } catch (const std::runtime_error& error) {
-    page.line(false, "analog input", error.what());
-    return;
-  }
-  const auto& channels = board.analog_in.channels;
+  drivers::IioInput input(analog_in);
+  wait_for_scans(input);
+  input.read(readings);
+  const auto& channels = analog_in.channels;
   for (std::size_t c = 0; c < kChambers; ++c) {
     const plenum::config::ChamberSettings& settings = board.settings.chamber[c];
     if (!settings.in_use) continue;
@@ -117,7 +165,6 @@ void check_input(const config::BoardFile& board, Page& page) {
          settings.position_valid_low_V, settings.position_valid_high_V},
         position, page);
   }
-  if (!channels[2 * kChambers].fitted()) return;
   constexpr float kAnyVoltage_V = 1000.0F;
   const ports::AnalogReading& supply = readings[2 * kChambers];
   check_reading({"supply", channels[2 * kChambers], supply_kPa(board.settings.board, supply.mean_V), "kPa",
@@ -125,16 +172,16 @@ void check_input(const config::BoardFile& board, Page& page) {
                 supply, page);
 }
 
-std::string check_lines(const config::BoardFile& board) {
-  drivers::GpioLines lines(board.gpio);
+std::string check_lines(const drivers::GpioConfig& gpio) {
+  drivers::GpioLines lines(gpio);
   const bool open = lines.read().emergency_stop;
   if (lines.gone()) throw std::runtime_error("a line cannot be read");
   const auto fitted = [](const drivers::GpioLine& line) { return line.fitted() ? "fitted" : "not fitted"; };
-  return fmt::format("valve power {}, vent {}, lamp {}, emergency stop {}", fitted(board.gpio.valve_power),
-                     fitted(board.gpio.vent), fitted(board.gpio.fault_lamp),
-                     !board.gpio.emergency_stop.fitted() ? "not fitted"
-                     : open                              ? "open"
-                                                         : "closed");
+  return fmt::format("valve power {}, vent {}, lamp {}, emergency stop {}", fitted(gpio.valve_power),
+                     fitted(gpio.vent), fitted(gpio.fault_lamp),
+                     !gpio.emergency_stop.fitted() ? "not fitted"
+                     : open                        ? "open"
+                                                   : "closed");
 }
 
 /// Looks without touching: a watchdog that is opened is armed.
@@ -157,12 +204,15 @@ bool check(const config::BoardFile& board) {
     if (!trouble.empty()) throw std::runtime_error(trouble);
     return board.interface;
   });
-  page.attempt("digital lines", [&] { return check_lines(board); });
-  check_input(board, page);
-  page.attempt("analog output", [&] {
-    const drivers::IioOutput output(board.analog_out);
-    return fmt::format("{} opened, none written", in_use);
-  });
+  std::string lines;
+  if (page.attempt_all("digital lines", board.gpio, each_line(board.gpio),
+                       [&](const auto& gpio) { lines = check_lines(gpio); }))
+    page.line(true, "digital lines", lines);
+  page.attempt_all("analog input", board.analog_in, each_channel(board.analog_in),
+                   [&](const auto& analog_in) { check_readings(board, analog_in, page); });
+  if (page.attempt_all("analog output", board.analog_out, each_channel(board.analog_out),
+                       [](const auto& analog_out) { const drivers::IioOutput output(analog_out); }))
+    page.line(true, "analog output", fmt::format("{} opened, none written", in_use));
   page.attempt("store", [&] {
     drivers::FileStore::look(board.store);
     return board.store.string();
