@@ -12,7 +12,6 @@
 #include <filesystem>
 #include <stdexcept>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "board/bus_check.hpp"
@@ -49,26 +48,10 @@ class Page {
     }
   }
 
-  /// What the board opens as a whole. Where that throws, each part is opened alone, and each failure named once; where no part
-  /// fails alone, that of the whole is. False: a line says FAIL.
-  template <class Config, class Open>
-  bool attempt_all(const char* what, const Config& whole, const std::vector<Config>& parts, Open&& open) {
-    std::vector<std::string> failures;
-    const auto opened = [&](const Config& config) {
-      try {
-        open(config);
-        return true;
-      } catch (const std::runtime_error& error) {
-        if (std::find(failures.begin(), failures.end(), error.what()) == failures.end())
-          failures.emplace_back(error.what());
-        return false;
-      }
-    };
-    if (opened(whole)) return true;
-    const std::vector<std::string> of_whole = std::exchange(failures, {});
-    for (const Config& part : parts) opened(part);
-    for (const std::string& failure : failures.empty() ? of_whole : failures) line(false, what, failure);
-    return false;
+  /// What could not be opened, a line each. False: there is some.
+  bool none_missing(const char* what, const std::vector<std::string>& missing) {
+    for (const std::string& one : missing) line(false, what, one);
+    return missing.empty();
   }
 
   bool all_good() const { return all_good_; }
@@ -78,28 +61,13 @@ class Page {
 };
 
 /// One a channel that is fitted, without the others.
-template <class Config>
-std::vector<Config> each_channel(const Config& whole) {
-  std::vector<Config> each;
+std::vector<drivers::IioInputConfig> each_channel(const drivers::IioInputConfig& whole) {
+  std::vector<drivers::IioInputConfig> each;
   for (std::size_t c = 0; c < whole.channels.size(); ++c) {
     if (!whole.channels[c].fitted()) continue;
-    Config one = whole;
+    drivers::IioInputConfig one = whole;
     one.channels.assign(whole.channels.size(), {});
     one.channels[c] = whole.channels[c];
-    each.push_back(one);
-  }
-  return each;
-}
-
-/// One a line that is fitted, without the others.
-std::vector<drivers::GpioConfig> each_line(const drivers::GpioConfig& whole) {
-  using drivers::GpioConfig;
-  std::vector<GpioConfig> each;
-  for (const auto line :
-       {&GpioConfig::valve_power, &GpioConfig::emergency_stop, &GpioConfig::fault_lamp, &GpioConfig::vent}) {
-    if (!(whole.*line).fitted()) continue;
-    GpioConfig one;
-    one.*line = whole.*line;
     each.push_back(one);
   }
   return each;
@@ -172,16 +140,51 @@ void check_readings(const config::BoardFile& board, const drivers::IioInputConfi
                 supply, page);
 }
 
-std::string check_lines(const drivers::GpioConfig& gpio) {
-  drivers::GpioLines lines(gpio);
+/// The board opens its inputs as a whole. Where that fails each is opened alone, and each failure named once; where none
+/// fails alone, that of the whole is, as of a trigger that serves two devices at most.
+void check_input(const config::BoardFile& board, Page& page) {
+  std::string of_whole;
+  try {
+    check_readings(board, board.analog_in, page);
+    return;
+  } catch (const std::runtime_error& error) {
+    of_whole = error.what();
+  }
+  std::vector<std::string> missing;
+  for (const drivers::IioInputConfig& one : each_channel(board.analog_in)) {
+    try {
+      check_readings(board, one, page);
+    } catch (const std::runtime_error& error) {
+      if (std::find(missing.begin(), missing.end(), error.what()) == missing.end())
+        missing.emplace_back(error.what());
+    }
+  }
+  if (missing.empty()) missing.push_back(of_whole);
+  page.none_missing("analog input", missing);
+}
+
+void check_lines(const drivers::GpioConfig& gpio, Page& page) {
+  std::vector<std::string> missing;
+  drivers::GpioLines lines(gpio, &missing);
+  if (!page.none_missing("digital lines", missing)) return;
   const bool open = lines.read().emergency_stop;
-  if (lines.gone()) throw std::runtime_error("a line cannot be read");
   const auto fitted = [](const drivers::GpioLine& line) { return line.fitted() ? "fitted" : "not fitted"; };
-  return fmt::format("valve power {}, vent {}, lamp {}, emergency stop {}", fitted(gpio.valve_power),
-                     fitted(gpio.vent), fitted(gpio.fault_lamp),
-                     !gpio.emergency_stop.fitted() ? "not fitted"
-                     : open                        ? "open"
-                                                   : "closed");
+  page.line(!lines.gone(), "digital lines",
+            lines.gone() ? "a line cannot be read, expected its value"
+                         : fmt::format("valve power {}, vent {}, lamp {}, emergency stop {}",
+                                       fitted(gpio.valve_power), fitted(gpio.vent), fitted(gpio.fault_lamp),
+                                       !gpio.emergency_stop.fitted() ? "not fitted"
+                                       : open                        ? "open"
+                                                                     : "closed"));
+}
+
+void check_output(const drivers::IioOutputConfig& analog_out, Page& page) {
+  std::vector<std::string> missing;
+  const drivers::IioOutput output(analog_out, &missing);
+  const auto fitted = std::count_if(analog_out.channels.begin(), analog_out.channels.end(),
+                                    [](const auto& channel) { return channel.fitted(); });
+  if (page.none_missing("analog output", missing))
+    page.line(true, "analog output", fmt::format("{} opened, none written", fitted));
 }
 
 /// Looks without touching: a watchdog that is opened is armed.
@@ -204,15 +207,9 @@ bool check(const config::BoardFile& board) {
     if (!trouble.empty()) throw std::runtime_error(trouble);
     return board.interface;
   });
-  std::string lines;
-  if (page.attempt_all("digital lines", board.gpio, each_line(board.gpio),
-                       [&](const auto& gpio) { lines = check_lines(gpio); }))
-    page.line(true, "digital lines", lines);
-  page.attempt_all("analog input", board.analog_in, each_channel(board.analog_in),
-                   [&](const auto& analog_in) { check_readings(board, analog_in, page); });
-  if (page.attempt_all("analog output", board.analog_out, each_channel(board.analog_out),
-                       [](const auto& analog_out) { const drivers::IioOutput output(analog_out); }))
-    page.line(true, "analog output", fmt::format("{} opened, none written", in_use));
+  check_lines(board.gpio, page);
+  check_input(board, page);
+  check_output(board.analog_out, page);
   page.attempt("store", [&] {
     drivers::FileStore::look(board.store);
     return board.store.string();

@@ -41,7 +41,8 @@ RestingVolts::RestingVolts(std::span<const float> first, const std::filesystem::
   const int error = errno;
   if (file >= 0) ::close(file);
   if (page == MAP_FAILED)
-    throw std::runtime_error(std::string("resting volts: ") + std::strerror(error) + ", expected a page of memory");
+    throw std::runtime_error(std::string("resting volts: ") + std::strerror(error) +
+                             ", expected a page of memory");
   page_ = static_cast<Page*>(page);
   page_->magic = 0;
   for (std::size_t chamber = 0; chamber < first.size(); ++chamber) page_->volts[chamber] = first[chamber];

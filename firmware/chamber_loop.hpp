@@ -63,9 +63,7 @@ class ChamberLoop {
   float command(const Order& order, canopen::ChamberImage& image) noexcept;
 
   /// What the output holds at rest [V].
-  float resting_V() const noexcept {
-    return safety::resting_command_V(resting_, safety::Drive::safe, false);
-  }
+  float resting_V() const noexcept { return safety::resting_command_V(resting_, safety::Drive::safe, false); }
 
  private:
   numeric::Scalar driven_V(const Order& order, canopen::ChamberImage& image) noexcept;

@@ -34,7 +34,8 @@ struct BoardFile {
   std::string interface;  ///< of CAN: "can0"
   drivers::IioInputConfig analog_in;
   drivers::IioOutputConfig analog_out;
-  std::array<bool, plenum::config::kChambers> safe_V_stated{};  ///< safe_V is the file's, whatever the settings become
+  std::array<bool, plenum::config::kChambers>
+      safe_V_stated{};  ///< safe_V is the file's, whatever the settings become
   drivers::GpioConfig gpio;
   std::filesystem::path store;  ///< folder of the parameter slots
   RealTime real_time;

@@ -397,10 +397,10 @@ std::vector<std::string> supply_notices(const std::vector<NamedLog>& logs, const
     if (of.log.supply_Pa.empty()) continue;
     const double supply_Pa = undrawn_Pa(of.log);
     if (std::abs(supply_Pa - rig.supply.pressure_Pa) < kApart * rig.supply.pressure_Pa) continue;
-    notices.push_back(
-        fmt::format("{}: column supply_Pa comes to {:.6g}, the model runs on the rig's supply.pressure_Pa = {:.6g}: "
-                    "expected both alike",
-                    of.name, supply_Pa, rig.supply.pressure_Pa));
+    notices.push_back(fmt::format(
+        "{}: column supply_Pa comes to {:.6g}, the model runs on the rig's supply.pressure_Pa = {:.6g}: "
+        "expected both alike",
+        of.name, supply_Pa, rig.supply.pressure_Pa));
   }
   return notices;
 }

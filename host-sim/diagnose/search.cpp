@@ -328,8 +328,9 @@ class Searcher {
     double best = std::numeric_limits<double>::infinity();
     for (const Look& looked : looks) best = std::min(best, looked.squares);
     std::vector<Trial> trials(order.size());
-    identify::in_parallel(order.size(), options_.threads,
-                          [&](std::size_t i) { trials[i] = finished(looks[order[i]], which[order[i]], best); });
+    identify::in_parallel(order.size(), options_.threads, [&](std::size_t i) {
+      trials[i] = finished(looks[order[i]], which[order[i]], best);
+    });
     return trials;
   }
 

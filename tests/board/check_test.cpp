@@ -4,12 +4,17 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <unistd.h>
+
 #include <cstdint>
+#include <cstdlib>
+#include <filesystem>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include "board/config/board_file.hpp"
+#include "board/resting_volts.hpp"
 #include "tests/board/drivers/iio_stand_in.hpp"
 
 namespace plenum::board {
@@ -97,6 +102,25 @@ TEST_F(CheckTest, EachLineThatIsMissingIsNamed) {
   EXPECT_THAT(lines_on("digital lines", good), testing::ElementsAre(Fails("gpio:chip-gone 0: no such chip"),
                                                                     Fails("gpio:chip-lost 0: no such chip")));
   EXPECT_FALSE(good);
+}
+
+TEST_F(CheckTest, SafeSetsTheOutputsThatThereAreToWhatTheLastLoopHasLeft) {
+  const config::BoardFile board = config::parse_board(kBoard, "board.toml");
+  ::unsetenv("RUNTIME_DIRECTORY");
+  EXPECT_FALSE(make_safe(board)) << "others are missing";
+  EXPECT_EQ(text("iio:device1", "out_voltage0_raw"), "32768") << "null_V, 5 V";
+  const std::filesystem::path left =
+      std::filesystem::temp_directory_path() / ("plenum-check-" + std::to_string(::getpid()));
+  std::filesystem::create_directory(left);
+  ::setenv("RUNTIME_DIRECTORY", left.c_str(), 1);
+  {
+    RestingVolts resting(board.analog_out.safe_V, left);
+    resting.set(1, 2.5F);
+  }
+  EXPECT_FALSE(make_safe(board));
+  EXPECT_EQ(text("iio:device1", "out_voltage0_raw"), "16384");
+  ::unsetenv("RUNTIME_DIRECTORY");
+  std::filesystem::remove_all(left);
 }
 
 }  // namespace

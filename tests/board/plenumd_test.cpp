@@ -172,7 +172,9 @@ TEST_F(PlenumdTest, WhatIsBeingStoredIsFinishedBeforeTheEnd) {
 
 TEST_F(PlenumdTest, TheOutputsRestWhereTheSettingsInForceSay) {
   bench.can.to_board.push_back(  // null_V of chamber 1
-      {.id = 0x605, .length = 8, .data = {0x23, 0x00, 0x24, 0x0F, 0x00, 0x00, 0x90, 0x40}});  // 2400h:15 = 4.5
+      {.id = 0x605,
+       .length = 8,
+       .data = {0x23, 0x00, 0x24, 0x0F, 0x00, 0x00, 0x90, 0x40}});  // 2400h:15 = 4.5
   events.stop_after(15);
   run(kClock);
   EXPECT_EQ(hardware.resting_V[0], 4.5F);

@@ -84,7 +84,7 @@ class WithoutDevices(unittest.TestCase):
     def test_check_refuses_a_store_that_could_not_be_opened(self):
         (self.folder / "slot-a.bin").mkdir()
         for folder in self.folder, self.board, Path("/dev/null"):
-            self.board.write_text(BOARD.format(folder=folder), encoding="utf-8")
+            self.board.write_text(BOARD.format(folder=folder, interface=self.interface), encoding="utf-8")
             said = run("--config", str(self.board), "--check").stdout.splitlines()[-1]
             self.assertRegex(said, rf"^FAIL  store +store:{folder}\S*: .*, expected a folder")
 

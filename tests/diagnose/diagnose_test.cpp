@@ -115,7 +115,8 @@ TEST(Diagnose, TakesNoPressureThatNeverRestsForNoise) {
   trace::Log log = reproduce::actuators::record_under_pid(random, chamber, 2.0, 8.0, 3000);
   for (double& volume_m3 : log.volume_m3) volume_m3 -= 1e-6;
   const GapReport report = diagnose({{"log", log}}, {}, {});
-  const double noise_Pa = 1e-3 * (700e3 - 101325.0) / std::sqrt(200.0);  // of a tick's mean, as the log was made
+  const double noise_Pa =
+      1e-3 * (700e3 - 101325.0) / std::sqrt(200.0);  // of a tick's mean, as the log was made
   ASSERT_GT(identify::chamber::white_noise(log.pressure_Pa), 5.0 * noise_Pa);
   EXPECT_NEAR(report.noise_floor_Pa, noise_Pa, 0.15 * noise_Pa);
   EXPECT_EQ(report.verdict, Verdict::explained);

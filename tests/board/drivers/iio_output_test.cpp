@@ -240,8 +240,9 @@ TEST_F(IioOutputTest, WhereOneIsMissingTheOthersAreOpenedAndKeptSafe) {
 
 TEST_F(IioOutputTest, ASafeValueThatTheConverterCannotHoldIsNamed) {
   put(kDac, "out_voltage0_raw_available", "[0 1 16383]");  // 2.5 V
-  EXPECT_EQ(failure(),
-            "iio:ad5755 voltage0: safe_V lies beyond the converter's range, expected a value that it can hold");
+  EXPECT_EQ(
+      failure(),
+      "iio:ad5755 voltage0: safe_V lies beyond the converter's range, expected a value that it can hold");
 }
 
 TEST_F(IioOutputTest, ASourceOfCurrentIsNoVoltage) {

@@ -29,8 +29,7 @@ std::string failure(const std::string& on) {
 
 TEST(OnlyOne, RefusesASecondOnTheSameInterfaceAndNoOther) {
   const OnlyOne first(interface(), steady_clock::now());
-  EXPECT_EQ(failure(interface()),
-            interface() + ": another plenumd runs on it, expected to be the only one");
+  EXPECT_EQ(failure(interface()), interface() + ": another plenumd runs on it, expected to be the only one");
   EXPECT_EQ(failure(interface() + "b"), "no failure");
 }
 
