@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <new>
 #include <stdexcept>
 #include <string>
 
@@ -26,7 +27,7 @@ bool admissible(float volts) noexcept {
 /// A descriptor of the file, of that size; -1: there is none.
 int made(const std::filesystem::path& folder, std::size_t size) noexcept {
   if (folder.empty()) return -1;
-  const int file = ::open((folder / kFile).c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  const int file = ::open((folder / kFile).c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0644);
   if (file < 0 || ::ftruncate(file, static_cast<off_t>(size)) == 0) return file;
   ::close(file);
   return -1;
@@ -43,8 +44,7 @@ RestingVolts::RestingVolts(std::span<const float> first, const std::filesystem::
   if (page == MAP_FAILED)
     throw std::runtime_error(std::string("resting volts: ") + std::strerror(error) +
                              ", expected a page of memory");
-  page_ = static_cast<Page*>(page);
-  page_->magic = 0;
+  page_ = new (page) Page{};
   for (std::size_t chamber = 0; chamber < first.size(); ++chamber) page_->volts[chamber] = first[chamber];
   std::atomic_thread_fence(std::memory_order_release);
   page_->magic = kMagic;
@@ -60,7 +60,7 @@ void RestingVolts::set(std::size_t chamber, float volts) noexcept {
 
 std::optional<RestingVolts::Volts> RestingVolts::left_in(const std::filesystem::path& folder) {
   if (folder.empty()) return std::nullopt;
-  const int file = ::open((folder / kFile).c_str(), O_RDONLY | O_CLOEXEC);
+  const int file = ::open((folder / kFile).c_str(), O_RDONLY | O_NONBLOCK | O_NOFOLLOW | O_CLOEXEC);
   if (file < 0) return std::nullopt;
   struct {
     std::uint64_t magic = 0;
