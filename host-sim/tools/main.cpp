@@ -9,6 +9,7 @@
 
 #include "host-sim/client/session.hpp"
 #include "host-sim/identify/cannot_identify.hpp"
+#include "host-sim/tools/arguments.hpp"
 #include "host-sim/tools/command.hpp"
 #include "host-sim/trace/input_error.hpp"
 
@@ -26,6 +27,7 @@ int fail(int code, const std::string& command, std::string message) {
 int run(const tools::Command& command) {
   const std::string name = fmt::format("plenum {}", command.app->get_name());
   try {
+    tools::require_finite_numbers(*command.app);
     return command.run();
   } catch (const trace::InputError& error) {
     return fail(tools::kBadInput, name, error.what());

@@ -87,6 +87,21 @@ class Usage(Plenum):
         self.refused(2, "identify", "a.csv", "--model", "greybox", "--stretch", 1, says=["--stretch", "tassa9"])
         self.refused(2, "identify", "a.csv", "--model", "spline", says=["--model", "spline", "tassa9", "tassa9r"])
 
+    def test_a_number_that_is_none_is_refused_by_every_option_of_every_command(self):
+        needed = {"identify": ["a.csv"], "diagnose": ["a.csv"], "orifice": ["a.csv"], "upload": ["m.json"], "diff": ["m.json"],
+                  "restore": ["b.json"], "decode": ["a.log"], "record": ["--bus", "can:x", "-o", "a.log"],
+                  "blind generate": ["--out", "set"], "blind score": ["set", "--answers", "a"]}
+        seen = set()
+        for command in [*COMMANDS, "record", "decode", "blind generate", "blind score"]:
+            for option in re.findall(r"^ +(?:-\w,)?(--[a-z-]+) FLOAT", self.done(*command.split(), "--help"), re.MULTILINE):
+                seen.add(f"{command} {option}")
+                for number in ["nan", "-nan"] + (["inf"] if option in ("--from", "--to", "--mean") else []):
+                    self.refused(2, *command.split(), *needed.get(command, []), f"{option}={number}",
+                                 says=[option, number, "expected a finite number"])
+        self.assertLessEqual({"blind generate --seconds", "sim --seconds", "identify --stretch", "orifice --from",
+                              "regulate --mean", "monitor --rate", "calibrate --offset"}, seen)
+        self.assertGreater(len(seen), 25)
+
     def test_a_bus_that_is_none_is_refused_by_its_name(self):
         self.refused(2, "capture", "--bus", "canbus", says=["--bus canbus", "expected inproc, socketcand:HOST:PORT/CHANNEL, can:IFACE or slcan:TTY"])
         self.refused(2, "capture", "--bus", "socketcand:localhost", says=["no channel", "socketcand:127.0.0.1:29536/can0"])
