@@ -11,4 +11,9 @@ namespace plenum::host::tools {
 /// std::invalid_argument that names the option.
 void require_finite_numbers(const CLI::App& command);
 
+/// Sees that each file to write can be written, and is neither one that is read nor another one to write. What is
+/// written is told by the options' names: --json, --out, --report, --save-...; what is no regular file, as /dev/null,
+/// may be named twice. Throws trace::InputError.
+void require_files_apart(const CLI::App& command);
+
 }  // namespace plenum::host::tools

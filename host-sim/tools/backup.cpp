@@ -15,7 +15,6 @@ struct Options {
 };
 
 int run(const Options& options) {
-  require_writable(options.out);
   BoardAccess access(options.board);
   client::require_compatible(access.session());
   Backup backup;

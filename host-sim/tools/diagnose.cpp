@@ -114,9 +114,6 @@ int run(const Options& options) {
     throw std::invalid_argument("--rig is missing, expected the RIG.toml that the logs are of");
   }
   for (const std::string& id : options.strike) effect_of(id, "--strike");
-  for (const std::string& file : {options.report, options.save_rig, options.save_model}) {
-    if (!file.empty()) require_writable(file);
-  }
   const trace::RigDescription rig = options.input.rig();
   const auto logs = options.input.read(options.logs, rig);
   const auto heldout = options.input.read(options.heldout, rig);

@@ -78,8 +78,6 @@ int run_greybox(const Options& options) {
     }
   }
   const trace::RigDescription rig = options.input.rig();
-  require_writable(options.out);
-  if (!options.report.empty()) require_writable(options.report);
   return identify_greybox({.rig = rig,
                            .fitted = options.input.read(options.logs, rig),
                            .predicted = options.input.read(options.predict, rig),
@@ -99,8 +97,6 @@ int run(const Options& options) {
   const bool profiled = options.c_gamma == "auto";
   if (!profiled) how.c_gamma_V = kink_width_V(options.c_gamma);
   const trace::RigDescription rig = options.input.rig();
-  require_writable(options.out);
-  if (!options.report.empty()) require_writable(options.report);
   Identified identified{.fit = {},
                         .stretch_s = options.free_run ? options.stretch_s : 0.0,
                         .fitted = options.input.read(options.logs, rig),

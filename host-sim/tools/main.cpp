@@ -28,6 +28,7 @@ int run(const tools::Command& command) {
   const std::string name = fmt::format("plenum {}", command.app->get_name());
   try {
     tools::require_finite_numbers(*command.app);
+    tools::require_files_apart(*command.app);
     return command.run();
   } catch (const trace::InputError& error) {
     return fail(tools::kBadInput, name, error.what());

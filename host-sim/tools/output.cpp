@@ -76,6 +76,11 @@ void require_writable(const std::filesystem::path& file) {
   if (std::filesystem::is_directory(file, error)) {
     throw trace::InputError(fmt::format("{}: is a folder, expected a file to write", file.string()));
   }
+  const std::filesystem::file_status there = std::filesystem::status(file, error);
+  if (std::filesystem::exists(there) && !std::filesystem::is_regular_file(there)) {
+    if (::access(file.c_str(), W_OK) == 0) return;
+    throw trace::InputError(fmt::format("{}: not writable, expected a file to write", file.string()));
+  }
   if (!std::filesystem::is_directory(folder, error)) {
     throw trace::InputError(
         fmt::format("{}: there is no such folder, expected one to write to", folder.string()));

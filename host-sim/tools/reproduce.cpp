@@ -47,7 +47,6 @@ void print(const Output& output, const Part& part) {
 
 int run(const Options& options) {
   const std::vector<const Paper*> papers = chosen(options.paper);
-  if (!options.report.empty()) require_writable(options.report);
   std::vector<Reproduced> all;
   {
     Progress progress("reproducing");

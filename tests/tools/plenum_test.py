@@ -170,6 +170,23 @@ class BadInput(Plenum):
         self.refused(2, "demo", "--report", "nowhere/page.html", says=["nowhere", "no such folder"])
         self.refused(2, "demo", "--report", ".", says=["is a folder"])
 
+    def test_no_command_works_for_a_json_that_it_cannot_write(self):
+        for command in [["demo"], ["sim"], ["capture"], ["effects"], ["reproduce"], ["identify", "a.csv"], ["orifice", "a.csv"],
+                        ["blind", "generate", "--out", "set"], ["scan", "--bus", "socketcand:192.0.2.1:1/can0"]]:
+            self.refused(2, *command, "--json", "nowhere/answer.json", says=["nowhere", "no such folder"])
+        self.done("sim", *SMALL, "--seconds", 1, "--out", "logs", "--json", "logs/answer.json")
+
+    def test_a_file_that_is_read_or_written_already_is_not_written_over(self):
+        self.write("run.csv", LOG)
+        (self.folder / "link.csv").symlink_to("run.csv")
+        for log in ["run.csv", "./run.csv", self.folder / "run.csv", "link.csv"]:
+            self.refused(2, "identify", "run.csv", "-o", log, says=["--out", str(log), "the same file as LOG"])
+        self.refused(2, "identify", "a.csv", "--predict", "run.csv", "--report", "link.csv", says=["--report", "--predict"])
+        self.refused(2, "identify", "run.csv", "-o", "m.json", "--report", "./m.json", says=["--report", "m.json", "--out"])
+        self.refused(2, "identify", "run.csv", "--json", "model.json", says=["model.json", "the same file"])
+        self.refused(2, "diagnose", "run.csv", "--rig", "run.csv", "--save-rig", "run.csv", says=["run.csv", "the same file"])
+        self.refused(2, "identify", "run.csv", "-o", "/dev/null", "--json", "/dev/null", says=["run.csv", "no rows"])
+
     def test_a_fit_that_cannot_write_its_page_or_fails_writes_nothing(self):
         self.write("still.csv", LOG + "".join(f"{k / 100},5,200000,0.001\n" for k in range(300)))
         self.refused(2, "identify", "still.csv", "--report", "nowhere/page.html", says=["nowhere", "no such folder"])
