@@ -11,6 +11,7 @@
 #include "host-sim/identify/cannot_identify.hpp"
 #include "host-sim/tools/arguments.hpp"
 #include "host-sim/tools/command.hpp"
+#include "host-sim/tools/output.hpp"
 #include "host-sim/trace/input_error.hpp"
 
 namespace {
@@ -29,7 +30,9 @@ int run(const tools::Command& command) {
   try {
     tools::require_finite_numbers(*command.app);
     tools::require_files_apart(*command.app);
-    return command.run();
+    const int code = command.run();
+    tools::require_printed();
+    return code;
   } catch (const trace::InputError& error) {
     return fail(tools::kBadInput, name, error.what());
   } catch (const std::invalid_argument& error) {
@@ -39,13 +42,26 @@ int run(const tools::Command& command) {
   } catch (const client::SdoAbort& error) {
     return fail(tools::kFailure, name, error.what());
   } catch (const std::exception& error) {
+    if (std::ferror(stdout) != 0)
+      return fail(tools::kBadInput, name, "standard output: " + std::string(error.what()));
     return fail(tools::kImpossible, name, error.what());
   }
+}
+
+int help(const CLI::App& program, const CLI::Success& asked) {
+  program.exit(asked);
+  try {
+    tools::require_printed();
+  } catch (const trace::InputError& error) {
+    return fail(tools::kBadInput, "plenum", error.what());
+  }
+  return tools::kDone;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
+  tools::hold_closed_streams();
   CLI::App program{
       "Plenum: simulate valve-controlled pressure chambers, identify them, and regulate them through their "
       "board."};
@@ -72,7 +88,7 @@ int main(int argc, char** argv) {
   try {
     program.parse(argc, argv);
   } catch (const CLI::Success& asked) {
-    return program.exit(asked);
+    return help(program, asked);
   } catch (const CLI::ParseError& error) {
     const auto command = chosen();
     if (command == commands.end() && argc > 1 && argv[1][0] != '-') {

@@ -1,10 +1,13 @@
 #include "host-sim/tools/output.hpp"
 
+#include <fcntl.h>
 #include <unistd.h>
 #include <CLI/CLI.hpp>
 
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <system_error>
 
 #include "host-sim/trace/input_error.hpp"
@@ -88,6 +91,21 @@ void require_writable(const std::filesystem::path& file) {
   if (::access(folder.c_str(), W_OK) != 0) {
     throw trace::InputError(fmt::format("{}: not writable, expected a folder to write to", folder.string()));
   }
+}
+
+void hold_closed_streams() {
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (::fcntl(stream, F_GETFD) != -1) continue;
+    // Takes the least number that is free, which is this one's.
+    static_cast<void>(::open("/dev/null", stream == STDOUT_FILENO ? O_RDONLY : O_WRONLY));
+  }
+}
+
+void require_printed() {
+  if (std::fflush(stdout) != 0)
+    throw trace::InputError(fmt::format("standard output: cannot be written: {}", std::strerror(errno)));
+  if (std::ferror(stdout) != 0)
+    throw trace::InputError("standard output: a part of it could not be written, expected all of it");
 }
 
 Json number(double value) {

@@ -72,6 +72,12 @@ class OutputFolder {
 /// Sees that `file` can be written. Throws InputError.
 void require_writable(const std::filesystem::path& file);
 
+/// Takes the place of standard streams that were closed, so that no file that is opened later gets what is printed:
+/// what is printed on standard output fails, what is said on standard error goes nowhere.
+void hold_closed_streams();
+/// Sees that all that was printed so far is out. Throws InputError.
+void require_printed();
+
 /// A number, or null where it is not finite.
 Json number(double value);
 Json number(std::optional<double> value);

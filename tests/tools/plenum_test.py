@@ -87,6 +87,25 @@ class Usage(Plenum):
         self.refused(2, "identify", "a.csv", "--model", "greybox", "--stretch", 1, says=["--stretch", "tassa9"])
         self.refused(2, "identify", "a.csv", "--model", "spline", says=["--model", "spline", "tassa9", "tassa9r"])
 
+    def test_an_answer_that_cannot_be_printed_is_exit_2_and_one_line(self):
+        lost = r"\Aplenum[^\n]*: standard output: [^\n]*\n\Z"
+        for command in [["effects"], ["effects", "--json", "-"], ["sim", *SMALL, "--seconds", 1], ["--help"], ["sim", "--help"]]:
+            with open("/dev/full", "w", encoding="utf-8") as full:
+                ran = subprocess.run([PROGRAM, *map(str, command)], cwd=self.folder, stdout=full, stderr=subprocess.PIPE, text=True)
+            self.assertEqual(ran.returncode, 2, command)
+            self.assertRegex(ran.stderr, lost)
+            ran = self.shut("1", *command)
+            self.assertEqual(ran.returncode, 2, command)
+            self.assertRegex(ran.stderr, lost)
+        self.assertEqual(self.shut("1", "sim", *SMALL, "--seconds", 1, "--json", "sim.json").returncode, 2)
+        json.loads((self.folder / "sim.json").read_text(encoding="utf-8"))
+        self.assertEqual(self.shut("2", "sim", "--chambers", 9).returncode, 2)
+
+    def shut(self, stream, *arguments):
+        """Runs with this standard stream closed."""
+        return subprocess.run(["sh", "-c", f'exec "$0" "$@" {stream}>&-', PROGRAM, *map(str, arguments)], cwd=self.folder,
+                              capture_output=True, text=True, timeout=900)
+
     def test_a_number_that_is_none_is_refused_by_every_option_of_every_command(self):
         needed = {"identify": ["a.csv"], "diagnose": ["a.csv"], "orifice": ["a.csv"], "upload": ["m.json"], "diff": ["m.json"],
                   "restore": ["b.json"], "decode": ["a.log"], "record": ["--bus", "can:x", "-o", "a.log"],
