@@ -104,6 +104,7 @@ SquaresMinimum minimise(const BoundedSquares& problem, std::vector<double> start
     else if (problem.low[i] != problem.high[i])
       free.push_back(static_cast<Eigen::Index>(i));
   }
+  if (free.empty()) return minimum;
   const double freedom = std::max(problem.rows - static_cast<int>(free.size()), 1);
   const Eigen::VectorXd deviations =
       standard_errors(jacobian_at(problem, minimum.variables.data()), free, minimum.squares / freedom);

@@ -123,6 +123,15 @@ TEST(FitOrifice, AreaTakesTheVesselOnItsWordAndTheRateDoesNot) {
   EXPECT_FALSE(fit_orifice(record, Vessel{}).area_m2.has_value());
 }
 
+TEST(FitOrifice, RefusesAVesselThatNoAreaWouldFillAsFast) {
+  const VesselRecord record = record_of(kMedium, Flow::kCharge, 800, 1e-3);
+  Vessel of_mL = vessel(Flow::kCharge);
+  *of_mL.volume_m3 *= 1e6;
+  const OrificeFitOptions shape{.cracking_ratio = 0.97, .critical_ratio = 0.3, .subsonic_index = 0.7};
+  EXPECT_THAT([&] { fit_orifice(record, of_mL, shape); },
+              ThrowsMessage<CannotIdentify>(HasSubstr("choked rate is not fixed")));
+}
+
 TEST(FitOrifice, SaysWhichParameterIsAtABoundOrHeld) {
   const plant::EllipsePort leak{0.12, 0.0, 0.75, 1.0};
   const VesselRecord record = record_of(leak, Flow::kCharge, 1200, 2e-2, 60.0);
