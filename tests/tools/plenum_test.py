@@ -461,6 +461,16 @@ class Orifice(Plenum):
             self.assertTrue(of["parameters"]["critical_ratio"]["held"])
             self.assertLess(of["mean_absolute_error_kPa"], 1e-3)
 
+    def test_columns_in_another_unit_are_refused(self):
+        for name, scale in {"mL": 1e6, "litres": 1e3, "none": 0.0}.items():
+            self.refused(2, "orifice", self.emptying(f"{name}.csv", volume=lambda t, scale=scale: scale),
+                         says=[f"{name}.csv", "column volume_m3", "expected m3"])
+        for name, scale in {"kPa": 1e-3, "bar": 1e-5}.items():
+            self.refused(2, "orifice", self.log(f"{name}.csv", lambda t, scale=scale: scale * (700e3 - 50e3 * t)),
+                         says=[f"{name}.csv", "column pressure_Pa", "expected Pa"])
+        self.refused(2, "orifice", self.log("gauge.csv", lambda t: 600e3 - 99e3 * t),
+                     says=["gauge.csv", "column pressure_Pa", "below the ambient", "expected Pa, absolute"])
+
     def test_the_page_and_the_text_say_the_same(self):
         text = self.done("orifice", "--thin-plate", self.emptying("leak.csv"), "--report", "leak.html")
         rate = re.search(r"choked_rate +(\S+)", text)[1]
