@@ -42,8 +42,11 @@ void fit_limits(plenum::config::ChamberSettings& settings, double supply_Pa, dou
 }
 
 void fit_noise(plenum::Settings& settings, const BoardConfig& board) {
-  // What the converter leaves of its noise after averaging, in millilitres of the largest sensor.
-  const double mean_noise_V = board.adc.sample_noise_V / std::sqrt(board.adc.samples_per_tick);
+  // What the converter leaves of its noise after averaging, in millilitres of the largest sensor; no less than the
+  // rounding of its step, below which the observer's filter is no number in single precision.
+  const double step_V = std::ldexp(board.adc.high_V - board.adc.low_V, -board.adc.bits);
+  const double mean_noise_V =
+      std::max(board.adc.sample_noise_V / std::sqrt(board.adc.samples_per_tick), step_V / std::sqrt(12.0));
   double largest_mL_per_V = 0;
   for (const auto& chamber : settings.chamber) {
     largest_mL_per_V = std::max(largest_mL_per_V, static_cast<double>(chamber.volume_gain_mL_per_V));

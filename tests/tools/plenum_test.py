@@ -251,6 +251,13 @@ class SimEffects(Plenum):
         self.refused(2, *self.THIN, "--effect", "dead_time=1", says=["delay_s = 1", "0.08"])
         self.refused(2, "sim", "--effect", "dead_time=0.01", says=["dead_time", "--plant thin-plate"])
 
+    def test_a_rig_without_noise_writes_the_volumes_that_it_has(self):
+        self.write("quiet.toml", "[sampling]\nrate_Hz = 100\n[sensor]\npressure_noise_Pa = 0\n")
+        self.done("sim", "--plant", "thin-plate", "--rig", "quiet.toml", "--chambers", 1, "--seconds", 10, "--out", "quiet")
+        volumes_mL = [1e6 * float(row["volume_m3"]) for row in self.rows("quiet/chamber-1.csv")]
+        self.assertGreater(min(volumes_mL), 119.5)
+        self.assertLess(max(volumes_mL), 180.5)
+
     def test_an_effect_changes_the_log_and_not_what_its_user_knows(self):
         plain = self.pressures(out="plain")
         off = self.pressures("--effect", "dead_time=0", out="off")
