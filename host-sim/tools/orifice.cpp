@@ -58,13 +58,20 @@ Part held_from(const trace::Log& log, std::size_t first, std::size_t end) {
   return part;
 }
 
-/// The rows between --from and --to, at one command and one volume. Throws CannotIdentify.
+/// Whether the first row of `part` has the pressure before a step of the command: the mean of the tick before it.
+bool begins_before_its_step(const trace::Log& log, const Part& part) {
+  return part.first > 0 && log.pressure_average_s > 0.0 &&
+         std::abs(log.command_V[part.first] - log.command_V[part.first - 1]) >= kSameCommand_V;
+}
+
+/// The rows between --from and --to, at one command and one volume; without the first where that is of the command
+/// before. Throws CannotIdentify.
 Part part_of(const trace::NamedLog& of, const Options& options) {
   const std::vector<double>& time_s = of.log.time_s;
   const auto row_at = [&](double t_s) {
     return static_cast<std::size_t>(std::lower_bound(time_s.begin(), time_s.end(), t_s) - time_s.begin());
   };
-  const Part asked{row_at(options.from_s), options.to_s ? row_at(*options.to_s) : time_s.size()};
+  Part asked{row_at(options.from_s), options.to_s ? row_at(*options.to_s) : time_s.size()};
   if (asked.last < asked.first + 3) {
     throw std::invalid_argument(fmt::format("{}: {} rows from --from {:g} s on, expected 3 or more", of.name,
                                             asked.last - std::min(asked.first, asked.last), options.from_s));
@@ -77,9 +84,10 @@ Part part_of(const trace::NamedLog& of, const Options& options) {
   }
   if (longest.last - longest.first < asked.last - asked.first) {
     throw identify::CannotIdentify(fmt::format(
-        "{}: the command changes; expected one orifice at one command: the longest part at one is "
-        "--from {:.6g} --to {:.6g}",
-        of.name, time_s[longest.first], time_s[longest.last - 1]));
+        "{}: the command changes; expected one orifice at one command: the longest part at one is --from "
+        "{}{}",
+        of.name, time_s[longest.first],
+        longest.last < time_s.size() ? fmt::format(" --to {}", time_s[longest.last]) : std::string()));
   }
   const auto begin = of.log.volume_m3.begin();
   const auto [least, most] = std::minmax_element(begin + static_cast<std::ptrdiff_t>(asked.first),
@@ -89,6 +97,7 @@ Part part_of(const trace::NamedLog& of, const Options& options) {
         fmt::format("{}: the volume moves from {:.6g} to {:.6g} mL; expected a vessel at rest", of.name,
                     1e6 * *least, 1e6 * *most));
   }
+  if (begins_before_its_step(of.log, asked)) ++asked.first;
   return asked;
 }
 

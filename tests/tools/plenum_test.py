@@ -468,6 +468,16 @@ class Orifice(Plenum):
             self.assertTrue(of["parameters"]["critical_ratio"]["held"])
             self.assertLess(of["mean_absolute_error_kPa"], 1e-3)
 
+    def opened(self, name, seconds):
+        """A valve that is opened at 1 s and shut at 3 s."""
+        return self.log(name, lambda t: self.SUPPLY_PA * math.exp(-0.5 * min(max(t - 1, 0), 2)), seconds,
+                        command_V=lambda t: 6.0 if 0.995 < t < 2.995 else 5.0)
+
+    def test_a_log_from_the_step_of_its_command_on_has_no_part_in_what_was_before(self):
+        valve = self.opened("valve.csv", 4.0)
+        answer = json.loads(self.done("orifice", "--thin-plate", "--from", "1", "--to", "3", "--json", "-", valve))
+        self.assertAlmostEqual(answer["orifices"][0]["parameters"]["choked_rate_1_s"]["value"], 0.5, delta=1e-6)
+
     def test_columns_in_another_unit_are_refused(self):
         for name, scale in {"mL": 1e6, "litres": 1e3, "none": 0.0}.items():
             self.refused(2, "orifice", self.emptying(f"{name}.csv", volume=lambda t, scale=scale: scale),
@@ -485,8 +495,11 @@ class Orifice(Plenum):
 
     def test_what_is_no_single_orifice_is_refused_with_the_part_that_is_one(self):
         steps = self.emptying("steps.csv", command_V=lambda t: 5.0 if t < 1.995 else 4.8)
-        self.refused(3, "orifice", steps, says=["steps.csv", "the command changes", "--from 2 --to 5.99"])
+        self.refused(3, "orifice", steps, says=["steps.csv", "the command changes", "longest part at one is --from 2\n"])
         self.done("orifice", "--thin-plate", steps, "--from", "2")
+        valve = self.opened("valve.csv", 4.0)
+        self.refused(3, "orifice", valve, says=["longest part at one is --from 1 --to 3\n"])
+        self.assertIn(", 1.98 s,", self.done("orifice", "--thin-plate", valve, "--from", "1", "--to", "3"))
         moving = self.emptying("moving.csv", volume=lambda t: 1.0 + 0.02 * t)
         self.refused(3, "orifice", moving, says=["moving.csv", "the volume moves from 200 to"])
         tight = self.log("tight.csv", lambda t: self.SUPPLY_PA * math.exp(-1e-3 * t))
