@@ -131,7 +131,8 @@ struct Found {
   orifice::VesselRecord record;
   OrificeFit fit;
   double volume_m3 = 0.0;
-  /// ISO 6358, dm3/(s bar) at its reference atmosphere: m = C rho_0 p and k p = alpha R T_0 m/V, and R T_0 rho_0 is 1 bar.
+  /// ISO 6358, dm3/(s bar) at its reference atmosphere: m = C rho_0 p sqrt(T_0/T) and k p = alpha R T m/V, and
+  /// R T_0 rho_0 is 1 bar. T is the rig's.
   double sonic_conductance = 0.0;
 
   const char* flow() const { return record.flow == orifice::Flow::kCharge ? "charge" : "discharge"; }
@@ -174,14 +175,17 @@ Found find(const trace::NamedLog& of, const trace::RigDescription& rig, const Op
     how.critical_ratio = kThinPlateRatio;
     how.subsonic_index = 0.5;
   }
-  const orifice::Vessel vessel{.volume_m3 = found.volume_m3, .flow_exponent = options.exponent};
+  orifice::Vessel vessel{.volume_m3 = found.volume_m3, .flow_exponent = options.exponent};
+  const double reference_K = vessel.gas.temperature_K;
+  vessel.gas.temperature_K = rig.gas.temperature_K;
   try {
     found.fit = orifice::fit_orifice(found.record, vessel, how);
   } catch (const identify::CannotIdentify& why) {
     throw identify::CannotIdentify(fmt::format(
         "{}: {}{}", of.name, why.what(), options.thin_plate ? "" : "; --thin-plate holds the flow's shape"));
   }
-  found.sonic_conductance = 1e3 * found.fit.choked_rate_1_s.value * found.volume_m3 / options.exponent;
+  found.sonic_conductance = 1e3 * found.fit.choked_rate_1_s.value * found.volume_m3 / options.exponent *
+                            std::sqrt(reference_K / rig.gas.temperature_K);
   return found;
 }
 
@@ -321,7 +325,8 @@ Command add_orifice(CLI::App& program) {
   options->input.add_to(
       *app,
       "What is known of the rig: the far side is its ambient pressure, of a vessel that fills "
-      "its supply or the log's supply_Pa (default: 700 and 101.325 kPa)");
+      "its supply or the log's supply_Pa; the gas has its temperature (default: 700 and 101.325 kPa, 293.15 "
+      "K)");
   app->add_option("--from", options->from_s, "Leave out what is before [s]")->capture_default_str();
   app->add_option("--to", options->to_s, "Leave out what is from there on [s] (default: the log's end)");
   app->add_option("--exponent", options->exponent,

@@ -478,6 +478,18 @@ class Orifice(Plenum):
         answer = json.loads(self.done("orifice", "--thin-plate", "--from", "1", "--to", "3", "--json", "-", valve))
         self.assertAlmostEqual(answer["orifices"][0]["parameters"]["choked_rate_1_s"]["value"], 0.5, delta=1e-6)
 
+    def test_conductance_and_area_are_of_gas_at_the_temperature_of_the_rig(self):
+        leak = self.emptying("leak.csv")
+        at = {}
+        for temperature_K in (293.15, 320):
+            rig = self.write("rig.toml", f"[sampling]\nrate_Hz = 100\n[gas]\ntemperature_K = {temperature_K}\n")
+            at[temperature_K] = json.loads(self.done("orifice", "--thin-plate", "--rig", rig, "--json", "-", leak))["orifices"][0]
+        warm, cool = at[320], at[293.15]
+        self.assertEqual(warm["parameters"]["choked_rate_1_s"], cool["parameters"]["choked_rate_1_s"])
+        ratio = math.sqrt(293.15 / 320)
+        self.assertAlmostEqual(warm["sonic_conductance_dm3_s_bar"] / cool["sonic_conductance_dm3_s_bar"], ratio, delta=1e-9)
+        self.assertAlmostEqual(warm["parameters"]["area_m2"]["value"] / cool["parameters"]["area_m2"]["value"], ratio, delta=1e-9)
+
     def test_columns_in_another_unit_are_refused(self):
         for name, scale in {"mL": 1e6, "litres": 1e3, "none": 0.0}.items():
             self.refused(2, "orifice", self.emptying(f"{name}.csv", volume=lambda t, scale=scale: scale),
