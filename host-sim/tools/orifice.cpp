@@ -204,7 +204,7 @@ struct Line {
 
 std::array<Line, 5> lines_of(const OrificeFit& fit) {
   return {{{"choked_rate", "1/s", 1.0, fit.choked_rate_1_s},
-           {"area", "mm2", 1e6, *fit.area_m2},
+           {"effective_area", "mm2", 1e6, *fit.area_m2},
            {"critical_ratio", "", 1.0, fit.critical_ratio},
            {"cracking_ratio", "", 1.0, fit.cracking_ratio},
            {"subsonic_index", "", 1.0, fit.subsonic_index}}};

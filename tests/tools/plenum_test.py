@@ -501,6 +501,7 @@ class Orifice(Plenum):
                      says=["gauge.csv", "column pressure_Pa", "below the ambient", "expected Pa, absolute"])
 
     def test_the_page_and_the_text_say_the_same(self):
+        self.assertIn("effective_area", self.done("orifice", "--thin-plate", self.emptying("vent.csv")))
         text = self.done("orifice", "--thin-plate", self.emptying("leak.csv"), "--report", "leak.html")
         rate = re.search(r"choked_rate +(\S+)", text)[1]
         self.assertIn(rate[:6], html.unescape((self.folder / "leak.html").read_text(encoding="utf-8")))
