@@ -20,8 +20,9 @@ using namespace plenum::host;
 
 /// One line on standard error: what, where, what was expected.
 int fail(int code, const std::string& command, std::string message) {
-  std::replace(message.begin(), message.end(), '\n', ' ');
-  fmt::print(stderr, "{}: {}\n", command, message);
+  const auto control = [](unsigned char c) { return c < ' ' || c == 0x7F; };
+  std::replace_if(message.begin(), message.end(), control, ' ');
+  std::fputs(fmt::format("{}: {}\n", command, message).c_str(), stderr);
   return code;
 }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "host-sim/trace/input_error.hpp"
+#include "host-sim/trace/legible.hpp"
 
 namespace plenum::host::trace {
 namespace {
@@ -38,7 +39,8 @@ std::vector<std::string> parse_header(std::string_view line, std::string_view fi
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (std::find(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(i), names[i]) !=
         names.begin() + static_cast<std::ptrdiff_t>(i)) {
-      throw InputError(fmt::format("{}: header: column '{}' appears twice, expected once", file, names[i]));
+      throw InputError(
+          fmt::format("{}: header: column '{}' appears twice, expected once", file, legible(names[i])));
     }
   }
   return names;
@@ -55,11 +57,11 @@ double parse_cell(std::string_view cell, std::string_view file, std::size_t row,
   const auto [end, error] = std::from_chars(first, last, value);
   if (end != last || (error != std::errc{} && error != std::errc::result_out_of_range)) {
     throw InputError(
-        fmt::format("{}: row {}, column {}: '{}', expected a number", file, row, name, cell.substr(0, 40)));
+        fmt::format("{}: row {}, column {}: '{}', expected a number", file, row, name, legible(cell)));
   }
   if (error == std::errc::result_out_of_range || !std::isfinite(value)) {
-    throw InputError(fmt::format("{}: row {}, column {}: '{}', expected a finite number", file, row, name,
-                                 cell.substr(0, 40)));
+    throw InputError(
+        fmt::format("{}: row {}, column {}: '{}', expected a finite number", file, row, name, legible(cell)));
   }
   return value;
 }
@@ -70,7 +72,7 @@ std::size_t column_of(const NumberTable& table, std::string_view name, std::stri
   const auto found = std::find(table.names.begin(), table.names.end(), name);
   if (found == table.names.end()) {
     throw InputError(fmt::format("{}: header: column '{}' is missing, expected among: {}", file, name,
-                                 fmt::join(table.names, ", ")));
+                                 legible_list(table.names)));
   }
   return static_cast<std::size_t>(found - table.names.begin());
 }
@@ -109,8 +111,8 @@ NumberTable parse_numbers(std::string_view text, std::string_view file,
                                        file, row, width));
         }
       } else if (i + 1 < width) {
-        throw InputError(
-            fmt::format("{}: row {}, column {}: missing, expected a number", file, row, table.names[i + 1]));
+        throw InputError(fmt::format("{}: row {}, column {}: missing, expected a number", file, row,
+                                     legible(table.names[i + 1])));
       }
     }
     ++table.rows;

@@ -9,6 +9,7 @@
 
 #include "host-sim/trace/csv.hpp"
 #include "host-sim/trace/input_error.hpp"
+#include "host-sim/trace/legible.hpp"
 #include "host-sim/trace/whole_file.hpp"
 
 namespace plenum::host::trace {
@@ -50,7 +51,7 @@ Log parse_log(std::string_view text, std::string_view file, std::vector<std::str
   if (notices != nullptr) {
     for (const std::string& name : table.names) {
       if (!known(name))
-        notices->push_back(fmt::format("{}: column '{}' is not known and is ignored", file, name));
+        notices->push_back(fmt::format("{}: column '{}' is not known and is ignored", file, legible(name)));
     }
   }
   log.period_s = uniform_period_s(log.time_s, file);

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "host-sim/trace/input_error.hpp"
+#include "host-sim/trace/legible.hpp"
 #include "host-sim/trace/whole_file.hpp"
 
 namespace plenum::host::trace {
@@ -75,9 +76,7 @@ const Kind* kind_of(std::string_view name) {
 }
 
 std::string shown(const Json& value) {
-  std::string text = value.dump();
-  if (text.size() > 40) text = text.substr(0, 37) + "...";
-  return text;
+  return legible(value.dump());
 }
 
 const Json& field(const Json& object, std::string_view name, std::string_view file,
@@ -161,7 +160,7 @@ ModelFile parse_model(std::string_view text, std::string_view file) {
   }
   for (const auto& [name, value] : parameters.items()) {
     if (std::find(kind.names.begin(), kind.names.end(), name) == kind.names.end()) {
-      throw InputError(fmt::format("{}: field 'parameters.{}' is unknown, expected {}", file, name,
+      throw InputError(fmt::format("{}: field 'parameters.{}' is unknown, expected {}", file, legible(name),
                                    fmt::join(kind.names, ", ")));
     }
   }

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "host-sim/trace/input_error.hpp"
+#include "host-sim/trace/legible.hpp"
 #include "host-sim/trace/whole_file.hpp"
 
 namespace plenum::host::trace {
@@ -111,7 +112,7 @@ void check_effect_name(std::string_view name, std::string_view where) {
   const auto allowed = [&](char c) { return letter(c) || (c >= '0' && c <= '9') || c == '_'; };
   if (name.empty() || !letter(name.front()) || !std::all_of(name.begin(), name.end(), allowed)) {
     throw InputError(
-        fmt::format("{}: '{}' in [effects], expected a name of letters, digits and _", where, name));
+        fmt::format("{}: '{}' in [effects], expected a name of letters, digits and _", where, legible(name)));
   }
 }
 
@@ -235,11 +236,11 @@ RigDescription parse_rig(std::string_view text, std::string_view file) {
       throw InputError(
           fmt::format("{}: unknown table or key '{}', expected [sampling], [gas], [supply], [ambient], "
                       "[valve], [sensor] or [effects.ID]",
-                      where, table));
+                      where, legible(table)));
     }
     const auto* entries = table_node.as_table();
     if (entries == nullptr)
-      throw InputError(fmt::format("{}: '{}' is a value, expected a table", where, table));
+      throw InputError(fmt::format("{}: '{}' is a value, expected a table", where, legible(table)));
     if (table == kEffects) {
       parse_effects(*entries, file, rig);
       continue;
@@ -249,8 +250,8 @@ RigDescription parse_rig(std::string_view text, std::string_view file) {
       const std::string at = fmt::format("{}: line {}", file, entry_key.source().begin.line);
       const Key* key = find_key(table, name);
       if (key == nullptr) {
-        throw InputError(
-            fmt::format("{}: unknown key '{}' in [{}], expected {}", at, name, table, names_of(table)));
+        throw InputError(fmt::format("{}: unknown key '{}' in [{}], expected {}", at, legible(name), table,
+                                     names_of(table)));
       }
       const double value = number_of(entry_node, at, fmt::format("{}.{}", table, name),
                                      fmt::format("a number from {} to {}", key->low, key->high));

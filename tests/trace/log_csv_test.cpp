@@ -1,9 +1,11 @@
 #include "host-sim/trace/log_csv.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -64,6 +66,22 @@ TEST(LogCsv, IgnoresAnUnknownColumnWithANoticeEvenIfItIsNoNumber) {
       parse("time_s,note,command_V,pressure_Pa,volume_m3\n0,hello,5,1e5,1e-4\n0.01,,5,1e5,1e-4\n", &notices);
   EXPECT_EQ(log.size(), 2U);
   EXPECT_THAT(notices, ElementsAre(AllOf(HasSubstr("a.csv"), HasSubstr("'note'"))));
+}
+
+TEST(LogCsv, ShowsNamesAndCellsOfAFileInShortAndInPrintableCharacters) {
+  std::vector<std::string> notices;
+  parse("time_s,command_V,pressure_Pa,volume_m3,\x1b[31mred\n0,5,1e5,1e-4,\n0.01,5,1e5,1e-4,\n", &notices);
+  EXPECT_THAT(notices, ElementsAre(HasSubstr("'\\x1B[31mred'")));
+  const std::string endless(200'000, 'n');
+  std::string many;
+  for (int i = 0; i < 1000; ++i) many += fmt::format(",c{}", i);
+  for (const std::string& text :
+       {"\x1f\x8b\b\x1b]0;title\a" + endless + "\n1\n", endless + "," + endless + "\n1,1\n",
+        kHeader + ("0," + ("\x1b" + endless) + ",1,1\n"), "a" + many + "\n"}) {
+    const std::string line = refusal(text);
+    EXPECT_LT(line.size(), 2000U);
+    EXPECT_TRUE(std::all_of(line.begin(), line.end(), [](char c) { return c >= ' ' && c <= '~'; })) << line;
+  }
 }
 
 TEST(LogCsv, ReadsBackToTheSameBits) {
