@@ -15,7 +15,6 @@
 #include "host-sim/tools/log_input.hpp"
 #include "host-sim/tools/model_charts.hpp"
 #include "host-sim/tools/output.hpp"
-#include "host-sim/trace/input_error.hpp"
 
 namespace plenum::host::tools {
 namespace {
@@ -25,10 +24,6 @@ using orifice::OrificeFit;
 using orifice::OrificeParameter;
 
 constexpr double kAtRest = 0.01;           // of its mean: more is a volume that moves
-constexpr double kLeastVolume_m3 = 1e-6;   // as of a diagnosis
-constexpr double kMostVolume_m3 = 0.1;     // likewise: more are litres or millilitres
-constexpr double kLeastPressure_Pa = 1e4;  // the greatest of a log is above, or no Pa
-constexpr double kBelowAmbient = 0.7;      // a vessel that empties stays above: sensors err, no further
 constexpr double kSameCommand_V = 1e-3;    // a 16-bit DAC's steps of 10 V are finer
 constexpr double kFilter_s = 0.01;         // the moving average of the paper
 constexpr double kThinPlateRatio = 0.528;  // b, with a = 1 and beta = 1/2
@@ -138,29 +133,7 @@ struct Found {
   const char* flow() const { return record.flow == orifice::Flow::kCharge ? "charge" : "discharge"; }
 };
 
-/// Throws trace::InputError for a volume that is no m3, and a pressure that is no Pa or gauge pressure.
-void require_units(const trace::NamedLog& of, const trace::RigDescription& rig) {
-  const auto [least_m3, most_m3] = std::minmax_element(of.log.volume_m3.begin(), of.log.volume_m3.end());
-  if (*least_m3 < kLeastVolume_m3 || *most_m3 > kMostVolume_m3) {
-    throw trace::InputError(fmt::format("{}: column volume_m3: {:.6g} to {:.6g}, expected m3, {:g} to {:g}",
-                                        of.name, *least_m3, *most_m3, kLeastVolume_m3, kMostVolume_m3));
-  }
-  const auto& pressure_Pa = of.log.pressure_Pa;
-  const auto [least_Pa, most_Pa] = std::minmax_element(pressure_Pa.begin(), pressure_Pa.end());
-  if (*most_Pa < kLeastPressure_Pa) {
-    throw trace::InputError(fmt::format("{}: column pressure_Pa: {:.6g} to {:.6g}, expected Pa, absolute",
-                                        of.name, *least_Pa, *most_Pa));
-  }
-  const bool empties = pressure_Pa.back() < pressure_Pa.front();
-  if (*least_Pa <= 0.0 || (empties && *least_Pa < kBelowAmbient * rig.ambient.pressure_Pa)) {
-    throw trace::InputError(
-        fmt::format("{}: column pressure_Pa: down to {:.6g}, below the ambient {:.6g}, expected Pa, absolute",
-                    of.name, *least_Pa, rig.ambient.pressure_Pa));
-  }
-}
-
 Found find(const trace::NamedLog& of, const trace::RigDescription& rig, const Options& options) {
-  require_units(of, rig);
   const Part part = part_of(of, options);
   Found found;
   found.name = of.name;

@@ -491,14 +491,14 @@ class Orifice(Plenum):
         self.assertAlmostEqual(warm["parameters"]["area_m2"]["value"] / cool["parameters"]["area_m2"]["value"], ratio, delta=1e-9)
 
     def test_columns_in_another_unit_are_refused(self):
-        for name, scale in {"mL": 1e6, "litres": 1e3, "none": 0.0}.items():
+        for name, scale, says in (("mL", 1e6, "expected m3"), ("litres", 1e3, "expected m3"), ("none", 0.0, "expected above 0")):
             self.refused(2, "orifice", self.emptying(f"{name}.csv", volume=lambda t, scale=scale: scale),
-                         says=[f"{name}.csv", "column volume_m3", "expected m3"])
+                         says=[f"{name}.csv", "column volume_m3", says])
         for name, scale in {"kPa": 1e-3, "bar": 1e-5}.items():
             self.refused(2, "orifice", self.log(f"{name}.csv", lambda t, scale=scale: scale * (700e3 - 50e3 * t)),
-                         says=[f"{name}.csv", "column pressure_Pa", "expected Pa"])
+                         says=[f"{name}.csv", "column pressure_Pa", "expected absolute pressure in Pa"])
         self.refused(2, "orifice", self.log("gauge.csv", lambda t: 600e3 - 99e3 * t),
-                     says=["gauge.csv", "column pressure_Pa", "below the ambient", "expected Pa, absolute"])
+                     says=["gauge.csv", "column pressure_Pa", "gauge pressure in Pa", "expected absolute pressure"])
 
     def test_the_page_and_the_text_say_the_same(self):
         self.assertIn("effective_area", self.done("orifice", "--thin-plate", self.emptying("vent.csv")))
