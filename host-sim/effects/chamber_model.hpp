@@ -325,7 +325,8 @@ N ChamberModel<N>::step(const Openings& open, const N& volume_m3, const N& squee
   if (on(kIdExhaustBackpressure)) backpressure_.vent(exhaust);
   if (on(kIdHeatTransfer)) {
     // the mass that the step's own balance of energy has moved
-    heat_.gain((pressure_Pa_ - begin + step_s_ * (compression * mean - pull)) / per_mass);
+    heat_.gain((pressure_Pa_ - begin + step_s_ * (compression * mean - pull)) / per_mass,
+               pressure_Pa_ * volume_m3 / gas_J_kg_);
   }
   return mean;
 }

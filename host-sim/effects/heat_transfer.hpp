@@ -8,10 +8,13 @@
 // its two ends add, pi D^3/8 [m3]; n exponent [-]. p v/(m R) is the gas temperature that
 // the balance implies. a is 1/2 for laminar natural convection (Gr^1/4) and for engines (Eichelberg), 2/3 for
 // turbulent natural convection (Gr^1/3), 0.8 in forced flow (Re^0.8). Assumptions: gas leaves at T_0, as in (4); wall
-// of one temperature. Range: p from P_a/20 to 20 P_a. Vanishes at G = 0 with n = kappa, exactly (4); G -> infinity is
-// the isothermal chamber. Numerical treatment: the relaxation enters rate and slope of the step, with the mass expected
-// at its middle; m then moves by the mass that the step's own balance of energy has moved. Source: "Electropneumatic
-// servo" (13)-(21); Eichelberg, Engineering 148 (1939); Carneiro and de Almeida, Proc. IMechE I 221 (2007).
+// of one temperature; gas at most four times as hot as the wall, and as cold: what leaves at T_0 has not the gas's own
+// enthalpy, so that mass and energy would part without end behind a wall that hardly conducts; filling from a vacuum
+// and compression by 20 together make a factor of 3.3. Range: p from P_a/20 to 20 P_a. Vanishes at G = 0 with
+// n = kappa, exactly (4); G -> infinity is the isothermal chamber. Numerical treatment: the relaxation enters rate and
+// slope of the step, with the mass expected at its middle; m then moves by the mass that the step's own balance of
+// energy has moved. Source: "Electropneumatic servo" (13)-(21); Eichelberg, Engineering 148 (1939); Carneiro and de
+// Almeida, Proc. IMechE I 221 (2007).
 #pragma once
 
 #include <array>
@@ -66,9 +69,14 @@ class HeatTransfer {
     return before_1_s_;
   }
   const N& mass_kg() const { return mass_kg_; }
-  void gain(const N& mass_kg) { mass_kg_ += mass_kg; }
+  /// `at_wall_kg`: what the chamber would hold at its pressure if the gas were as warm as the wall.
+  void gain(const N& mass_kg, const N& at_wall_kg) {
+    mass_kg_ = smaller(larger(mass_kg_ + mass_kg, (1.0 / kHottest) * at_wall_kg), kHottest * at_wall_kg);
+  }
 
  private:
+  static constexpr double kHottest = 4.0;
+
   N per_heat_{}, exponent_{}, power_{}, ends_m3_{}, mass_kg_{}, before_1_s_{};
   double per_ambient_ = 0.0;
 };

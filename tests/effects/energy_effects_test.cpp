@@ -51,6 +51,16 @@ TEST(HeatTransfer, GreatConductanceHoldsThePerfectGasAtWallTemperatureThroughFil
   EXPECT_LT(rms_difference(conducting, isothermal), 5.0) << "Pa";
 }
 
+TEST(HeatTransfer, AWallThatHardlyConductsChangesNothingHoweverLongFillsAndDumpsGoOn) {
+  // each of them leaves mass and energy a little further apart
+  const Drive drive = drive_of(jumping_command_V(20000), swinging_volume(), 4);
+  const std::vector<double> none =
+      run(only(kIdHeatTransfer), with(nominal(), kIdHeatTransfer, {0.0, 1.4}), drive, 3e5);
+  const std::vector<double> hardly =
+      run(only(kIdHeatTransfer), with(nominal(), kIdHeatTransfer, {1e-6, 1.4}), drive, 3e5);
+  EXPECT_LT(rms_difference(hardly, none), 10.0) << "Pa";
+}
+
 TEST(HeatTransfer, PressureAfterAFastSqueezeFadesWithTheGassOwnTimeConstant) {
   // squeezed to 0.8 of the volume within a tick, then held: p settles at p_0/0.8
   const double conductance_W_K = 0.2;
