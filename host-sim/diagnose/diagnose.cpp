@@ -373,7 +373,8 @@ class Diagnosis {
                            .recalibrated_Pa = report_.recalibrated_Pa,
                            .recalibrated_fitted_Pa = search_.recalibrated.fit.rms_Pa(),
                            .with_effects_Pa = report_.with_effects_Pa,
-                           .noise_floor_Pa = report_.noise_floor_Pa};
+                           .noise_floor_Pa = report_.noise_floor_Pa,
+                           .gap_p_value = report_.gap_p_value};
     report_.verdict = verdict_of(errors, search_.best.on == 0 ? Best::no_effect
                                          : rivals             ? Best::has_rivals
                                                               : Best::alone);

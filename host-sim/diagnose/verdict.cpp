@@ -11,12 +11,16 @@ constexpr double kExplainsSome = 0.35;
 constexpr double kExplainsAll = 0.9;
 constexpr double kRest = 2.0;
 
+/// Of effectless blind logs two in a hundred are below it; each of those of no catalogue is at the least of the test, 0.001.
+constexpr double kGapCertain = 0.01;
+
 /// Whether the recalibrated model follows the held-out rows; or else the fitted ones, and the others as well as its
-/// figures are known: a log that does not show all of them leaves twice the noise there.
+/// figures are known: a log that does not show all of them leaves twice the noise there, and what is left may be no gap.
 bool calibrated(const GapErrors& errors) {
   const double floor = errors.noise_floor_Pa;
-  return errors.recalibrated_Pa < kNearFloor * floor || (errors.recalibrated_fitted_Pa < kNearFloor * floor &&
-                                                         errors.recalibrated_Pa < (kNearFloor + 1.0) * floor);
+  return errors.gap_p_value >= kGapCertain || errors.recalibrated_Pa < kNearFloor * floor ||
+         (errors.recalibrated_fitted_Pa < kNearFloor * floor &&
+          errors.recalibrated_Pa < (kNearFloor + 1.0) * floor);
 }
 
 }  // namespace

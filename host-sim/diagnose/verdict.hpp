@@ -17,6 +17,7 @@ struct GapErrors {
   double recalibrated_fitted_Pa = 0.0;  ///< on the rows that it was fitted to
   double with_effects_Pa = 0.0;
   double noise_floor_Pa = 0.0;
+  double gap_p_value = 0.0;  ///< probability of as large an error were there no gap
 };
 
 /// What the set of effects that fits best is: none, one that no other is likely beside, or one that has rivals.

@@ -34,6 +34,14 @@ TEST(Verdict, CalibrationIsNearTheNoiseWithoutAnEffect) {
   EXPECT_EQ(verdict_of(held_out, Best::no_effect), Verdict::calibration);
 }
 
+TEST(Verdict, UnexplainedIsAGapThatNoiseAndUnknownFiguresDoNotMake) {
+  GapErrors left = errors(50.0, 2.4, 2.4);
+  left.gap_p_value = 0.009;
+  EXPECT_EQ(verdict_of(left, Best::no_effect), Verdict::unexplained);
+  left.gap_p_value = 0.011;
+  EXPECT_EQ(verdict_of(left, Best::no_effect), Verdict::calibration);
+}
+
 TEST(Verdict, ExplainedComesNearTheNoiseOrClosesNineTenthsAndLeavesLessThanTwiceTheNoise) {
   EXPECT_EQ(verdict_of(errors(50.0, 3.0, 1.29), Best::alone), Verdict::explained);
   EXPECT_EQ(verdict_of(errors(50.0, 21.0, 1.99), Best::alone), Verdict::explained);
