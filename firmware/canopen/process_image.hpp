@@ -78,7 +78,7 @@ struct VolumeCode {
 
 struct ProcessImage {
   // from the bus
-  config::Twice<std::uint16_t> control_word{0};                                ///< 6040h
+  config::Twice<std::uint16_t> control_word{0};   ///< 6040h
   config::Twice<std::uint8_t> reset_released{0};  ///< 1: bit R of 6040h was written 0 since the last tick
   config::Twice<ControlMode> control_mode{ControlMode::pressure_closed_loop};  ///< 6043h
   ExcitationImage excitation;                                                  ///< 2310h

@@ -76,7 +76,7 @@ class SdoServer {
   std::uint8_t sub_ = 0;
   Found found_;
   std::uint32_t silence_us_ = 0;
-  Bytes withheld_{};  ///< the answer to a write that waits
+  Bytes withheld_{};     ///< the answer to a write that waits
   Bytes closed_by_{};    ///< the segment or end request that ended the last transfer
   bool closed_ = false;  ///< with the newest request: when it comes twice, it is a duplicate
 

@@ -45,7 +45,8 @@ TEST(Sdo, LeavesALastSegmentThatComesTwiceAlone) {
   Bench bench;
   bench.answer("605 21 17 10 00 02 00 00 00");
   bench.answer("605 0B 2C 01 00 00 00 00 00");
-  EXPECT_EQ(bench.answer("605 0B 2C 01 00 00 00 00 00"), "") << "an abort would end the client's next transfer";
+  EXPECT_EQ(bench.answer("605 0B 2C 01 00 00 00 00 00"), "")
+      << "an abort would end the client's next transfer";
   EXPECT_EQ(bench.answer("605 0B 2C 01 00 00 00 00 00"), "585 80 00 00 00 01 00 04 05") << "a third time";
   bench.answer("605 40 08 10 00 00 00 00 00");
   bench.answer("605 60 00 00 00 00 00 00 00");
