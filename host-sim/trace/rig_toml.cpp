@@ -145,8 +145,16 @@ void parse_effects(const toml::table& effects, std::string_view file, RigDescrip
   }
 }
 
-/// Where the comment of a line begins, or its end. No string of the file spans lines.
-std::size_t comment_at(std::string_view line) {
+/// What of a line TOML reads, and the most parts that a key in it has, "a.b" being of two.
+struct Code {
+  std::size_t size = 0;  ///< without the comment
+  std::size_t key_parts = 1;
+};
+
+/// With `quotes` neither a dot nor a '#' in a string counts: no string of the file spans lines. Without, all of the line is read.
+Code code_of(std::string_view line, bool quotes) {
+  Code code{.size = line.size()};
+  std::size_t parts = 1;
   char quote = '\0';
   for (std::size_t i = 0; i < line.size(); ++i) {
     if (quote != '\0') {
@@ -155,36 +163,18 @@ std::size_t comment_at(std::string_view line) {
       } else if (line[i] == quote) {
         quote = '\0';
       }
-    } else if (line[i] == '#') {
-      return i;
-    } else if (line[i] == '"' || line[i] == '\'') {
+    } else if (line[i] == '.') {
+      code.key_parts = std::max(code.key_parts, ++parts);
+    } else if (quotes && line[i] == '#') {
+      code.size = i;
+      return code;
+    } else if (quotes && (line[i] == '"' || line[i] == '\'')) {
       quote = line[i];
-    }
-  }
-  return line.size();
-}
-
-/// The most parts that a key of this line has, "a.b" being of two. With `quotes` a dot in a string is none.
-std::size_t key_parts(std::string_view code, bool quotes) {
-  std::size_t most = 1;
-  std::size_t parts = 1;
-  char quote = '\0';
-  for (std::size_t i = 0; i < code.size(); ++i) {
-    if (quote != '\0') {
-      if (code[i] == '\\' && quote == '"') {
-        ++i;
-      } else if (code[i] == quote) {
-        quote = '\0';
-      }
-    } else if (code[i] == '.') {
-      most = std::max(most, ++parts);
-    } else if (quotes && (code[i] == '"' || code[i] == '\'')) {
-      quote = code[i];
-    } else if (quotes && std::string_view("=,[]{}").find(code[i]) != std::string_view::npos) {
+    } else if (quotes && std::string_view("=,[]{}").find(line[i]) != std::string_view::npos) {
       parts = 1;
     }
   }
-  return most;
+  return code;
 }
 
 constexpr std::size_t kMostKeyParts = 8;  ///< those of ours have three
@@ -199,14 +189,14 @@ void expect_readable(std::string_view text, std::string_view file) {
       text.find("\"\"\"") == std::string_view::npos && text.find("'''") == std::string_view::npos;
   for (std::size_t line = 1; !text.empty(); ++line) {
     const std::size_t end = std::min(text.find('\n'), text.size());
-    const std::string_view code = text.substr(0, comments_may ? comment_at(text.substr(0, end)) : end);
+    const auto [size, parts] = code_of(text.substr(0, end), comments_may);
+    const std::string_view code = text.substr(0, size);
     if (std::any_of(code.begin(), code.end(),
                     [](char c) { return (static_cast<unsigned char>(c) & 0x80U) != 0; })) {
       throw InputError(fmt::format(
           "{}: line {}: a character beyond ASCII, expected {}", file, line,
           comments_may ? "those in comments only" : "none in a file with strings of several lines"));
     }
-    const std::size_t parts = key_parts(code, comments_may);
     if (parts > kMostKeyParts) {
       throw InputError(fmt::format("{}: line {}: a key of {} parts, expected {} at most", file, line, parts,
                                    kMostKeyParts));
