@@ -9,7 +9,6 @@
 #include <functional>
 #include <map>
 #include <numeric>
-#include <optional>
 #include <stdexcept>
 
 #include "host-sim/diagnose/aliases.hpp"
@@ -152,13 +151,13 @@ class Diagnosis {
             const trace::RigDescription& rig, const DiagnoseOptions& options, const GapReport* before)
       : scene_(make_scene(rig)), threads_(options.threads) {
     const EffectSet struck = struck_of(options.strike);
+    if (before != nullptr) before_Pa_ = before->with_effects_Pa;
     double sum = 0.0;
     for (const NamedLog& of : logs) {
       scene_.records.push_back(make_record(of.name, of.log, heldout.empty() ? kFittedShare : 1.0));
       sum += white_noise(of.log.pressure_Pa) / static_cast<double>(logs.size());
     }
-    if (sum > 0.0) scene_.noise_Pa = sum;
-    report_.noise_floor_Pa = scene_.noise_Pa;
+    set_noise(sum > 0.0 ? sum : scene_.noise_Pa);
     if (heldout.empty()) {
       for (std::size_t i = 0; i < scene_.records.size(); ++i) {
         heldout_.push_back({scene_.records[i], scene_.records[i].fitted_rows, static_cast<int>(i)});
@@ -167,9 +166,6 @@ class Diagnosis {
       for (const NamedLog& of : heldout) heldout_.push_back({make_record(of.name, of.log, 1.0), 1, -1});
     }
     if (before != nullptr) {
-      before_Pa_ = before->with_effects_Pa;
-      // what the model leaves of the machine as it was, no model of what has changed can be expected to close
-      report_.noise_floor_Pa = std::max(report_.noise_floor_Pa, before->with_effects_Pa);
       for (const NamedLog& of : options.baseline) {
         baseline_.push_back(make_record(of.name, of.log, 1.0));
         baseline_.back().before = true;
@@ -203,20 +199,31 @@ class Diagnosis {
   }
 
  private:
+  /// What the model leaves of the machine as it was, no model of what has changed can be expected to close.
+  void set_noise(double noise_Pa) {
+    scene_.noise_Pa = fitted_.noise_Pa = noise_Pa;
+    report_.noise_floor_Pa = std::max(noise_Pa, before_Pa_);
+  }
+
+  static void append_error(std::vector<double>& error, const Record& record,
+                           const std::vector<double>& reading, std::size_t first, std::size_t last) {
+    for (std::size_t row = std::max(first, record.settled_rows); row < last; ++row) {
+      error.push_back(reading[row] - record.measured_Pa[row]);
+    }
+  }
+
   /// Under a command that never rests the pressure is not smooth, and what third differences leave of it is no noise: what they
   /// leave of a model's error is less.
   void lower_noise(const Trial& of) {
     double sum = 0.0;
     for (std::size_t i = 0; i < scene_.records.size(); ++i) {
       const Record& record = scene_.records[i];
-      std::vector<double> error = run(scene_, record, of.on, of.fit.figures, of.fit.start[i]);
-      std::transform(error.begin(), error.end(), record.measured_Pa.begin(), error.begin(), std::minus<>());
-      error.erase(error.begin(), error.begin() + static_cast<std::ptrdiff_t>(record.settled_rows));
+      std::vector<double> error;
+      append_error(error, record, run(scene_, record, of.on, of.fit.figures, of.fit.start[i]), 0,
+                   record.rows());
       sum += white_noise(error) / static_cast<double>(scene_.records.size());
     }
-    if (!(sum > 0.0 && sum < kNoSmoothPressure * scene_.noise_Pa)) return;
-    scene_.noise_Pa = fitted_.noise_Pa = report_.noise_floor_Pa = sum;
-    if (before_Pa_) report_.noise_floor_Pa = std::max(sum, *before_Pa_);
+    if (sum > 0.0 && sum < kNoSmoothPressure * scene_.noise_Pa) set_noise(sum);
   }
 
   /// The other hypothesis of what has changed since the baseline: the valve's figures, all of them, and no effect. Both
@@ -262,12 +269,6 @@ class Diagnosis {
   /// Whether the valve's figures, fitted to the held-out rows too, err more there than the best explanation does on the fitted
   /// rows: what the fitted rows leave unknown of the figures is no gap, and a supply's ripple is noise.
   double gap_p_value() const {
-    const auto append_error = [](std::vector<double>& error, const Record& record,
-                                 const std::vector<double>& reading, std::size_t first, std::size_t last) {
-      for (std::size_t row = std::max(first, record.settled_rows); row < last; ++row) {
-        error.push_back(reading[row] - record.measured_Pa[row]);
-      }
-    };
     std::vector<double> noise;
     const Fit& best = search_.best.fit;
     for (std::size_t i = 0; i < scene_.records.size(); ++i) {
@@ -533,7 +534,7 @@ class Diagnosis {
   std::vector<HeldOut> heldout_;
   std::vector<Record> baseline_;  ///< of the machine as it was: the search's fits answer for them, too
   Scene fitted_;  ///< the records that search_.recalibrated has starts of: scene_'s, then the baseline's
-  std::optional<double> before_Pa_;  ///< left of the baseline with what was found there
+  double before_Pa_ = 0.0;  ///< left of the baseline with what was found there; 0: there is none
   Search search_;
   double recalibrated_evidence_ = 0.0;
   const Trial* used_ = &search_.best;
