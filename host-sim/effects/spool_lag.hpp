@@ -26,7 +26,7 @@ namespace plenum::host::effects {
 inline constexpr std::array<Parameter, 4> kSpoolLagParameters{{
     {"natural_frequency_Hz", "of the spool on its spring", 2.0, kInfinity, kInfinity, 0.02,
      Coordinate::reciprocal},
-    {"damping", "damping ratio", 0.3, 2.0, 0.8, 0.3},
+    {"damping", "damping ratio", 0.3, 10.0, 0.8, 0.3},
     {"slew_V_s", "S: greatest speed of the spool", 5.0, kInfinity, kInfinity, 2e-5,
      Coordinate::reciprocal_square, true},
     {"coil_s", "tau: time constant of the coil's current", 0.0, 0.05, 0.0, 0.001, Coordinate::linear, true},

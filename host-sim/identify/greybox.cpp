@@ -1,6 +1,7 @@
 #include "host-sim/identify/greybox.hpp"
 
 #include <algorithm>
+#include <numbers>
 #include <stdexcept>
 
 #include "host-sim/effects/chamber_effects.hpp"
@@ -15,6 +16,9 @@ constexpr double kPascals_per_kPa = 1e3;
 constexpr double kKg_s_Pa_per_g_s_MPa = 1e-9;
 /// Of the transition: a corner that is sharper the board cannot tell from this one.
 constexpr double kLeastTransition_mL_s = 1e-3;
+
+/// Of the spool on a board; it knows a spool by its lateness z/(pi f) alone (firmware/control/model_paths.hpp).
+constexpr double kMostSpoolDamping = 2.0;
 
 effects::ChamberEffects effects_of(const trace::RigDescription& rig) {
   try {
@@ -31,6 +35,10 @@ GreyboxModel greybox_of(const trace::RigDescription& rig, std::optional<unsigned
   const auto figure = [&](effects::Id id, std::size_t place) {
     return of.figures[effects::kFirstFigure[id] + place];
   };
+  const double spool_damping = std::min(figure(effects::kIdSpoolLag, 1), kMostSpoolDamping);
+  const double spool_late_s =
+      figure(effects::kIdSpoolLag, 0) * figure(effects::kIdSpoolLag, 1) / std::numbers::pi +
+      figure(effects::kIdSpoolLag, 3);  // that of its coil
   plant::Gas gas;
   gas.temperature_K = rig.gas.temperature_K;
   const auto plate = plant::thin_plate_constants(gas, rig.valve.discharge_coefficient);
@@ -62,8 +70,8 @@ GreyboxModel greybox_of(const trace::RigDescription& rig, std::optional<unsigned
                           gas.kappa,
                           mL_Pa_per_kg * figure(effects::kIdChamberLeak, 0) * kKg_s_Pa_per_g_s_MPa,
                           figure(effects::kIdDeadTime, 0),
-                          figure(effects::kIdSpoolLag, 0),
-                          figure(effects::kIdSpoolLag, 1),
+                          std::numbers::pi * spool_late_s / spool_damping,  // 1/f
+                          spool_damping,
                           figure(effects::kIdValveHysteresis, 0),
                           figure(effects::kIdSensorLag, 0),
                           rig.supply.pressure_Pa / kPascals_per_kPa,

@@ -21,8 +21,9 @@ struct GreyboxModel {
   std::vector<std::string> left_out;
 };
 
-/// Carries area_shape, flow_function, volume_error, chamber_leak, dead_time, spool_lag, valve_hysteresis and sensor_lag (without
-/// the parameters that refine them). Throws trace::InputError when an effect is not the catalogue's, or a
+/// Carries area_shape, flow_function, volume_error, chamber_leak, dead_time, spool_lag, valve_hysteresis and sensor_lag, without
+/// the parameters that refine them. A spool's coil, and damping beyond the board's range, become a longer period: it is as late
+/// in all as the rig's. Throws trace::InputError when an effect is not the catalogue's, or a
 /// figure beyond what a board takes.
 GreyboxModel greybox_of(const trace::RigDescription& rig, std::optional<unsigned> chamber = std::nullopt);
 

@@ -125,6 +125,44 @@ TEST(Diagnose, TakesNoPressureThatNeverRestsForNoise) {
   EXPECT_NEAR(report.effects.front().parameters.front().value, 1.0, 0.05);
 }
 
+TEST(Diagnose, ClosesTheGapOfAValveThatFollowsByASingleLag) {
+  // no mass on a spring, as the catalogue has it: x' = (u - x)/tau, fed to the plant a millisecond at a time by its mean
+  constexpr double kLag_s = 0.02, kStep_s = 0.001, kTick_s = 0.01, kNoise_Pa = 200.0;
+  constexpr std::size_t kRows = 2500;
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> level_V(3.5, 6.5);
+  std::uniform_int_distribution<int> hold_ticks(3, 40);
+  std::normal_distribution<double> noise_Pa(0.0, kNoise_Pa);
+  plant::ChamberConfig config;
+  config.initial_pressure_Pa = 200e3;
+  config.initial_command_V = 5.0;
+  plant::ChamberPlant chamber(plant::ThinPlateValve({}), config,
+                              plant::VolumeMotion(150e-6, {plant::VolumeSine{40e-6, 0.7, 0.3}}));
+  trace::Log log;
+  log.period_s = log.pressure_average_s = kTick_s;
+  double x_V = 5.0, u_V = 5.0, mean_Pa = config.initial_pressure_Pa;
+  for (std::size_t row = 0, until = 0; row < kRows; ++row) {
+    if (row == until) {
+      u_V = level_V(random);
+      until += static_cast<std::size_t>(hold_ticks(random));
+    }
+    log.time_s.push_back(kTick_s * static_cast<double>(row));
+    log.command_V.push_back(u_V);
+    log.pressure_Pa.push_back(mean_Pa + noise_Pa(random));
+    log.volume_m3.push_back(chamber.volume_m3());
+    mean_Pa = 0.0;
+    for (int step = 0; step < 10; ++step) {
+      const double end_V = u_V + (x_V - u_V) * std::exp(-kStep_s / kLag_s);
+      mean_Pa += 0.1 * chamber.advance(u_V - (end_V - x_V) * kLag_s / kStep_s, kStep_s).mean_Pa;
+      x_V = end_V;
+    }
+  }
+  const GapReport report = diagnose({{"log", log}}, {}, {});
+  EXPECT_EQ(report.verdict, Verdict::explained);
+  EXPECT_EQ(named(report), std::set<std::string>{"spool_lag"});
+  EXPECT_LT(report.with_effects_Pa, 1.12 * kNoise_Pa);
+}
+
 TEST(Diagnose, AnEffectStruckFromTheCatalogueIsNeitherNamedNorExplainedAway) {
   const GapReport report = diagnosed(clear_case({"sensor_bias"}, 1, 31), {"sensor_bias"});
   EXPECT_NE(report.verdict, Verdict::explained);

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <random>
 
 #include "firmware/control/any_model.hpp"
@@ -125,6 +126,19 @@ TEST(GreyboxOfARig, ComesNearASpoolByItsLagAndItsDelay) {
   rig.effects["spool_lag"] = {{"natural_frequency_Hz", 12.0}, {"damping", 0.8}};
   EXPECT_LT(worst_drift_percent(rig, rig), 0.25 * worst_drift_percent(rig, {}));
   EXPECT_THAT(greybox_of(rig).left_out, ::testing::IsEmpty());
+}
+
+TEST(GreyboxOfARig, IsAsLateAsASpoolOfOneLagAndItsCoilThoughABoardKnowsNeither) {
+  trace::RigDescription rig;
+  rig.effects["spool_lag"] = {
+      {"natural_frequency_Hz", 8.0 / (std::numbers::pi * 0.02)}, {"damping", 8.0}, {"coil_s", 0.004}};
+  const auto& parameters = greybox_of(rig).file.parameters;
+  const auto& names = trace::parameter_names("greybox");
+  const auto of = [&](std::string_view name) {
+    return parameters.at(static_cast<std::size_t>(std::ranges::find(names, name) - names.begin()));
+  };
+  EXPECT_NEAR(of("spool_damping") * of("spool_period_s") / std::numbers::pi, 0.024, 1e-12);
+  EXPECT_LT(worst_drift_percent(rig, rig), 0.25 * worst_drift_percent(rig, {}));
 }
 
 TEST(GreyboxOfARig, NamesTheEffectsThatItDoesNotCarry) {
