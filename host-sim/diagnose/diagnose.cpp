@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <stdexcept>
@@ -349,7 +350,7 @@ class Diagnosis {
           effect.gap_without_Pa = rival.heldout_Pa();
         } else if (p[r + 1] > kAlias) {
           effect.aliases.push_back(id_of(members(rival.on & ~rest).front()));
-          alias_trials_.push_back({&rival, members(rival.on & ~rest).front(), p[r + 1]});
+          alias_trials_.push_back({&rival, members(rival.on & ~rest).front(), in[k], p[r + 1]});
         }
       }
       effect.share = std::max(effect.gap_without_Pa * effect.gap_without_Pa - floor2, 1e-9);
@@ -362,9 +363,13 @@ class Diagnosis {
                      [](const NamedEffect& a, const NamedEffect& b) { return a.share > b.share; });
     for (NamedEffect& effect : report_.effects) {
       const bool first = &effect == &report_.effects.front();
-      effect.confidence *= first ? kTrustFirst
+      const double trust = first ? kTrustFirst
                                  : probability_beside_others(
                                        share_of_rest(with_Pa, effect.gap_without_Pa, report_.noise_floor_Pa));
+      effect.confidence *= trust;
+      for (AliasTrial& alias : alias_trials_) {
+        if (id_of(alias.replaced) == effect.id) alias.probability *= trust;
+      }
     }
   }
 
@@ -439,7 +444,10 @@ class Diagnosis {
       NamedEffect effect;
       effect.id = id;
       effect.confidence = alias.probability;
-      effect.gap_without_Pa = report_.recalibrated_Pa;
+      effect.gap_without_Pa =
+          std::find_if(report_.effects.begin(), report_.effects.end(), [&](const NamedEffect& e) {
+            return e.id == id_of(alias.replaced);
+          })->gap_without_Pa;
       effect.gap_with_Pa = alias.trial->heldout_Pa();
       effect.parameters = parameters_of(*alias.trial, alias.effect, search_.correlated_rows);
       for (const std::size_t other : members(search_.best.on)) {
@@ -484,9 +492,10 @@ class Diagnosis {
       const Fit& alone = search_.alone[i].fit;
       const double error = standard_errors(alone, search_.correlated_rows)[effects::kValveFigures];
       const effects::Parameter& p = kCatalogue[i]->parameters.front();
-      const double change = kErrors * error * p.typical_change;
-      const double at = p.neutral() + change < p.greatest() ? p.neutral() + change : p.greatest();
-      report_.detectable.push_back({id_of(i), std::string(p.name), p.value_of(at)});
+      const double at = p.neutral() + kErrors * error * p.typical_change;
+      report_.detectable.push_back(
+          {id_of(i), std::string(p.name),
+           at < p.greatest() ? p.value_of(at) : std::numeric_limits<double>::quiet_NaN()});
     }
   }
 
@@ -526,6 +535,7 @@ class Diagnosis {
   struct AliasTrial {
     const Trial* trial;
     std::size_t effect;
+    std::size_t replaced;  ///< the effect of the best set in whose place it is
     double probability;
   };
 
@@ -557,16 +567,22 @@ GapReport diagnose(const std::vector<NamedLog>& logs, const std::vector<NamedLog
   require_room(heldout.size(), "held-out logs");
   require_room(logs.size() + options.baseline.size(),
                options.baseline.empty() ? "logs" : "logs and baselines");
-  if (options.baseline.empty()) return Diagnosis(logs, heldout, rig, options, nullptr).report();
+  if (options.baseline.empty()) {
+    GapReport report = Diagnosis(logs, heldout, rig, options, nullptr).report();
+    report.found = found_rig(rig, report);
+    return report;
+  }
   const auto half = [&](double from) {
     DiagnoseOptions of = options;
     if (options.progress) of.progress = [&, from](double share) { options.progress(from + 0.5 * share); };
     return of;
   };
   const GapReport before = Diagnosis(options.baseline, {}, rig, half(0.0), nullptr).report();
-  GapReport now = Diagnosis(logs, heldout, found_rig(rig, before), half(0.5), &before).report();
-  now.baseline = Baseline{before.verdict, before.as_configured_Pa, before.with_effects_Pa, {}};
-  for (const NamedEffect& effect : effects_in_model(before)) now.baseline->effects.push_back(effect.id);
+  const trace::RigDescription was = found_rig(rig, before);
+  GapReport now = Diagnosis(logs, heldout, was, half(0.5), &before).report();
+  now.found = found_rig(was, now);
+  now.baseline =
+      Baseline{before.verdict, before.as_configured_Pa, before.with_effects_Pa, effects_in_model(before)};
   return now;
 }
 

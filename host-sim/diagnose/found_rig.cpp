@@ -40,7 +40,11 @@ trace::RigDescription found_rig(trace::RigDescription rig, const GapReport& repo
   for (const NamedEffect& one : effects_in_model(report)) {
     auto& figures = rig.effects[one.id];
     for (const Estimate& parameter : one.parameters) {
-      if (std::isfinite(parameter.value)) figures[parameter.name] = to_six_digits(parameter.value);
+      if (std::isfinite(parameter.value)) {
+        figures[parameter.name] = to_six_digits(parameter.value);
+      } else {
+        figures.erase(parameter.name);  // what a rig does not say is infinite
+      }
     }
   }
   return rig;

@@ -88,10 +88,17 @@ Json to_json(const Disturbance& of) {
 
 Json to_json(const std::optional<Baseline>& of) {
   if (!of) return nullptr;
+  Json ids = Json::array();
+  Json parameters = Json::object();
+  for (const NamedEffect& effect : of->effects) {
+    ids.push_back(effect.id);
+    parameters[effect.id] = to_json(effect.parameters);
+  }
   return {{"verdict", name_of(of->verdict)},
           {"as_configured_kPa", kPa(of->as_configured_Pa)},
           {"with_effects_kPa", kPa(of->with_effects_Pa)},
-          {"effects", of->effects}};
+          {"effects", ids},
+          {"parameters", parameters}};
 }
 
 template <class One>

@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "host-sim/trace/rig_toml.hpp"
+
 namespace plenum::host::diagnose {
 
 enum class Verdict {
@@ -111,7 +113,7 @@ struct ErrorMap {
 struct Detectable {
   std::string id;
   std::string parameter;
-  double smallest = 0.0;
+  double smallest = 0.0;  ///< not a number: no size that the effect can have
 };
 
 /// What was found on the logs from before, where there were any: the machine as it was.
@@ -119,7 +121,7 @@ struct Baseline {
   Verdict verdict = Verdict::none;
   double as_configured_Pa = 0.0;
   double with_effects_Pa = 0.0;
-  std::vector<std::string> effects;  ///< in the model of what came after, with the valve as fitted
+  std::vector<NamedEffect> effects;  ///< in the model of what came after, with the valve as fitted
 };
 
 struct GapReport {
@@ -144,6 +146,8 @@ struct GapReport {
   std::vector<Detectable> detectable;
   std::vector<std::vector<std::string>> alias_classes;  ///< of two and more, from the excitation alone
   std::optional<Baseline> baseline;
+  trace::RigDescription
+      found;  ///< the rig with the valve as fitted and every effect found, the baseline's among them
 };
 
 }  // namespace plenum::host::diagnose

@@ -77,7 +77,7 @@ DemoGap close_gap(const trace::RigDescription& sheet, const Machine& machine, st
 
   rig.upload(identify::greybox_of(sheet).file, client::Doubted::force);
   gap.before = follow(rig);
-  const trace::RigDescription found = diagnose::found_rig(sheet, gap.report);
+  const trace::RigDescription& found = gap.report.found;
   if (found.effects.contains("sensor_bias")) calibrate(rig.session(), found);
   try {
     rig.upload(identify::greybox_of(found).file);

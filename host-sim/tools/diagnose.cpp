@@ -83,7 +83,7 @@ void print_report(const Output& output, const GapReport& report) {
   std::string alike;
   for (const auto& of : report.alias_classes) alike += (alike.empty() ? "" : "; ") + listed(of, "and");
   if (!alike.empty())
-    output.print("alike     {}: this excitation tells none of them from the other\n", alike);
+    output.print("alike     {}: while small these look the same under this excitation\n", alike);
   if (report.next) output.print("next      {}\n", next_text(report));
 }
 
@@ -133,10 +133,10 @@ int run(const Options& options) {
   }
   print_report(options.output, report);
   if (!options.save_rig.empty()) {
-    trace::write_rig(options.save_rig, diagnose::found_rig(rig, report));
+    trace::write_rig(options.save_rig, report.found);
     options.output.print("rig: {}\n", options.save_rig);
   }
-  if (!options.save_model.empty()) save_model(options, diagnose::found_rig(rig, report));
+  if (!options.save_model.empty()) save_model(options, report.found);
   if (!options.report.empty()) {
     diagnose_page(report).write(options.report);
     options.output.print("report: {}\n", options.report);

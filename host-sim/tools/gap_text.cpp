@@ -93,7 +93,8 @@ std::string floor_text(const GapReport& report) {
 }
 
 std::string baseline_sentence(const GapReport& report) {
-  const std::vector<std::string>& effects = report.baseline->effects;
+  std::vector<std::string> effects;
+  for (const NamedEffect& effect : report.baseline->effects) effects.push_back(effect.id);
   return fmt::format("the baseline ({}): with its valve fitted{} the model errs by {} instead of {}.",
                      name_of(report.baseline->verdict),
                      effects.empty() ? "" : fmt::format(", {},", listed(effects, "and")),

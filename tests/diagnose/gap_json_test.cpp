@@ -36,7 +36,9 @@ GapReport example() {
   report.detectable = {{"chamber_leak", "area_m2", 2.5e-8}};
   report.alias_classes = {{"spool_lag", "dead_time"}};
   report.disturbances = {{"command", 0.97, 0.12, "V", "the command before", 0.83}};
-  report.baseline = Baseline{Verdict::calibration, 9100.0, 305.0, {"dead_time"}};
+  report.baseline = Baseline{Verdict::calibration, 9100.0, 305.0, {}};
+  report.baseline->effects.push_back(
+      {.id = "dead_time", .parameters = {{"delay_s", 0.03, 0.029, 0.031, false}}, .aliases = {}});
   return report;
 }
 
@@ -62,7 +64,8 @@ constexpr const char* kGolden = R"({
   "alias_classes": [["spool_lag", "dead_time"]],
   "disturbances": [{"equation": "command", "probability": 0.97, "size": 0.12, "unit": "V",
                     "depends_on": "the command before", "dependence": 0.83}],
-  "baseline": {"verdict": "calibration", "as_configured_kPa": 9.1, "with_effects_kPa": 0.305, "effects": ["dead_time"]}
+  "baseline": {"verdict": "calibration", "as_configured_kPa": 9.1, "with_effects_kPa": 0.305, "effects": ["dead_time"],
+               "parameters": {"dead_time": {"delay_s": {"value": 0.03, "ci95": [0.029, 0.031]}}}}
 })";
 
 TEST(GapJson, IsTheDocumentOfTheContractKeyByKeyInItsOrder) {

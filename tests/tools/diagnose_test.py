@@ -203,11 +203,17 @@ class Diagnose(plenum_test.Plenum):
         of_log = self.simulated("--effect", "dead_time=0.03")
         self.done("sim", "--plant", "thin-plate", "--chambers", 1, "--seconds", 20, "--effect", "dead_time=0.03",
                   "--effect", "sensor_bias=4", "--out", "later")
-        gap = json.loads(self.done("diagnose", of_log[0], of_log[1], "--baseline", of_log[2], "later/chamber-1.csv", "--json", "-"))
+        gap = json.loads(self.done("diagnose", of_log[0], of_log[1], "--baseline", of_log[2], "later/chamber-1.csv", "--json", "-",
+                                   "--save-rig", "now.toml", "--save-model", "now.json"))
         self.check(gap)
         self.assertEqual(gap["baseline"]["effects"], ["dead_time"])
+        self.assertAlmostEqual(gap["baseline"]["parameters"]["dead_time"]["delay_s"]["value"], 0.03, delta=2e-3)
         self.assertEqual([effect["id"] for effect in gap["effects"]], ["sensor_bias"])
         self.assertAlmostEqual(gap["effects"][0]["parameters"]["offset_kPa"]["value"], 4.0, delta=0.4)
+        with open(self.folder / "now.json", encoding="utf-8") as model:  # the machine as it is now, not what has changed
+            self.assertAlmostEqual(json.load(model)["parameters"]["dead_time_s"], 0.03, delta=2e-3)
+        whole = json.loads(self.done("diagnose", "--rig", "now.toml", "later/chamber-1.csv", "--json", "-"))
+        self.assertEqual(whole["verdict"], "none")
         text = self.done("diagnose", of_log[0], of_log[1], "--baseline", of_log[2], of_log[2])
         self.assertIn("No gap: as it was", text)
         self.assertIn("before    the baseline", text)
