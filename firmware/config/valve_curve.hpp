@@ -32,7 +32,15 @@ struct ValveCurve {
   /// C [mL/s]
   numeric::Scalar conductance_mL_s(numeric::Scalar opening_V) const noexcept {
     using numeric::Scalar;
-    const Scalar x = (gain_mL_s_V * bent_V(opening_V) - leak_mL_s) / transition_mL_s;
+    const Scalar beyond_mL_s = gain_mL_s_V * bent_V(opening_V) - leak_mL_s;
+    // far from the transition smax(x) is max(x, 0) + 1/(4 |x|) but for 2^-4 |x|^-3, and x^2 would not fit a fixed-point number
+    constexpr Scalar kFar = 1024;
+    const Scalar far_mL_s = numeric::abs(beyond_mL_s);
+    if (far_mL_s > kFar * transition_mL_s) {
+      const Scalar rest_mL_s = transition_mL_s * (transition_mL_s / (Scalar(4) * far_mL_s));
+      return leak_mL_s + numeric::max(beyond_mL_s, Scalar(0)) + rest_mL_s;
+    }
+    const Scalar x = beyond_mL_s / transition_mL_s;
     // for x < 0 without the difference of two numbers that are almost alike
     const Scalar root = numeric::sqrt(x * x + Scalar(1));
     const Scalar smax = Scalar(0.5) * (x >= Scalar(0) ? x + root : Scalar(1) / (root - x));

@@ -10,6 +10,7 @@
 #include <limits>
 #include <random>
 
+#include "firmware/config/valve_curve.hpp"
 #include "tests/firmware/control/random_greybox.hpp"
 #include "tests/firmware/scalars.hpp"
 
@@ -146,6 +147,24 @@ TEST(Greybox, CompressesASealedChamberAsThePolytropeOfTheVolumeAtTheMiddle) {
   const Prediction got =
       model_of(set).step(300.0F, 5.0F, {.volume_mL = 100.0F, .volume_rate_mL_s = -200.0F}, 1.0F);
   EXPECT_NEAR(real(got.end_kPa), 300.0 * std::exp(1.4 * 200.0 / 100.0 * 0.01), 0.002);
+}
+
+TEST(ValveCurve, ConductsAsItsEquationSaysHoweverSharplyItOpens) {
+  for (const float gain : {1e-3F, 1.0F, 60.0F, 1e5F}) {
+    for (const float transition : {1e-4F, 1e-2F, 1.0F, 1e5F}) {
+      Set set = kSmallValve;
+      set[Greybox::kInletConductance] = gain;
+      set[Greybox::kTransition] = transition;
+      set[Greybox::kInletSlope] = 20.0F;
+      const config::ValveCurve curve = config::inlet_of(scalars(set));
+      for (const float opening_V : {-15.0F, -1.0F, -1e-3F, 0.0F, 1e-5F, 1e-3F, 0.1F, 1.0F, 15.0F}) {
+        const double exact = conductance(set, static_cast<double>(gain), figure(set, Greybox::kInletLeak),
+                                         Greybox::kInletSlope, static_cast<double>(opening_V));
+        EXPECT_NEAR(real(curve.conductance_mL_s(opening_V)), exact, 1e-6 * exact + 2e-6)
+            << gain << " mL/(s V), " << transition << " mL/s, " << opening_V << " V";
+      }
+    }
+  }
 }
 
 TEST(Greybox, FollowsItsEquationOverATick) {

@@ -1,6 +1,7 @@
 // Random admissible grey-box models, and what a chamber that has one does.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <random>
@@ -18,7 +19,7 @@ struct GreyboxCase {
   float pressure_kPa;
 };
 
-/// Valves from drops to litres a second, chambers of 5 mL to 1 L that double or halve at up to 1.6 Hz.
+/// Valves from drops to litres a second that open at a corner or over a volt, chambers of 5 mL to 1 L that double or halve at up to 1.6 Hz.
 template <class Random>
 GreyboxCase random_case(Random& random) {
   std::uniform_real_distribution<double> unit(0.0, 1.0);
@@ -40,7 +41,7 @@ GreyboxCase random_case(Random& random) {
   put(config::kExhaustConductance, gain * between(0.7, 1.4));
   put(config::kInletLeak, gain * log_between(1e-4, 0.1));
   put(config::kExhaustLeak, gain * log_between(1e-4, 0.1));
-  put(config::kTransition, gain * log_between(0.01, 0.5));
+  put(config::kTransition, std::max(1e-4, gain * log_between(1e-7, 0.5)));
   for (const config::GreyboxParameter slope : {config::kInletSlope, config::kExhaustSlope}) {
     const double q = between(-0.5, 2.0);
     put(slope, q);
