@@ -98,13 +98,13 @@ Scalar Regulator::observe(const PressureModel& model, Scalar measured_kPa,
                           const ChamberMotion& past) noexcept {
   const Scalar compression_kPa = pressure_kPa_ * compressed(past);
   const Prediction predicted = past_tick(model, past, compression_kPa);
-  const Scalar residual_kPa = sensor_.observe(pressure_kPa_, predicted, measured_kPa);
-  learn(residual_kPa, compression_kPa);
-  residual_level_kPa_ += kResidualForgetting * (numeric::abs(residual_kPa) - residual_level_kPa_);
+  const SensorLag::Reading reading = sensor_.observe(pressure_kPa_, predicted, measured_kPa);
+  learn(reading.above_kPa, compression_kPa);
+  residual_level_kPa_ += kResidualForgetting * (numeric::abs(reading.above_kPa) - residual_level_kPa_);
   // what a sensor says that lags is weighed already
   const Scalar gain = sensor_.lags() ? Scalar(1) : config_.pressure_gain;
-  pressure_kPa_ = believable_kPa(predicted.end_kPa + gain * residual_kPa);
-  return residual_kPa;
+  pressure_kPa_ = believable_kPa(predicted.end_kPa + gain * reading.above_kPa);
+  return reading.missed_kPa;
 }
 
 void Regulator::coast(const PressureModel& model, const ChamberMotion& past) noexcept {

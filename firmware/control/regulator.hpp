@@ -88,8 +88,7 @@ class Regulator {
   /// Another model: what had been learned was the old one's faults. The commands that are still on their way stay.
   void go_on(Scalar pressure_kPa) noexcept;
 
-  /// Step 1. Returns the model residual: measured minus predicted mean of the tick just past [kPa]; where the sensor lags,
-  /// what that says of the pressure at its end.
+  /// Step 1. Returns the model residual: the reading of the tick just past minus the predicted one [kPa].
   Scalar observe(const PressureModel& model, Scalar measured_kPa, const ChamberMotion& past) noexcept;
 
   /// In place of observe() when the tick just past brought no measurement: the model carries the estimate

@@ -50,11 +50,12 @@ Scalar SensorLag::pass(Scalar from_kPa, const Prediction& predicted) noexcept {
   return reading.mean_kPa;
 }
 
-Scalar SensorLag::observe(Scalar from_kPa, const Prediction& predicted, Scalar reading_kPa) noexcept {
+SensorLag::Reading SensorLag::observe(Scalar from_kPa, const Prediction& predicted,
+                                      Scalar reading_kPa) noexcept {
   const Scalar missed_kPa = reading_kPa - pass(from_kPa, predicted);
-  if (!lags()) return missed_kPa;
+  if (!lags()) return {.missed_kPa = missed_kPa, .above_kPa = missed_kPa};
   shown_kPa_ += shown_gain_ * missed_kPa;
-  return pressure_gain_ * missed_kPa;
+  return {.missed_kPa = missed_kPa, .above_kPa = pressure_gain_ * missed_kPa};
 }
 
 }  // namespace plenum::control

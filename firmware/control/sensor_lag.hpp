@@ -35,9 +35,13 @@ class SensorLag {
   /// A tick passes; the pressure goes from `from_kPa` to what is predicted. Returns the mean that the sensor shows.
   Scalar pass(Scalar from_kPa, const Prediction& predicted) noexcept;
 
-  /// As pass(), and the tick's reading comes. Returns what it says [kPa]: of a sensor that lags, by how much the pressure at
-  /// the tick's end lies above the predicted one; of a prompt one, by how much the mean does.
-  Scalar observe(Scalar from_kPa, const Prediction& predicted, Scalar reading_kPa) noexcept;
+  struct Reading {
+    Scalar missed_kPa;  ///< by how much it lies above the predicted one
+    Scalar
+        above_kPa;  ///< of a sensor that lags, by how much the pressure at the tick's end does; of a prompt one, the same as missed
+  };
+  /// As pass(), and the tick's reading comes.
+  Reading observe(Scalar from_kPa, const Prediction& predicted, Scalar reading_kPa) noexcept;
 
   static constexpr int kIterations = 40;
   static constexpr Scalar kReadingNoise_kPa = Scalar(0.3);

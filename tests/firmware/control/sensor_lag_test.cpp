@@ -17,7 +17,7 @@ TEST(SensorLag, APromptSensorShowsThePressure) {
   sensor.reset(100);
   EXPECT_FALSE(sensor.lags());
   EXPECT_EQ(sensor.pass(100, {.end_kPa = 120, .mean_kPa = 111}), 111);
-  EXPECT_EQ(sensor.observe(120, {.end_kPa = 130, .mean_kPa = 125}, 128), 3) << "against the mean";
+  EXPECT_EQ(sensor.observe(120, {.end_kPa = 130, .mean_kPa = 125}, 128).missed_kPa, 3) << "against the mean";
 }
 
 TEST(SensorLag, ShowsAnEvenRiseAsTheClosedFormHasIt) {
@@ -79,7 +79,7 @@ double rms_with(double scale) {
         truth.pass(pressure, {.end_kPa = next, .mean_kPa = mean}) + static_cast<float>(noise(random));
     pressure = next;
     estimate += static_cast<float>(scale) *
-                sensor.observe(estimate, {.end_kPa = estimate, .mean_kPa = estimate}, reading);
+                sensor.observe(estimate, {.end_kPa = estimate, .mean_kPa = estimate}, reading).above_kPa;
     const auto off = static_cast<double>(estimate - pressure);
     square += off * off / kTicks;
   }
