@@ -67,7 +67,8 @@ struct Rpdo {
   PdoParameters parameters;
   bool latched = false;  ///< a checked frame waits for its SYNC
   std::array<std::uint8_t, 8> data{};
-  bool watched = false;  ///< the deadline runs: a frame has been applied
+  bool watched = false;  ///< of set points that have come since 6040h asks for ACTIVE: they must keep coming
+  bool came = false;     ///< since ProcessImage::setpoint_count last went on
   std::uint32_t since_applied_us = 0;
 };
 

@@ -360,9 +360,14 @@ void Node::apply(Rpdo& rpdo) noexcept {
     at += object.bytes;
   }
   rpdo.latched = false;
-  rpdo.watched = true;
+  if (!carries_setpoint(mapping)) return;
+  rpdo.watched = rpdo.came = true;
   rpdo.since_applied_us = 0;
-  if (carries_setpoint(mapping)) ++device_.image.setpoint_count;
+  // a stream that goes on does not vouch for one that has ended
+  std::array<Rpdo, kRpdos>& all = device_.communication.rpdo;
+  if (!std::all_of(all.begin(), all.end(), [](const Rpdo& one) { return one.came || !one.watched; })) return;
+  for (Rpdo& one : all) one.came = false;
+  ++device_.image.setpoint_count;
 }
 
 void Node::work_off_reset() noexcept {

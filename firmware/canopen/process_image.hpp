@@ -83,9 +83,10 @@ struct ProcessImage {
   config::Twice<ControlMode> control_mode{ControlMode::pressure_closed_loop};  ///< 6043h
   ExcitationImage excitation;                                                  ///< 2310h
   std::uint32_t sync_count = 0;  ///< counts SYNCs taken while operational: the watchdog's food in excitation
-  std::uint32_t setpoint_count = 0;  ///< counts set-point PDOs accepted: the watchdog's food
-  bool setpoint_lost = false;        ///< the RPDO event timer (1400h:5) ran out while 6040h asks for ACTIVE
-  bool heartbeat_lost = false;       ///< a node of 1016h has fallen silent
+  /// Goes on each time that every set-point PDO which has come in ACTIVE has come again: the watchdog's food.
+  std::uint32_t setpoint_count = 0;
+  bool setpoint_lost = false;   ///< the RPDO event timer (1400h:5) ran out while 6040h asks for ACTIVE
+  bool heartbeat_lost = false;  ///< a node of 1016h has fallen silent
   VolumeCode volume_code;
   std::uint8_t preview_ticks = 0;  ///< 2160h: a set point is to be met this many ticks after its SYNC
   // to the bus

@@ -80,7 +80,7 @@ class BoardMonitor {
     bool setpoint_lost = false;        ///< the RPDO event timer ran out
     bool stored_set_lost = false;      ///< the start found the stored parameter set damaged
     bool store_failing = false;        ///< a parameter set cannot be stored
-    std::uint32_t setpoint_count = 0;  ///< changes with every set-point message accepted
+    std::uint32_t setpoint_count = 0;  ///< changes when all set points have come anew
     bool setpoints_needed = false;     ///< drive was `active` and the control mode follows set points
   };
 

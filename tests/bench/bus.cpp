@@ -76,7 +76,7 @@ Load loaded(unsigned boards) {
     for (std::size_t b = 0; b < boards; ++b) {
       const auto& image = rig.board(b).controller().image();
       load.nothing_lost = load.nothing_lost && image.error_code == 0 &&
-                          image.setpoint_count == counts[b] + 2U * static_cast<unsigned>(k + 1);
+                          image.setpoint_count == counts[b] + static_cast<unsigned>(k + 1);
     }
   }
   load.bits_a_cycle = static_cast<double>(rig.bus().counters().bits - before.bits) / kCycles;
@@ -131,7 +131,7 @@ Commanded commanded(double phase_s, double step_Pa) {
     session.send_setpoints(setpoint_Pa);
     session.send_sync();
     const std::uint32_t before = image.setpoint_count;
-    while (image.setpoint_count != before + 2) session.listen(1e-5);
+    while (image.setpoint_count == before) session.listen(1e-5);
     result.in_force = result.at_tick.size();
     session.listen(begin_s + 0.01 - rig.now_s());
   };

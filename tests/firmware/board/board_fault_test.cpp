@@ -389,6 +389,47 @@ TEST(BoardFault, SetPointStreamLostByItsEventTimerIsToldByEveryObjectInTheSameTi
   EXPECT_EQ(bench.take_emergencies().size(), 1U);
 }
 
+TEST(BoardFault, OneStreamOfSetPointsDoesNotVouchForAnother) {
+  for (const std::uint32_t lost : {0x200U, 0x300U}) {
+    Bench bench;
+    bench.store_models();
+    bench.board.start();
+    for (const std::uint16_t pdo :
+         {object::kRpdoCommunication, std::uint16_t{object::kRpdoCommunication + 1}})
+      bench.session.write(pdo, 5, std::uint16_t{0});  // no event timer: the watchdog alone
+    bench.put(0, {1, 0});
+    bench.climb();
+    bench.run(50);
+    bench.streaming = false;
+    int ticks = 0;
+    for (; bench.image().error_code == 0 && ticks < 50; ++ticks) {
+      bench.put((0x500U - lost) + Bench::kNode, {0xD0, 0x07, 0xD0, 0x07, 0xD0, 0x07, 0xD0, 0x07});
+      bench.put(0x80, {});
+      bench.tick();
+    }
+    EXPECT_EQ(bench.image().error_code, 0x8250) << std::hex << lost;
+    EXPECT_LE(ticks, bench_settings().board.setpoint_watchdog_ticks + 1);
+    EXPECT_EQ(bench.state(), State::fault_reaction);
+  }
+}
+
+TEST(BoardFault, AStreamThatNeverCameIsNotMissed) {
+  Bench bench;
+  bench.store_models();
+  bench.board.start();
+  bench.put(0, {1, 0});
+  for (const std::uint16_t word : Words{0x1, 0x3, 0x7, 0x7, 0x7}) {
+    bench.control(word);
+    for (int tick = 0; tick < 30; ++tick) {
+      bench.put(0x200 + Bench::kNode, {0xD0, 0x07, 0xD0, 0x07, 0xD0, 0x07, 0xD0, 0x07});
+      bench.put(0x80, {});
+      bench.tick();
+    }
+  }
+  EXPECT_EQ(bench.state(), State::active);
+  EXPECT_EQ(bench.image().error_code, 0);
+}
+
 TEST(BoardFault, ChamberThatMustVentVentsWhateverTheDrive) {
   const Settings settings = bench_settings();
   ChamberLoop loop;

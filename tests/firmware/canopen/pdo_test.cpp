@@ -26,6 +26,9 @@ TEST(Rpdo, LatchesSetPointsUntilTheSync) {
   bench.send("305 E8 03 D0 07 B8 0B A0 0F");
   bench.send("080 01");  // a SYNC with counter
   EXPECT_EQ(bench.image.chamber[7].setpoint_Pa, 400000.0F);
+  EXPECT_EQ(bench.image.setpoint_count, 1U) << "of two streams only one has come anew";
+  bench.send(kSetpoints);
+  bench.send("080");
   EXPECT_EQ(bench.image.setpoint_count, 2U);
 }
 
