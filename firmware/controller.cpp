@@ -91,10 +91,12 @@ Outputs Controller::step(const Inputs& inputs) noexcept {
                                                              .ready = true,
                                                              .model_ready = models_ready,
                                                              .reaction = report.reaction});
-  // An output that refuses its safe value holds the last one: without power the valve is safe all the same.
-  const bool outputs_obey = !safety::holds(faults_.standing_on_board(), safety::Fault::hardware);
-  const bool valve_power =
-      order.state != safety::State::not_ready && !inputs.digital.emergency_stop && outputs_obey;
+  // An output that refuses its safe value holds the last one: without power the valve is safe all the same. And power that an
+  // emergency stop has taken comes back by a reset, not when the circuit closes.
+  const safety::FaultSet standing = faults_.standing_on_board();
+  const bool valve_power = order.state != safety::State::not_ready &&
+                           !safety::holds(standing, safety::Fault::hardware) &&
+                           !safety::holds(standing, safety::Fault::emergency_stop);
   Outputs outputs = drive(order.drive, valve_power);
   outputs.digital = {.valve_power = valve_power, .fault_lamp = report.any};
   last_drive_ = order.drive;

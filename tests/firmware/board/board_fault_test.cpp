@@ -453,5 +453,23 @@ TEST(BoardFault, EmergencyStopTakesThePowerOffTheValvesWithinItsTick) {
   EXPECT_FALSE(bench.digital.outputs.valve_power);
 }
 
+TEST(BoardFault, PowerThatAnEmergencyStopHasTakenComesBackByAResetNotByItself) {
+  Bench bench;
+  bench.go_active(300.0);
+  bench.digital.inputs.emergency_stop = true;
+  bench.tick();
+  bench.digital.inputs.emergency_stop = false;
+  for (int tick = 0; tick < 100; ++tick) {
+    bench.tick();
+    ASSERT_FALSE(bench.digital.outputs.valve_power) << "tick " << tick << " after the circuit closed";
+  }
+  for (const std::uint16_t word : Words{0x1, 0x9}) {
+    bench.control(word);
+    bench.tick();
+  }
+  EXPECT_EQ(bench.image().error_code, 0);
+  EXPECT_TRUE(bench.digital.outputs.valve_power);
+}
+
 }  // namespace
 }  // namespace plenum
