@@ -258,15 +258,17 @@
 
   // ---- bars
 
+  const bar_label_width = () => Math.min(222, 0.32 * innerWidth);
+
   const bar_option = (spec, ink) => {
     const lying = spec.categories.length > 12 || spec.categories.some((category) => category.length > 12);
-    const label_width = Math.min(210, 0.32 * innerWidth);
+    const label_width = bar_label_width();
     const colours = colours_of(spec.series.map((one) => one.name));
     const category = {
       ...axis_form(ink), type: 'category', data: spec.categories, inverse: lying, axisTick: {show: false},
       splitLine: {show: false},
     };
-    category.axisLabel = {...category.axisLabel, hideOverlap: false, interval: 0, width: lying ? label_width : undefined, overflow: 'break'};
+    category.axisLabel = {...category.axisLabel, hideOverlap: false, interval: 0, width: lying ? label_width : undefined, overflow: 'break', lineHeight: 15};
     const value = {...value_axis(spec.value, ink), scale: false};
     const labelled = spec.series.length * spec.categories.length <= 24;
     const top = spec.series.length > 1 ? 60 : 40;
@@ -391,8 +393,11 @@
   const create = (plot, index, ink) => {
     const spec = page.charts[index];
     if (spec.kind === 'bar') {
-      const bars = spec.categories.length * Math.max(1, spec.series.length);
-      if (bars > 14) plot.style.height = Math.max(340, 110 + 20 * bars) + 'px';
+      const letters = bar_label_width() / 6.2;  // that fit into a line of a label
+      const lines = Math.max(1, ...spec.categories.map((category) => Math.ceil(category.length / letters)));
+      const each = Math.max(20 * Math.max(1, spec.series.length), 15 * lines + 6);
+      const height = 110 + each * spec.categories.length;
+      if (height > 340) plot.style.height = height + 'px';
     }
     if (spec.kind === 'heat') plot.style.height = Math.max(260, 120 + 30 * spec.rows.length) + 'px';
     const chart = echarts.init(plot, null, {renderer: vector ? 'svg' : 'canvas'});
