@@ -18,6 +18,7 @@
 #include "board/say.hpp"
 #include "firmware/board.hpp"
 #include "firmware/canopen/lss.hpp"
+#include "plenum_version.hpp"
 
 namespace {
 
@@ -81,7 +82,7 @@ int main(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);  // nobody who reads what is said here may end it
   CLI::App program{"Plenum's board: regulates up to eight pressure chambers and answers on CAN."};
   program.name("plenumd");
-  program.set_version_flag("--version", PLENUM_VERSION);
+  program.set_version_flag("--version", kVersion);
   std::string path = "/etc/plenum/board.toml";
   bool only_check = false;
   bool only_safe = false;

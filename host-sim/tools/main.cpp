@@ -13,6 +13,7 @@
 #include "host-sim/tools/command.hpp"
 #include "host-sim/tools/output.hpp"
 #include "host-sim/trace/input_error.hpp"
+#include "plenum_version.hpp"
 
 namespace {
 
@@ -67,6 +68,7 @@ int main(int argc, char** argv) {
       "Plenum: simulate valve-controlled pressure chambers, identify them, and regulate them through their "
       "board."};
   program.name("plenum");
+  program.set_version_flag("--version", kVersion, "Print the version and exit");
   program.require_subcommand(1);
   program.footer(
       "Exit codes: 0 done; 1 done, and the answer is a failure; 2 bad usage or input; 3 could not be "
