@@ -110,7 +110,7 @@ int run(const Options& options) {
     } else {
       session.listen(std::min(kSlice_s, period_s));
     }
-    if (web) web->serve();
+    if (web) web->serve(link.now_s());
   }
   if (stream) stream->give_back();
   options.output.finish({{"seconds", link.now_s() - begin_s}, {"frames", watch.frames()}, {"last", newest}});

@@ -4,7 +4,9 @@
 #include <netinet/in.h>
 
 #include <cstdint>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "host-sim/client/watch.hpp"
@@ -56,28 +58,30 @@ class WebView {
   WebView& operator=(const WebView&) = delete;
 
   std::string url() const;
-  /// Takes requests and sends what is due; never waits.
-  void serve();
+  /// Takes requests and sends what is due; never waits. A client that keeps it waiting for ten seconds is let go.
+  void serve(double now_s);
+  /// To be sent by the next serve().
   void show(const Json& view);
 
  private:
   struct Client {
     int socket;
+    double due_s;  ///< its whole request, or that it takes some of what is sent
     std::string request;
     std::string waiting;  ///< to be sent
-    bool events = false;
-    bool ending = false;  ///< closed once all is sent
+    bool answered = false;
+    bool events = false;  ///< not closed once all is sent
   };
-  void accept_clients();
+  void accept_clients(double now_s);
   bool read_from(Client& client);
-  void answer(Client& client);
-  static bool write_to(Client& client);
+  void answer(Client& client, std::span<const std::string_view> lines);
+  static bool write_to(Client& client, double now_s);
 
   int listener_ = -1;
   std::string host_;
   std::uint16_t port_;
   std::string page_;
-  std::vector<Client> clients_;
+  std::vector<Client> clients_;  ///< in the order in which they came
 };
 
 /// The page, whole: it loads nothing from elsewhere.
