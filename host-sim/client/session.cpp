@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "host-sim/client/abort_text.hpp"
+#include "host-sim/trace/legible.hpp"
 
 namespace plenum::host::client {
 namespace {
@@ -128,7 +129,7 @@ void Session::write_bits(std::uint16_t index, std::uint8_t sub, std::uint32_t bi
 
 std::string Session::read_text(std::uint16_t index) {
   const std::vector<std::uint8_t> bytes = sdo_read(index, 0);
-  return {bytes.begin(), bytes.end()};
+  return trace::legible({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
 // ---- device control ----

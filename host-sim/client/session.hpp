@@ -120,6 +120,7 @@ class Session {
       write_bits(index, sub, static_cast<std::uint32_t>(value), sizeof(T));
     }
   }
+  /// Legible: what a node says of itself moves no terminal.
   std::string read_text(std::uint16_t index);
 
   // ---- device control (CiA 408) ----

@@ -1,4 +1,4 @@
-// What a file holds, as an error may show it.
+// What a stranger wrote, as it may be shown.
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace plenum::host::trace {
 
-/// `text` in printable ASCII, every other byte as \xHH, and "..." behind 60 characters: an error stays one line, and
-/// moves no terminal, whatever a file holds.
+/// `text` in printable ASCII, every other byte as \xHH, and "..." behind 60 characters: it stays in one line, and
+/// moves no terminal, whatever a file or a node on a bus says.
 std::string legible(std::string_view text);
 
 /// The first twenty of `names`, legible and with commas between, and how many more there are.

@@ -25,8 +25,9 @@ MAY_INCLUDE = {
     "host-sim/blind": ["host-sim/trace"],
     "host-sim/identify": ["host-sim/plant", "host-sim/effects", "host-sim/trace"],
     "host-sim/diagnose": ["host-sim/identify", "host-sim/effects", "host-sim/plant", "host-sim/trace"],
-    # The socketcand and SocketCAN doors: the driver of the board is an exception.
-    "host-sim/client": ["firmware/canopen", "firmware/safety", "firmware/telemetry", "firmware/ports", "host-sim/wire", "board/drivers"],
+    # The socketcand and SocketCAN doors: the driver of the board is an exception. What a stranger wrote is shown in one way.
+    "host-sim/client": ["firmware/canopen", "firmware/safety", "firmware/telemetry", "firmware/ports", "host-sim/wire", "board/drivers",
+                        "host-sim/trace/legible.hpp"],
     "host-sim/dictionary": ["firmware"],
     "host-sim/rounding": ["firmware/control", "firmware/config", "firmware/numeric"],
     "host-sim/report": ["host-sim/trace"],

@@ -337,6 +337,11 @@ TEST(SessionProtocol, WritesExpeditedAndInSegments) {
                                       "605 00 01 02 03 04 05 06 07", "605 1B 08 09 00 00 00 00 00"}));
 }
 
+TEST(SessionProtocol, ReadsATextAsOneThatMovesNoTerminal) {
+  ScriptedLink link({"585 43 08 10 00 1B 5B 32 4A"});
+  EXPECT_EQ(Session(link, 5).read_text(0x1008), "\\x1B[2J");
+}
+
 TEST(SessionProtocol, GivesUpOnAToggleBitThatStandsStill) {
   ScriptedLink link(
       {"585 41 08 10 00 09 00 00 00", "585 00 41 42 43 44 45 46 47", "585 0B 48 49 00 00 00 00 00"});
