@@ -36,10 +36,11 @@ class Fields {
     if (!found.is_array()) refuse(name, "a list");
     return found;
   }
-  std::uint32_t whole(const char* name, std::uint32_t high = 0xFFFF'FFFFU) const {
+  std::uint32_t whole(const char* name, std::uint32_t low = 0, std::uint32_t high = 0xFFFF'FFFFU) const {
     const Json& found = at(name);
-    if (!found.is_number_unsigned() || found.get<std::uint64_t>() > high) {
-      refuse(name, fmt::format("a whole number of 0..{}", high));
+    if (!found.is_number_unsigned() || found.get<std::uint64_t>() < low ||
+        found.get<std::uint64_t>() > high) {
+      refuse(name, fmt::format("a whole number of {}..{}", low, high));
     }
     return found.get<std::uint32_t>();
   }
@@ -73,7 +74,7 @@ class Fields {
 client::Setting setting_of(const Fields& fields) {
   client::Setting setting;
   setting.id.index = static_cast<std::uint16_t>(fields.hex_number("index", 0xFFFF));
-  setting.id.sub = static_cast<std::uint8_t>(fields.whole("sub", 0xFF));
+  setting.id.sub = static_cast<std::uint8_t>(fields.whole("sub", 0, 0xFF));
   setting.name = fields.text("name");
   const Json& value = fields.at("value");
   try {
@@ -91,9 +92,7 @@ client::Setting setting_of(const Fields& fields) {
 
 client::ModelUpload model_of(const Fields& fields) {
   client::ModelUpload model;
-  const std::uint32_t chamber = fields.whole("chamber", client::kChambers);
-  if (chamber == 0) fields.refuse("chamber", fmt::format("1..{}", client::kChambers));
-  model.chamber = static_cast<std::uint8_t>(chamber - 1);
+  model.chamber = static_cast<std::uint8_t>(fields.whole("chamber", 1, client::kChambers) - 1);
   const std::string image = fields.text("image");
   for (std::size_t i = 0; i + 1 < image.size(); i += 2) {
     std::uint8_t byte = 0;
@@ -163,7 +162,7 @@ Backup load_backup(const std::filesystem::path& file) {
   const Fields fields(json, name);
   if (fields.at("schema") != kSchema) fields.refuse("schema", fmt::format("\"{}\"", kSchema));
   Backup backup;
-  backup.node = fields.whole("node", 127);
+  backup.node = fields.whole("node", 1, 127);
   const Fields identity(fields.at("identity"), name + ": identity");
   backup.identity = {identity.whole("vendor_id"), identity.whole("product_code"), identity.whole("revision"),
                      identity.whole("serial")};

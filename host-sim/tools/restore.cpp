@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <memory>
+#include <set>
 
 #include "host-sim/client/storing.hpp"
 #include "host-sim/tools/backup_file.hpp"
@@ -6,6 +8,7 @@
 #include "host-sim/tools/board_json.hpp"
 #include "host-sim/tools/command.hpp"
 #include "host-sim/trace/input_error.hpp"
+#include "host-sim/trace/legible.hpp"
 
 namespace plenum::host::tools {
 namespace {
@@ -14,10 +17,15 @@ struct Options {
   BoardChoice board;
   std::string file;
   bool settings_only = false;
+  bool partial = false;
   bool no_save = false;
   bool force = false;
   Output output;
 };
+
+std::string name_of(const client::Setting& setting) {
+  return fmt::format("{:04X}h:{} {}", setting.id.index, setting.id.sub, setting.name);
+}
 
 void require_fitting(const Backup& backup, client::Session& session, const Options& options) {
   if (backup.node != session.node_id()) {
@@ -44,6 +52,31 @@ void require_at_rest(client::Session& session) {
       session.node_id(), client::state_name(status, fault ? fault->code : std::uint16_t{0})));
 }
 
+/// A file that was cut would leave the board half as it was.
+void require_complete(const Backup& backup, client::Session& session, const Options& options) {
+  std::set<client::SettingId> stated;
+  for (const client::Setting& setting : backup.settings) stated.insert(setting.id);
+  std::vector<std::string> missing;
+  for (const client::Setting& setting : client::read_settings(session)) {
+    if (!stated.contains(setting.id)) missing.push_back(name_of(setting));
+  }
+  if (missing.empty()) return;
+  throw trace::InputError(fmt::format(
+      "{}: lacks {} settings that node {} has: {}; expected all of them: --partial leaves these alone",
+      options.file, missing.size(), session.node_id(), trace::legible_list(missing)));
+}
+
+/// Chambers, from 1, that have a model on the board and none in the backup.
+std::vector<unsigned> models_beside(const Backup& backup, client::Session& session) {
+  std::vector<unsigned> chambers;
+  for (std::uint8_t chamber = 0; chamber < client::kChambers; ++chamber) {
+    const bool stated = std::any_of(backup.models.begin(), backup.models.end(),
+                                    [&](const auto& model) { return model.chamber == chamber; });
+    if (!stated && !session.download_model(chamber).empty()) chambers.push_back(chamber + 1U);
+  }
+  return chambers;
+}
+
 int run(const Options& options) {
   const Backup backup = load_backup(options.file);
   BoardAccess access(options.board);
@@ -51,12 +84,14 @@ int run(const Options& options) {
   require_fitting(backup, session, options);
   client::require_compatible(session);
   require_at_rest(session);
+  if (!options.partial) require_complete(backup, session, options);
   if (!options.settings_only && !backup.models.empty()) {
     session.upload_models(backup.models, options.force ? client::Doubted::force : client::Doubted::refuse);
     client::await_stored(session);
   }
   const auto troubles = client::write_settings(session, backup.settings);
   const bool stored = !options.no_save && troubles.empty() && client::store_settings(session);
+  const auto beside = options.settings_only ? std::vector<unsigned>() : models_beside(backup, session);
 
   const std::size_t models = options.settings_only ? 0 : backup.models.size();
   options.output.print("node {}: {} of {} settings and {} models written and read back alike\n",
@@ -64,12 +99,18 @@ int run(const Options& options) {
                        models);
   Json list = Json::array();
   for (const client::SettingTrouble& one : troubles) {
-    options.output.print("  not written: {:04X}h:{} {}: {}\n", one.setting.id.index, one.setting.id.sub,
-                         one.setting.name, one.reason);
+    options.output.print("  not written: {}: {}\n", name_of(one.setting), one.reason);
     list.push_back({{"index", hex(one.setting.id.index, 4)},
                     {"sub", one.setting.id.sub},
                     {"name", one.setting.name},
                     {"reason", one.reason}});
+  }
+  if (!beside.empty()) {
+    options.output.print(
+        "  not as in the backup: it has no model of chamber {}, and the board keeps the one it has: a model "
+        "can "
+        "be replaced, not removed\n",
+        fmt::join(beside, ", "));
   }
   options.output.print(
       "{}\n", stored ? "the board has stored its settings (1010h)"
@@ -83,8 +124,9 @@ int run(const Options& options) {
                          {"settings", backup.settings.size() - troubles.size()},
                          {"models", models},
                          {"not_written", list},
+                         {"models_beside", beside},
                          {"stored", stored}});
-  return troubles.empty() ? kDone : kFailure;
+  return troubles.empty() && beside.empty() ? kDone : kFailure;
 }
 
 }  // namespace
@@ -93,10 +135,13 @@ Command add_restore(CLI::App& program) {
   const auto options = std::make_shared<Options>();
   CLI::App* app =
       subcommand(program, "restore",
-                 "Give a board the settings and models of a backup; read back, and stored on the board");
+                 "Give a board the settings and models of a backup; read back, and stored on the board; exit "
+                 "code 1 when it is not as in the backup then");
   options->board.add_to(*app);
   app->add_flag("--settings-only", options->settings_only,
                 "Leave the models alone; needed for a backup whose models are of another schema");
+  app->add_flag("--partial", options->partial,
+                "Leave alone the settings that the backup lacks, as one of an older firmware may");
   app->add_flag("--no-save", options->no_save,
                 "Do not store: the settings hold until the board's next start");
   app->add_flag(

@@ -106,6 +106,30 @@ class Keeping(BoardCommands):
         self.assertEqual((ran.returncode, ran.stderr), (1, ""))
         self.assertRegex(ran.stdout, r"not written: 1005h:0 COB-ID SYNC: .*06090030h")
 
+    def test_a_model_that_the_backup_lacks_is_told_and_exit_1(self):
+        self.done("backup", "--store", "board", "-o", "b.json")
+        self.upload()
+        ran = self.plenum("restore", "--store", "board", "b.json")
+        self.assertEqual((ran.returncode, ran.stderr), (1, ""))
+        self.assertRegex(ran.stdout, r"no model of chamber 2, and the board keeps the one it has")
+        self.assertIn("has stored its settings", ran.stdout)
+        self.assertEqual(self.json_of("restore", "--store", "board", "b.json", code=1)["models_beside"], [2])
+        self.done("restore", "--store", "board", "--settings-only", "b.json")
+
+    def test_a_backup_that_was_cut_is_refused_before_anything_is_written(self):
+        self.done("backup", "--store", "board", "-o", "b.json")
+        content = json.loads((self.folder / "b.json").read_text())
+        for setting in content["settings"]:
+            if (setting["index"], setting["sub"]) == HEARTBEAT:
+                setting["value"] = 500
+        lost = content["settings"].pop()
+        self.write("cut.json", json.dumps(content))
+        self.refused(2, "restore", "--store", "board", "cut.json",
+                     says=["cut.json", "lacks 1 settings", f"{lost['index']}:{lost['sub']} {lost['name']}", "--partial"])
+        self.assertEqual(self.json_of("diff", "--store", "board", "b.json")["alike"], True)
+        self.assertEqual(self.json_of("restore", "--store", "board", "--partial", "cut.json")["not_written"], [])
+        self.assertEqual(len(self.json_of("diff", "--store", "board", "b.json", code=1)["differences"]), 1)
+
     def test_a_backup_that_cannot_be_meant_is_refused(self):
         self.refused(2, "restore", "missing.json", says=["missing.json", "No such file"])
         self.write("text.json", "PLM1")
@@ -118,7 +142,7 @@ class Keeping(BoardCommands):
                              ({"settings": [{"index": "10", "sub": 0}]}, ["settings[0]", "index", "\"10\""]),
                              ({"settings": 2 * [content["settings"][0]]}, ["1005h:0", "twice"]),
                              ({"settings": [content["settings"][0] | {"value": -1}]}, ["settings[0]", "-1", "UNSIGNED32"]),
-                             ({"models": [{"chamber": 9, "image": "00"}]}, ["models[0]", "chamber", "9"]),
+                             ({"models": [{"chamber": 9, "image": "00"}]}, ["models[0]", "chamber", "9", "1..8"]),
                              ({"models": [{"chamber": 1, "image": "0x"}]}, ["models[0]", "image"])]:
             self.write("bad.json", json.dumps(content | change))
             self.refused(2, "restore", "bad.json", says=["bad.json", *says])
