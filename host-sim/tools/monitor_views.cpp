@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <netdb.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -67,6 +68,17 @@ Json view_json(const client::BoardView& view, std::uint8_t node_id, unsigned cha
 
 // ---- terminal ----
 
+namespace {
+
+/// A line that is longer is broken by the terminal, and then drawn over in the wrong place. The lines are ASCII: a byte is a column.
+std::size_t terminal_width() {
+  constexpr std::size_t kUnknown = 80;
+  winsize size{};
+  return ::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : kUnknown;
+}
+
+}  // namespace
+
 TerminalView::TerminalView() : terminal_(::isatty(STDOUT_FILENO) != 0) {}
 
 std::string TerminalView::text(const client::BoardView& view, std::uint8_t node_id, unsigned chambers,
@@ -86,11 +98,11 @@ std::string TerminalView::text(const client::BoardView& view, std::uint8_t node_
   }
   std::string text = lines_ > 0 ? fmt::format("\033[{}F", lines_) : "";
   lines_ = 0;
-  const auto add = [&](const std::string& line) {
-    text += line + "\033[K\n";
+  const auto add = [&, width = terminal_width()](const std::string& line) {
+    text += "\033[K" + line.substr(0, width) + '\n';
     ++lines_;
   };
-  add(fmt::format("{}  {:.1f} s, {} frames", head, time_s, view.frames));
+  add(head);
   add(fmt::format("{:>7}  {:>15}  {:>12}  {:>11}  {:>11}", "chamber", "set point [kPa]", "actual [kPa]",
                   "command [V]", "volume [mL]"));
   for (unsigned c = 0; c < chambers; ++c) {
@@ -99,7 +111,7 @@ std::string TerminalView::text(const client::BoardView& view, std::uint8_t node_
                     shown(one.actual_Pa, 1e-3, 1), shown(one.command_V, 1.0, 2),
                     shown(one.volume_m3, 1e6, 0)));
   }
-  add("Ctrl-C ends");
+  add(fmt::format("{:.1f} s, {} frames; Ctrl-C ends", time_s, view.frames));
   return text;
 }
 

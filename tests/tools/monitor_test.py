@@ -2,6 +2,7 @@
 
 The board is a simulated one, which lives in real time here; nothing leaves the loopback interface."""
 
+import fcntl
 import http.client
 import json
 import os
@@ -10,8 +11,10 @@ import re
 import shutil
 import signal
 import socket
+import struct
 import subprocess
 import sys
+import termios
 import unittest
 
 import plenum_test
@@ -48,15 +51,26 @@ class Monitor(MonitorCommand):
         last = self.done("monitor", *SMALL, "--seconds", 0.5, "--stream").splitlines()[-1]
         self.assertRegex(last, r"\| 1: \d+\.\d of - kPa \d+\.\d\d V \d+ mL")
 
-    def test_it_draws_over_itself_on_a_terminal(self):
+    def drawn(self, columns):
+        """What it writes to a terminal of so many columns; 0: one that does not know."""
         leader, follower = pty.openpty()
+        fcntl.ioctl(follower, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
         ran = subprocess.run([plenum_test.PROGRAM, "monitor", *SMALL, "--seconds", "0.3"], stdout=follower, timeout=60)
         os.close(follower)
         drawn = os.read(leader, 65536).decode()
         os.close(leader)
         self.assertEqual(ran.returncode, 0)
+        return drawn
+
+    def test_it_draws_over_itself_on_a_terminal(self):
+        drawn = self.drawn(80)
         self.assertIn("\x1b[5F", drawn)
         self.assertIn("set point [kPa]", drawn)
+
+    def test_a_line_is_no_longer_than_the_terminal_is_wide(self):
+        for columns, widest in [(40, 40), (20, 20), (0, 64)]:
+            lines = re.sub(r"\x1b\[\d*[FK]", "", self.drawn(columns)).split("\r\n")
+            self.assertEqual(max(map(len, lines)), widest, lines)
 
     def test_ctrl_c_ends_it_with_its_result(self):
         running = self.start("--stream", "--json", "result.json")
