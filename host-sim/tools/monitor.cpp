@@ -71,7 +71,7 @@ int run(const Options& options) {
   std::optional<WebView> web;
   if (options.web->count() > 0) {
     const int port = options.web_port < 0 ? kDefaultPort : options.web_port;
-    web.emplace(options.web_address, static_cast<std::uint16_t>(port), monitor_page(node, chambers));
+    web.emplace(options.web_address, static_cast<std::uint16_t>(port), monitor_page());
     fmt::print(stderr, "live page: {} (Ctrl-C ends)\n", web->url());
   }
 

@@ -40,7 +40,9 @@ const chart_of = (id, title, unit) => {
 const charts = {pressure: chart_of('pressure', 'Pressure, absolute [UNIT] (dashed: set point)', 'kPa'),
                 command: chart_of('command', 'Valve command [UNIT]', 'V'), volume: chart_of('volume', 'Volume [UNIT]', 'mL')};
 echarts.connect(Object.values(charts));
+// What they show is of the stream alone: a monitor that was started anew may watch another board.
 const rows = [];
+let chambers = 0;
 const series = (key, dashed) => Array.from({length: chambers}, (_, c) => ({
   name: 'chamber ' + (c + 1), type: 'line', showSymbol: false, sampling: 'lttb', emphasis: {disabled: true},
   color: css('--c' + c), lineStyle: {width: dashed ? 1 : 1.75, type: dashed ? 'dashed' : 'solid'},
@@ -54,9 +56,10 @@ const draw = () => {
   hint(charts.pressure, 'actual_kPa');
   hint(charts.command, 'command_V');
   hint(charts.volume, 'volume_mL');
-  charts.pressure.setOption({series: [...series('actual_kPa', false), ...series('setpoint_kPa', true)]});
-  charts.command.setOption({series: series('command_V', false)});
-  charts.volume.setOption({series: series('volume_mL', false)});
+  const show = (chart, lines) => chart.setOption({series: lines}, {replaceMerge: 'series'});
+  show(charts.pressure, [...series('actual_kPa', false), ...series('setpoint_kPa', true)]);
+  show(charts.command, series('command_V', false));
+  show(charts.volume, series('volume_mL', false));
 };
 const say = (id, text, bad, name) => {
   const element = document.getElementById(id);
@@ -66,10 +69,13 @@ const say = (id, text, bad, name) => {
 let drawing = false;
 const events = new EventSource('/events');
 events.onmessage = (event) => {
-  const message = JSON.parse(event.data);
-  const board = message['node' + node];
-  rows.push({t: Math.round(message.timestamp * 1000) / 1000, chamber: Array.from({length: chambers}, (_, c) => board['chamber' + (c + 1)])});
-  while (rows.length > 0 && rows[0].t < message.timestamp - shown_s) rows.shift();
+  const {timestamp, ...nodes} = JSON.parse(event.data);
+  const [[name, board]] = Object.entries(nodes);
+  chambers = Object.keys(board).filter((key) => key.startsWith('chamber')).length;
+  document.getElementById('board').textContent = name.replace('node', 'Node ');
+  document.title = name.replace('node', 'Plenum node ');
+  rows.push({t: Math.round(timestamp * 1000) / 1000, chamber: Array.from({length: chambers}, (_, c) => board['chamber' + (c + 1)])});
+  while (rows.length > 0 && rows[0].t < timestamp - shown_s) rows.shift();
   say('state', board.silent_s !== null ? 'silent for ' + board.silent_s.toFixed(1) + ' s'
                                        : (board.state ?? 'no status word') + ' · ' + (board.nmt ?? 'no heartbeat'), board.silent_s !== null, 'lost');
   say('fault', board.fault ?? 'no fault', board.fault !== null, 'stands');
@@ -77,24 +83,28 @@ events.onmessage = (event) => {
   document.documentElement.dataset.events = rows.length;
   if (!drawing) { drawing = true; requestAnimationFrame(() => { drawing = false; draw(); }); }
 };
-events.onopen = () => say('link', 'live', false, 'lost');
+events.onopen = () => {
+  rows.length = 0;
+  say('link', 'live', false, 'lost');
+};
 events.onerror = () => say('link', 'the monitor does not answer', true, 'lost');
 )";
 
 }  // namespace
 
-std::string monitor_page(std::uint8_t node_id, unsigned chambers) {
+std::string monitor_page() {
   return fmt::format(
       "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<link rel=\"icon\" "
       "href=\"data:,\">\n"
-      "<title>Plenum node {0}</title>\n<style>{2}{3}</style>\n</head>\n<body>\n"
-      "<header><h1>Node {0}</h1><span id=\"state\">waiting for the board</span><span id=\"fault\"></span>"
+      "<title>Plenum</title>\n<style>{}{}</style>\n</head>\n<body>\n"
+      "<header><h1 id=\"board\">Plenum</h1><span id=\"state\">waiting for the board</span><span "
+      "id=\"fault\"></span>"
       "<span id=\"frames\"></span><span id=\"link\"></span></header>\n"
       "<div id=\"pressure\" class=\"live\"></div>\n<div id=\"command\" class=\"live\"></div>\n"
       "<div id=\"volume\" class=\"live\"></div>\n"
-      "<script>{4}</script>\n<script>const node = {0}, chambers = {1};{5}</script>\n</body>\n</html>\n",
-      node_id, chambers, report::page_style(), kStyle, report::echarts_script(), kScript);
+      "<script>{}</script>\n<script>{}</script>\n</body>\n</html>\n",
+      report::page_style(), kStyle, report::echarts_script(), kScript);
 }
 
 }  // namespace plenum::host::tools

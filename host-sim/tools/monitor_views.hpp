@@ -85,6 +85,6 @@ class WebView {
 };
 
 /// The page, whole: it loads nothing from elsewhere.
-std::string monitor_page(std::uint8_t node_id, unsigned chambers);
+std::string monitor_page();
 
 }  // namespace plenum::host::tools

@@ -4,6 +4,7 @@ The board is a simulated one, which lives in real time here; nothing leaves the 
 
 import fcntl
 import http.client
+import http.server
 import json
 import os
 import pty
@@ -15,6 +16,7 @@ import struct
 import subprocess
 import sys
 import termios
+import threading
 import unittest
 
 import plenum_test
@@ -39,6 +41,12 @@ class MonitorCommand(Plenum):
         found = re.search(r"http://127\.0\.0\.1:(\d+)/", running.stderr.readline())
         self.assertIsNotNone(found)
         return running, int(found[1])
+
+    def ask(self, port, path, host=None):
+        connection = http.client.HTTPConnection("127.0.0.1", port, timeout=30)
+        self.addCleanup(connection.close)
+        connection.request("GET", path, headers={"Host": host} if host else {})
+        return connection.getresponse()
 
 
 class Monitor(MonitorCommand):
@@ -103,12 +111,6 @@ class Monitor(MonitorCommand):
             port = taken.getsockname()[1]
             self.refused(3, "monitor", "--web", port, says=[str(port), "free port"])
 
-    def ask(self, port, path, host=None):
-        connection = http.client.HTTPConnection("127.0.0.1", port, timeout=30)
-        self.addCleanup(connection.close)
-        connection.request("GET", path, headers={"Host": host} if host else {})
-        return connection.getresponse()
-
     def test_the_page_is_one_file_and_only_for_this_machine(self):
         _, port = self.start_page()
         answer = self.ask(port, "/")
@@ -134,22 +136,61 @@ class Monitor(MonitorCommand):
 
 @unittest.skipUnless(shutil.which("chromium"), "no chromium on the PATH, so no page was drawn; to enable: apt-get install chromium")
 class MonitorPage(MonitorCommand):
-    def test_a_browser_draws_the_live_charts(self):
-        # The browser's virtual time stands still while events may come: it prints the page once the monitor has ended.
-        _, port = self.start_page("--stream", "--rate", 20, "--seconds", 5)
+    def dump(self, port):
+        """The page as a browser has it in the end, once no more events may come."""
         ran = subprocess.run(
             ["chromium", "--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking",
              "--disable-component-update", "--disable-sync", "--enable-logging=stderr", "--virtual-time-budget=3000", "--dump-dom",
              "--window-size=1200,1100", f"--user-data-dir={self.folder / 'profile'}", f"http://127.0.0.1:{port}/"],
             capture_output=True, text=True, timeout=90, stdin=subprocess.DEVNULL)
         self.assertNotIn("Uncaught", ran.stderr)
-        counted = re.search(r'<html[^>]* data-events="(\d+)"', ran.stdout)
+        return ran.stdout
+
+    def test_a_page_that_stays_open_shows_what_a_new_monitor_watches(self):
+        silent = {"nmt": None, "state": None, "fault": None, "silent_s": None, "frames": 0}
+        values = {"setpoint_kPa": None, "actual_kPa": 200, "command_V": None, "volume_mL": None}
+        views = [{"timestamp": 90, "node1": silent | {"chamber1": values, "chamber2": values}},
+                 {"timestamp": 91, "node1": silent | {"chamber1": values, "chamber2": values}},
+                 {"timestamp": 1, "node5": silent | {"chamber1": values}}]
+        events = [f"data: {json.dumps(view)}\n\n".encode() for view in views]
+        streams = [events[:2], events[2:]]
+        _, port = self.start_page()
+        page = self.ask(port, "/").read()
+
+        class Monitors(http.server.BaseHTTPRequestHandler):
+            """Each stream ends as if its monitor had; then there is none."""
+            def do_GET(self):
+                status, kind, body = 200, "text/html", page
+                if self.path == "/events":
+                    status, kind = 200 if streams else 204, "text/event-stream"
+                    body = b"".join([b"retry: 10\n", *streams.pop(0)]) if streams else b""
+                self.send_response(status)
+                self.send_header("Content-Type", kind)
+                self.end_headers()
+                self.wfile.write(body)
+
+            def log_message(self, *_):
+                pass
+
+        with http.server.ThreadingHTTPServer(("127.0.0.1", 0), Monitors) as server:
+            threading.Thread(target=server.serve_forever, daemon=True).start()
+            self.addCleanup(server.shutdown)
+            shown = self.dump(server.server_port)
+        self.assertEqual(streams, [])
+        self.assertIn("<title>Plenum node 5</title>", shown)
+        self.assertRegex(shown, r'data-events="1"')
+
+    def test_a_browser_draws_the_live_charts(self):
+        # The browser's virtual time stands still while events may come: it prints the page once the monitor has ended.
+        _, port = self.start_page("--stream", "--rate", 20, "--seconds", 5)
+        shown = self.dump(port)
+        counted = re.search(r'<html[^>]* data-events="(\d+)"', shown)
         self.assertIsNotNone(counted, "no event reached the page")
         self.assertGreater(int(counted[1]), 10)
-        self.assertRegex(ran.stdout, r'id="state">ACTIVE · operational<')
-        self.assertRegex(ran.stdout, r'id="fault"[^>]*>no fault<')
-        self.assertRegex(ran.stdout, r'id="link" class="lost">the monitor does not answer<')
-        self.assertEqual(ran.stdout.count("<canvas"), 3)
+        self.assertRegex(shown, r'id="state">ACTIVE · operational<')
+        self.assertRegex(shown, r'id="fault"[^>]*>no fault<')
+        self.assertRegex(shown, r'id="link" class="lost">the monitor does not answer<')
+        self.assertEqual(shown.count("<canvas"), 3)
 
 
 if __name__ == "__main__":
