@@ -34,9 +34,11 @@ void reset_by_nmt(client::Session& session, canopen::NmtCommand command) {
 }
 
 int run(const Options& options) {
-  if (int{options.fault} + int{options.restart} + int{options.communication} != 1) {
+  const int asked = int{options.fault} + int{options.restart} + int{options.communication};
+  if (asked != 1) {
     throw std::invalid_argument(
-        "nothing is said to be reset, expected one of --fault, --restart, --communication");
+        fmt::format("{} to be reset, expected one of --fault, --restart, --communication",
+                    asked == 0 ? "nothing is said" : "several things are said"));
   }
   BoardAccess access(options.board);
   client::Session& session = access.session();

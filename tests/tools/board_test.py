@@ -62,8 +62,8 @@ class Looking(BoardCommands):
         self.assertEqual(self.json_of("faults"), {"fault": None, "history": [], "history_cleared": False})
 
     def test_reset_wants_to_know_what(self):
-        self.refused(2, "reset", says=["--fault", "--restart", "--communication"])
-        self.refused(2, "reset", "--fault", "--restart", says=["one of"])
+        self.refused(2, "reset", says=["nothing", "--fault", "--restart", "--communication"])
+        self.refused(2, "reset", "--fault", "--restart", says=["several things", "one of"])
         for kind in ["--restart", "--communication"]:
             self.assertIn("has started anew", self.done("reset", kind))
         self.assertEqual(self.json_of("reset", "--fault")["fault_before"], None)
