@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <memory>
 #include <stdexcept>
@@ -122,12 +123,18 @@ UdpView::UdpView(const std::string& address) {
   if (colon == std::string::npos || colon == 0 || colon + 1 == address.size()) {
     throw std::invalid_argument(fmt::format("--udp {}: expected HOST:PORT", address));
   }
+  const std::string digits = address.substr(colon + 1);
+  std::uint16_t port = 0;
+  const auto [end, no_number] = std::from_chars(digits.data(), digits.data() + digits.size(), port);
+  if (no_number != std::errc() || end != digits.data() + digits.size() || port == 0) {
+    throw std::invalid_argument(
+        fmt::format("--udp {}: '{}' is no port, expected a number from 1 to 65535", address, digits));
+  }
   addrinfo hints{};
   hints.ai_family = AF_UNSPEC;
   hints.ai_socktype = SOCK_DGRAM;
   addrinfo* found = nullptr;
-  const int error =
-      ::getaddrinfo(address.substr(0, colon).c_str(), address.substr(colon + 1).c_str(), &hints, &found);
+  const int error = ::getaddrinfo(address.substr(0, colon).c_str(), digits.c_str(), &hints, &found);
   if (error != 0) throw std::runtime_error(fmt::format("--udp {}: {}", address, ::gai_strerror(error)));
   const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> list(found, ::freeaddrinfo);
   socket_ = ::socket(found->ai_family, SOCK_DGRAM | SOCK_CLOEXEC, 0);

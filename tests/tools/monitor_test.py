@@ -103,6 +103,8 @@ class Monitor(MonitorCommand):
 
     def test_bad_usage_is_refused(self):
         self.refused(2, "monitor", "--udp", "9870", says=["--udp 9870", "HOST:PORT"])
+        for port in ["0", "65536", "99999", "-1", "98x", "http"]:
+            self.refused(2, "monitor", "--seconds", 0.1, "--udp", f"127.0.0.1:{port}", says=[f"'{port}'", "1 to 65535"])
         self.refused(2, "monitor", "--rate", "1000", says=["--rate", "1000"])
         self.refused(2, "monitor", "--web", "0", "--web-address", "localhost", says=["--web-address localhost", "IPv4"])
         with socket.socket() as taken:
