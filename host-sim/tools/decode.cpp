@@ -36,6 +36,7 @@ int run(const Options& options) {
   // The whole log is read before anything is said of it: a bad line is no half of an answer.
   std::vector<wire::LoggedFrame> frames;
   std::size_t row = 0;
+  std::size_t passed_over = 0;
   for (std::string line; std::getline(file, line);) {
     ++row;
     if (line.find_first_not_of(" \r") == std::string::npos) continue;
@@ -45,7 +46,11 @@ int run(const Options& options) {
           fmt::format("{}: line {}: '{}', expected '(SECONDS.MICROSECONDS) CHANNEL ID#BYTES'", options.file,
                       row, line.substr(0, 80)));
     }
-    frames.push_back(std::move(*logged));
+    if (logged->classic) {
+      frames.push_back(std::move(*logged));
+    } else {
+      ++passed_over;
+    }
   }
   client::Decoder decoder;
   Json list = Json::array();
@@ -57,7 +62,11 @@ int run(const Options& options) {
                          decoded.kind, node, decoded.text);
     list.push_back(json_of(logged, decoded));
   }
-  options.output.finish({{"file", options.file}, {"frames", list}});
+  if (passed_over > 0) {
+    options.output.print("{} lines are passed over: CAN FD frames or errors of the bus, no CANopen\n",
+                         passed_over);
+  }
+  options.output.finish({{"file", options.file}, {"frames", list}, {"passed_over", passed_over}});
   return kDone;
 }
 
@@ -67,7 +76,8 @@ Command add_decode(CLI::App& program) {
   const auto options = std::make_shared<Options>();
   CLI::App* app = subcommand(
       program, "decode",
-      "Say what the frames of a log are as CANopen: NMT, SYNC, emergencies, PDOs in SI units, SDOs by name");
+      "Say what the frames of a log are as CANopen: NMT, SYNC, emergencies, PDOs in SI units, SDOs by name. "
+      "CAN FD frames and errors of the bus are counted alone");
   app->add_option("LOG", options->file, "A log of plenum record or candump -l")
       ->type_name("FILE.log")
       ->required();

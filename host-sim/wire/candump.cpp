@@ -7,6 +7,8 @@
 namespace plenum::host::wire {
 namespace {
 
+constexpr std::uint32_t kErrorFlag = 0x2000'0000;  ///< CAN_ERR_FLAG of linux/can.h
+
 template <class T>
 bool read_number(std::string_view text, T& value, int base) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, base);
@@ -49,6 +51,13 @@ bool read_data(std::string_view text, CanFrame& frame) {
   return true;
 }
 
+/// What is behind "##": a digit of flags, and up to 64 bytes.
+bool is_fd_data(std::string_view text) {
+  constexpr std::size_t kMostBytes = 64;
+  return text.size() % 2 == 1 && text.size() <= 1 + 2 * kMostBytes &&
+         text.find_first_not_of("0123456789ABCDEFabcdef") == std::string_view::npos;
+}
+
 }  // namespace
 
 std::string candump_line(std::uint64_t time_us, const std::string& channel, const CanFrame& frame) {
@@ -70,11 +79,14 @@ std::optional<LoggedFrame> parse_candump(std::string_view line) {
   const std::string_view data = line.substr(0, line.find_first_of(" \r"));
   CanFrame& frame = logged.frame;
   frame.extended = identifier.size() == 8;
-  const std::uint32_t largest = frame.extended ? 0x1FFF'FFFFU : 0x7FFU;
+  const std::uint32_t largest = frame.extended ? kErrorFlag | 0x1FFF'FFFFU : 0x7FFU;
   if ((identifier.size() != 3 && !frame.extended) || !read_number(identifier, frame.id, 16) ||
-      frame.id > largest || channel.empty() || !read_time(time, logged.time_us) || !read_data(data, frame)) {
+      frame.id > largest || channel.empty() || !read_time(time, logged.time_us)) {
     return std::nullopt;
   }
+  const bool fd = data.starts_with('#');
+  if (fd ? !is_fd_data(data.substr(1)) : !read_data(data, frame)) return std::nullopt;
+  logged.classic = !fd && (frame.id & kErrorFlag) == 0;
   logged.channel = channel;
   return logged;
 }

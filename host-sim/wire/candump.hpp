@@ -2,6 +2,8 @@
 //
 //   (1700000000.123456) can0 181#0102        seconds, channel, identifier in three or eight digits, bytes
 //   (1700000000.123456) can0 701#R1          a remote frame and its length
+//   (1700000000.123456) can0 181##10102      a CAN FD frame: flags, bytes
+//   (1700000000.123456) can0 20000004#0000000000000000   an error of the bus: an identifier above 29 bits
 //
 // Source: the lib of github.com/linux-can/can-utils, sprint_canframe().
 #pragma once
@@ -21,13 +23,13 @@ struct LoggedFrame {
   std::uint64_t time_us = 0;  ///< since the epoch, or since any other moment
   std::string channel;
   CanFrame frame;
+  bool classic = true;  ///< false: an error of the bus, or a CAN FD frame, of which `frame` tells nothing
 };
 
 /// Without the line's end. Seconds have ten digits at least, as candump writes them.
 std::string candump_line(std::uint64_t time_us, const std::string& channel, const CanFrame& frame);
 
-/// Empty for what is no line of a classic CAN data or remote frame: also for CAN FD frames (##) and error frames
-/// (identifiers above 29 bits).
+/// Empty for what is no line of a frame.
 std::optional<LoggedFrame> parse_candump(std::string_view line);
 
 }  // namespace plenum::host::wire

@@ -69,7 +69,7 @@ void read_slcan(std::string_view line) {
 
 void read_candump(std::string_view line) {
   const auto logged = parse_candump(line);
-  if (!logged) return;
+  if (!logged || !logged->classic) return;
   require_whole(logged->frame);
   const auto again = parse_candump(candump_line(logged->time_us, logged->channel, logged->frame));
   require(again && again->time_us == logged->time_us && again->channel == logged->channel &&

@@ -38,6 +38,19 @@ TEST(Candump, WhatCandumpAddsBehindAFrameIsPassedOver) {
   ASSERT_TRUE(parse_candump("(1.000000) can0 181#01\r"));
 }
 
+TEST(Candump, TellsCanFdFramesAndErrorsOfTheBusFromClassicFrames) {
+  EXPECT_TRUE(parse_candump("(1.000000) can0 1FFFFFFF#00")->classic);
+  for (const std::string& line :
+       {std::string("(1.000000) can0 20000004#0000000000000000"), std::string("(1.000000) can0 181##0"),
+        "(1.000000) can0 00000181##3" + std::string(128, 'A')}) {
+    const auto logged = parse_candump(line);
+    ASSERT_TRUE(logged) << line;
+    EXPECT_FALSE(logged->classic) << line;
+    EXPECT_EQ(logged->time_us, 1'000'000U);
+  }
+  EXPECT_FALSE(parse_candump("(1.000000) can0 181##3" + std::string(130, 'A')));
+}
+
 TEST(Candump, WhatIsNoFrameIsNone) {
   for (const char* line : {"",
                            "(1.000000)",
@@ -49,11 +62,14 @@ TEST(Candump, WhatIsNoFrameIsNone) {
                            "(1.000000) can0 18#01",
                            "(1.000000) can0 0181#01",
                            "(1.000000) can0 800#01",
-                           "(1.000000) can0 20000004#0000000000000000",
+                           "(1.000000) can0 40000004#0000000000000000",
+                           "(1.000000) can0 20000004#000",
                            "(1.000000) can0 181#1",
                            "(1.000000) can0 181#0G",
                            "(1.000000) can0 181#010203040506070809",
-                           "(1.000000) can0 181##001",
+                           "(1.000000) can0 181##",
+                           "(1.000000) can0 181##00",
+                           "(1.000000) can0 181##0G1",
                            "(1.000000) can0 181#R9",
                            "(1.000000) can0 181#R11",
                            "(1.000000)can0 181#01",
