@@ -1,5 +1,6 @@
 // plenumd: the program of the board. Reads board.toml, opens the devices, and runs the loop until it is asked to stop.
 #include <fmt/format.h>
+#include <plenum_version.hpp>  // written by the build
 
 #include <CLI/CLI.hpp>
 #include <chrono>
@@ -18,7 +19,6 @@
 #include "board/say.hpp"
 #include "firmware/board.hpp"
 #include "firmware/canopen/lss.hpp"
-#include "plenum_version.hpp"
 
 namespace {
 

@@ -1,5 +1,6 @@
 // plenum: one command line for simulation, capture, identification and boards.
 #include <fmt/format.h>
+#include <plenum_version.hpp>  // written by the build
 
 #include <algorithm>
 #include <cstdio>
@@ -13,7 +14,6 @@
 #include "host-sim/tools/command.hpp"
 #include "host-sim/tools/output.hpp"
 #include "host-sim/trace/input_error.hpp"
-#include "plenum_version.hpp"
 
 namespace {
 
