@@ -1,5 +1,6 @@
 # plenum_room(NAME SOURCES ... LINKS ...): one room of the house as one static library target.
-# plenum_test(NAME SOURCES ... LINKS ...): one GoogleTest executable, every case of it a ctest entry.
+# plenum_test(NAME SOURCES ... LINKS ...): one GoogleTest executable, every case of it a ctest entry. The framework's headers are
+# parsed once for all of them, by plenum_test_headers (tests/CMakeLists.txt).
 function(plenum_room name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LINKS;PRIVATE_LINKS" ${ARGN})
   add_library(${name} STATIC ${ARG_SOURCES})
@@ -10,6 +11,7 @@ function(plenum_test name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LINKS" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE ${ARG_LINKS} plenum_warnings GTest::gmock_main)
+  target_precompile_headers(${name} REUSE_FROM plenum_test_headers)
   target_compile_definitions(${name} PRIVATE PLENUM_SOURCE_DIR="${CMAKE_SOURCE_DIR}" PLENUM_BINARY_DIR="${CMAKE_BINARY_DIR}")
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60)
 endfunction()
