@@ -1,12 +1,13 @@
 #include "firmware/chamber_loop.hpp"
 
 #include "firmware/config/limits.hpp"
+#include "firmware/config/units.hpp"
 
 namespace plenum {
 namespace {
 
-constexpr float kPa = 1000.0F;  // Pa in a kPa
-constexpr float kM3_per_mL = 1e-6F;
+using config::kPascal_per_kPa;
+
 /// From an estimate of the volume to its measurement, in ranges of the sensor: no motion takes the observer that far.
 constexpr float kFarthest = 10.0F;
 constexpr numeric::Scalar kHalfTick_s = numeric::Scalar(0.5F * config::kTick_s);
@@ -137,12 +138,12 @@ float ChamberLoop::command(const Order& order, canopen::ChamberImage& image) noe
   regulator_.sent(order.powered ? driven : numeric::Scalar(settings_.null_V));
   command_V_ = order.powered ? command_V : settings_.null_V;
 
-  image.actual_Pa = pressure_kPa_ * kPa;
+  image.actual_Pa = pressure_kPa_ * kPascal_per_kPa;
   image.volume_m3 =
-      static_cast<float>(motion_.volume_mL - motion_.volume_rate_mL_s * kHalfTick_s) * kM3_per_mL;
+      static_cast<float>(motion_.volume_mL - motion_.volume_rate_mL_s * kHalfTick_s) * config::kM3_per_mL;
   image.command_V = command_V;
   image.feedback_V = command_V - image.feedforward_V;
-  image.residual_Pa = residual_kPa_ * kPa;
+  image.residual_Pa = residual_kPa_ * kPascal_per_kPa;
   return command_V;
 }
 
@@ -164,7 +165,7 @@ numeric::Scalar ChamberLoop::driven_V(const Order& order, canopen::ChamberImage&
   };
   if (regulating) return allowed(regulated_V(order, image));
   image.feedforward_V = settings_.null_V;
-  image.demand_Pa = pressure_kPa_ * kPa;
+  image.demand_Pa = pressure_kPa_ * kPascal_per_kPa;
   image.reference_Pa = image.demand_Pa;
   // The guard of the excitation lives on fresh pressures: without one the ports are shut.
   if (exciting) return pressure_fresh_ ? allowed(excitation_.step(pressure_kPa_)) : settings_.null_V;
@@ -178,14 +179,14 @@ void ChamberLoop::begin_excitation(const Order& order) noexcept {
                                               .command_low_V = asked.command_low_V,
                                               .command_high_V = asked.command_high_V,
                                               .null_V = settings_.null_V,
-                                              .pressure_low_kPa = asked.pressure_low_Pa / kPa,
-                                              .pressure_high_kPa = asked.pressure_high_Pa / kPa},
+                                              .pressure_low_kPa = asked.pressure_low_Pa / kPascal_per_kPa,
+                                              .pressure_high_kPa = asked.pressure_high_Pa / kPascal_per_kPa},
                                              settings_));
 }
 
 numeric::Scalar ChamberLoop::regulated_V(const Order& order, canopen::ChamberImage& image) noexcept {
   const bool active = order.drive == safety::Drive::active;
-  const float setpoint_kPa = (active ? image.setpoint_Pa : image.hold_setpoint_Pa) / kPa;
+  const float setpoint_kPa = (active ? image.setpoint_Pa : image.hold_setpoint_Pa) / kPascal_per_kPa;
   const control::ReferenceShaper::Reference& reference =
       shaper_.step(setpoint_kPa, active ? order.preview_ticks : std::uint8_t{0}, regulator_.ahead());
   const control::PressureModel& model = *known_.in_force();
@@ -194,8 +195,8 @@ numeric::Scalar ChamberLoop::regulated_V(const Order& order, canopen::ChamberIma
                                                         : regulator_.regulate(model, reference, motion_);
   image.feedforward_V = static_cast<float>(command.feedforward_V);
   image.demand_Pa =
-      numeric::clamp(setpoint_kPa, settings_.pressure_low_kPa, settings_.pressure_high_kPa) * kPa;
-  image.reference_Pa = static_cast<float>(reference.kPa[0]) * kPa;
+      numeric::clamp(setpoint_kPa, settings_.pressure_low_kPa, settings_.pressure_high_kPa) * kPascal_per_kPa;
+  image.reference_Pa = static_cast<float>(reference.kPa[0]) * kPascal_per_kPa;
   return command.command_V;
 }
 

@@ -1,5 +1,6 @@
 #include "firmware/controller.hpp"
 
+#include "firmware/config/units.hpp"
 #include "firmware/numeric/fixed.hpp"
 
 namespace plenum {
@@ -22,8 +23,8 @@ Controller::Controller(const Settings& settings) noexcept
       node_(settings.node, image_, slots_, settings_, recorder_) {
   configure(0xFF);
   for (std::size_t c = 0; c < config::kChambers; ++c) {
-    image_.chamber[c].setpoint_Pa = settings.chamber[c].pressure_low_kPa * 1000.0F;
-    image_.chamber[c].hold_setpoint_Pa = settings.chamber[c].pressure_low_kPa * 1000.0F;
+    image_.chamber[c].setpoint_Pa = settings.chamber[c].pressure_low_kPa * config::kPascal_per_kPa;
+    image_.chamber[c].hold_setpoint_Pa = settings.chamber[c].pressure_low_kPa * config::kPascal_per_kPa;
   }
 }
 
@@ -106,7 +107,7 @@ Outputs Controller::step(const Inputs& inputs) noexcept {
   image_.error_register = report.error_register;
   image_.fault_chamber = report.chamber;
   image_.bus_off = inputs.can == ports::CanState::bus_off;
-  image_.supply_Pa = config::supply_kPa(settings_.board(), inputs.supply.mean_V) * 1000.0F;
+  image_.supply_Pa = config::supply_kPa(settings_.board(), inputs.supply.mean_V) * config::kPascal_per_kPa;
   ++image_.tick_count;
   // What led to a fault stays, though in HOLD the valves are driven on.
   if (report.reaction == safety::Reaction::none) record(order.drive);

@@ -3,16 +3,14 @@
 #include <algorithm>
 #include <bit>
 
+#include "firmware/config/units.hpp"
 #include "firmware/numeric/scalar.hpp"
 
 namespace plenum {
 namespace {
 
-constexpr float kPa = 1000.0F;  // Pa in a kPa
-constexpr float kMl_per_m3 = 1e6F;
-
 float pressure_kPa(const telemetry::Row& row) noexcept {
-  return row.pressure_Pa / kPa;
+  return row.pressure_Pa / config::kPascal_per_kPa;
 }
 
 float square(float x) noexcept {
@@ -106,8 +104,8 @@ ShadowRun::Tick ShadowRun::tick_from(std::uint32_t number) const noexcept {
   const telemetry::Row& next = recorder_.row(number + 1, chamber_);
   const bool has_before = number != recorder_.begin() && row.has(telemetry::row_flag::kFollows);
   const telemetry::Row& before = has_before ? recorder_.row(number - 1, chamber_) : row;
-  const float from_mL = row.volume_m3 * kMl_per_m3;
-  const float to_mL = next.volume_m3 * kMl_per_m3;
+  const float from_mL = row.volume_m3 * config::kMl_per_m3;
+  const float to_mL = next.volume_m3 * config::kMl_per_m3;
   return {.before_V = before.command_V(),
           .command_V = row.command_V(),
           .motion = {.volume_mL = 0.5F * (from_mL + to_mL),

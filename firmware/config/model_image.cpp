@@ -9,7 +9,7 @@
 namespace plenum::config {
 namespace {
 
-constexpr std::uint32_t kMagic = 0x324D4C50U;  // "PLM2"
+constexpr std::uint32_t kImageMagic = 0x324D4C50U;  // "PLM2"
 constexpr std::size_t kHeaderBytes = 32;
 constexpr std::size_t kCountAt = 10;
 constexpr std::size_t kCrcBytes = 4;
@@ -325,7 +325,7 @@ std::size_t encode(const ModelParameters& parameters, std::span<std::uint8_t> by
   if (bytes.size() < size) return 0;
 
   Writer out(bytes);
-  out.u32(kMagic);
+  out.u32(kImageMagic);
   out.u32(schema_hash(parameters.kind));
   out.u16(static_cast<std::uint16_t>(parameters.kind));
   out.u16(parameters.count);
@@ -349,7 +349,7 @@ std::span<const std::uint8_t> first_image(std::span<const std::uint8_t> bytes) n
 ImageVerdict decode(std::span<const std::uint8_t> bytes, ModelParameters& parameters) noexcept {
   if (bytes.size() < size_of(0)) return refuse_number(ImageError::too_short, bytes.size(), size_of(0));
   Reader in(bytes);
-  if (in.u32() != kMagic) return refuse(ImageError::bad_magic);
+  if (in.u32() != kImageMagic) return refuse(ImageError::bad_magic);
 
   const std::uint32_t hash = in.u32();
   ModelParameters read;

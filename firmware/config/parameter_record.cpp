@@ -7,7 +7,7 @@
 namespace plenum::config {
 namespace {
 
-constexpr std::uint32_t kMagic = 0x31534C50U;  // "PLS1"
+constexpr std::uint32_t kRecordMagic = 0x31534C50U;  // "PLS1"
 constexpr std::size_t kVouchedBytes = kRecordHeaderBytes - 4;
 
 void put(HeaderBytes& bytes, std::size_t at, std::uint32_t x) noexcept {
@@ -28,7 +28,7 @@ bool all(const HeaderBytes& bytes, std::uint8_t value) noexcept {
 
 HeaderBytes encode_header(const RecordHeader& header) noexcept {
   HeaderBytes bytes{};
-  put(bytes, 0, kMagic);
+  put(bytes, 0, kRecordMagic);
   put(bytes, 4, kRecordVersion);
   put(bytes, 8, header.generation);
   put(bytes, 12, header.length);
@@ -39,7 +39,7 @@ HeaderBytes encode_header(const RecordHeader& header) noexcept {
 
 HeaderState decode_header(const HeaderBytes& bytes, RecordHeader& header) noexcept {
   if (all(bytes, 0x00) || all(bytes, 0xFF)) return HeaderState::blank;
-  if (get(bytes, 0) != kMagic || get(bytes, 4) != kRecordVersion) return HeaderState::damaged;
+  if (get(bytes, 0) != kRecordMagic || get(bytes, 4) != kRecordVersion) return HeaderState::damaged;
   if (get(bytes, 20) != crc32(std::span(bytes).first(kVouchedBytes))) return HeaderState::damaged;
   if (get(bytes, 12) > kMaxBodyBytes) return HeaderState::damaged;
   header = {.generation = get(bytes, 8), .length = get(bytes, 12), .body_crc = get(bytes, 16)};

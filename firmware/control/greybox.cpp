@@ -27,7 +27,7 @@ constexpr Scalar kAtRest = Scalar(1e-7);
 constexpr Scalar kGuessed = Scalar(0.01);
 
 /// Below this slope Newton's step is not taken.
-constexpr Scalar kLeastSlope_kPa_V = Scalar(1e-6);
+constexpr Scalar kLeastNewton_kPa_V = Scalar(1e-6);
 
 /// Nearer than this a slope is not told from two rates.
 constexpr Scalar kNear_kPa = Scalar(1);
@@ -415,7 +415,7 @@ Scalar Greybox::gaining_V(const Range& among, const Ports& by, Scalar from_V,
                           Scalar wanted_kPa) const noexcept {
   const std::size_t here = segment(from_V);
   const Scalar slope_kPa_V = by.inlet * slope_[here].inlet + by.exhaust * slope_[here].exhaust;
-  if (slope_kPa_V > kLeastSlope_kPa_V) {
+  if (slope_kPa_V > kLeastNewton_kPa_V) {
     const Scalar to_V = from_V + wanted_kPa / slope_kPa_V;
     if (to_V >= node_V_[here] && to_V <= node_V_[here + 1])
       return clamp(to_V, node_V_[among.first], node_V_[among.last]);

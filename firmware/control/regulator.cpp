@@ -11,7 +11,7 @@ namespace {
 constexpr Scalar kResidualForgetting = Scalar(0.2);
 
 /// Below this slope a correction in volts means nothing: the ports are sealed.
-constexpr Scalar kLeastSlope_kPa_V = Scalar(1);
+constexpr Scalar kLeastGain_kPa_V = Scalar(1);
 
 /// The mean over a tick moves by about half of what its end does.
 constexpr Scalar kMeanOfEnd = Scalar(0.5);
@@ -176,7 +176,7 @@ Regulator::Command Regulator::regulate(const PressureModel& model,
   planned_ = planned_V_ == command_V;
   // What of the rise the measurement asked for, beyond that of the reference, in volts at the slope here.
   const Scalar correction_kPa = (target_kPa - start.pressure_kPa) - (wanted.to_kPa - wanted.from_kPa);
-  const Scalar slope = max(inverse.by_command_kPa_V, kLeastSlope_kPa_V);
+  const Scalar slope = max(inverse.by_command_kPa_V, kLeastGain_kPa_V);
   const Scalar feedforward_V = clamp(inverse.command_V - numeric::near_ratio(correction_kPa, slope),
                                      config_.command_low_V, config_.command_high_V);
   return {.command_V = planned_V_, .feedforward_V = feedforward_V, .saturated = inverse.saturated};

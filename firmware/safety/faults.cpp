@@ -12,7 +12,7 @@ constexpr std::uint8_t kVoltage = error_bit::kGeneric | error_bit::kVoltage;
 
 // Codes FFxx are the board's own; the others are of CiA 301 and the fluid power profile.
 // clang-format off
-constexpr std::array<FaultSpec, kFaults> kTable = {{
+constexpr std::array<FaultSpec, kFaults> kFaultSpecs = {{
     {Fault::emergency_stop, "emergency stop", 0x9000, error_bit::kGeneric, Reaction::safe, Scope::board, Clears::by_reset,
      "emergency stop circuit is open: button, door, its cable"},
     {Fault::hardware, "hardware", 0x5000, error_bit::kGeneric, Reaction::safe, Scope::board, Clears::by_reset,
@@ -62,7 +62,7 @@ constexpr std::array<FaultSpec, kFaults> kTable = {{
 
 constexpr bool in_order() {
   for (std::size_t i = 0; i < kFaults; ++i) {
-    if (static_cast<std::size_t>(kTable[i].fault) != i) return false;
+    if (static_cast<std::size_t>(kFaultSpecs[i].fault) != i) return false;
   }
   return true;
 }
@@ -71,7 +71,7 @@ static_assert(in_order(), "spec() looks a fault up by its number");
 template <typename Predicate>
 constexpr FaultSet all_where(Predicate predicate) {
   FaultSet set = 0;
-  for (const FaultSpec& row : kTable) set |= predicate(row) ? only(row.fault) : FaultSet{0};
+  for (const FaultSpec& row : kFaultSpecs) set |= predicate(row) ? only(row.fault) : FaultSet{0};
   return set;
 }
 
@@ -85,11 +85,11 @@ constexpr FaultSet next(const config::Twice<FaultSet>& standing, FaultSet causes
 }  // namespace
 
 std::span<const FaultSpec, kFaults> fault_table() noexcept {
-  return kTable;
+  return kFaultSpecs;
 }
 
 const FaultSpec& spec(Fault fault) noexcept {
-  return kTable[static_cast<std::size_t>(fault)];
+  return kFaultSpecs[static_cast<std::size_t>(fault)];
 }
 
 FaultReport FaultRegister::step(const ChamberFaults& chamber_causes, FaultSet board_causes,
@@ -105,11 +105,11 @@ FaultReport FaultRegister::step(const ChamberFaults& chamber_causes, FaultSet bo
 
   report.any = true;
   for (FaultSet rest = anywhere; rest != 0; rest &= rest - 1) {
-    const FaultSpec& row = kTable[static_cast<std::size_t>(std::countr_zero(rest))];
+    const FaultSpec& row = kFaultSpecs[static_cast<std::size_t>(std::countr_zero(rest))];
     report.error_register |= row.error_register;
     if (row.reaction > report.reaction) report.reaction = row.reaction;
   }
-  const FaultSpec& first = kTable[static_cast<std::size_t>(std::countr_zero(anywhere))];
+  const FaultSpec& first = kFaultSpecs[static_cast<std::size_t>(std::countr_zero(anywhere))];
   report.fault = first.fault;
   report.code = first.code;
   if (!holds(board_, first.fault)) {

@@ -21,7 +21,7 @@ constexpr Transition FD_s{State::fault_disabled, Drive::safe};
 constexpr Transition FI_s{State::fault_init, Drive::safe};
 
 // clang-format off
-constexpr Table kTable = {{
+constexpr Table kTransitions = {{
     // demand:          not_ready init  disabled hold  active     standing reaction
     /* not_ready */ {{{{NR_v,     IN_s, IN_s,    IN_s, IN_s}},   // none
                       {{NR_v,     FI_s, FI_s,    FI_s, FI_s}},   // hold
@@ -93,8 +93,8 @@ Demand possible(const Supervisor::Input& input) noexcept {
 
 const Transition& transition(State from, Reaction reaction, Demand demand) noexcept {
   const Reaction column = reaction == Reaction::vent ? Reaction::safe : reaction;
-  return kTable[static_cast<std::size_t>(from)][static_cast<std::size_t>(column)]
-               [static_cast<std::size_t>(demand)];
+  return kTransitions[static_cast<std::size_t>(from)][static_cast<std::size_t>(column)]
+                     [static_cast<std::size_t>(demand)];
 }
 
 std::uint16_t status_word(State state) noexcept {

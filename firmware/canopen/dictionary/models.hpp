@@ -3,6 +3,7 @@
 
 #include "firmware/canopen/dictionary/rows.hpp"
 #include "firmware/config/model_image.hpp"
+#include "firmware/config/units.hpp"
 #include "firmware/numeric/scalar.hpp"
 
 namespace plenum::canopen::dictionary {
@@ -82,8 +83,6 @@ inline Abort write_commit_key(Device& device, Place, std::uint32_t key) noexcept
   return Abort::general;
 }
 
-inline constexpr float kPa_Pa = 1000.0F;  // Pa in a kPa
-
 inline Abort read_set_state(const Device& device, Place at, std::uint32_t& bits) noexcept {
   const config::SetState state = device.desk.state(at.instance);
   switch (at.sub) {
@@ -115,10 +114,10 @@ inline Abort read_set_state(const Device& device, Place at, std::uint32_t& bits)
       bits = static_cast<std::uint32_t>(state.trial.outcome);
       break;
     case 10:
-      bits = bits_of(state.trial.staged_rms_kPa * kPa_Pa);
+      bits = bits_of(state.trial.staged_rms_kPa * config::kPascal_per_kPa);
       break;
     case 11:
-      bits = bits_of(state.trial.active_rms_kPa * kPa_Pa);
+      bits = bits_of(state.trial.active_rms_kPa * config::kPascal_per_kPa);
       break;
     case 12:
       bits = state.staged_crc;
