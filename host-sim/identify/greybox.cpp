@@ -1,6 +1,7 @@
 #include "host-sim/identify/greybox.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <stdexcept>
 
@@ -20,6 +21,17 @@ constexpr double kLeastTransition_mL_s = 1e-3;
 /// Of the spool on a board; it knows a spool by its lateness z/(pi f) alone (firmware/control/model_paths.hpp).
 constexpr double kMostSpoolDamping = 2.0;
 
+struct Hose {
+  double length_m, bore_m;
+
+  double volume_m3() const { return 0.25 * std::numbers::pi * bore_m * bore_m * length_m; }
+  /// A quarter of the period in which its air swings against that of a chamber.
+  double late_s(const plant::Gas& gas, double chamber_m3) const {
+    const double sound_m_s = std::sqrt(gas.kappa * gas.specific_gas_constant_J_kg_K() * gas.temperature_K);
+    return 0.5 * std::numbers::pi * length_m / (sound_m_s * std::sqrt(1.0 + volume_m3() / chamber_m3));
+  }
+};
+
 effects::ChamberEffects effects_of(const trace::RigDescription& rig) {
   try {
     return effects::chamber_effects(rig.effects);
@@ -30,7 +42,7 @@ effects::ChamberEffects effects_of(const trace::RigDescription& rig) {
 
 }  // namespace
 
-GreyboxModel greybox_of(const trace::RigDescription& rig, std::optional<unsigned> chamber) {
+GreyboxModel greybox_of(const trace::RigDescription& rig, std::optional<unsigned> chamber, double volume_m3) {
   const effects::ChamberEffects of = effects_of(rig);
   const auto figure = [&](effects::Id id, std::size_t place) {
     return of.figures[effects::kFirstFigure[id] + place];
@@ -41,6 +53,7 @@ GreyboxModel greybox_of(const trace::RigDescription& rig, std::optional<unsigned
       figure(effects::kIdSpoolLag, 3);  // that of its coil
   plant::Gas gas;
   gas.temperature_K = rig.gas.temperature_K;
+  const Hose hose{figure(effects::kIdTubeDynamics, 0), 1e-3 * figure(effects::kIdTubeDynamics, 1)};
   const auto plate = plant::thin_plate_constants(gas, rig.valve.discharge_coefficient);
   const double mL_Pa_per_kg = gas.kappa * gas.specific_gas_constant_J_kg_K() * gas.temperature_K * kMl_per_m3;
   const double conductance_mL_s_m2 = mL_Pa_per_kg * plate.beta_s_m;
@@ -66,20 +79,20 @@ GreyboxModel greybox_of(const trace::RigDescription& rig, std::optional<unsigned
                           figure(effects::kIdFlowFunction, 1),
                           figure(effects::kIdFlowFunction, 2),
                           figure(effects::kIdFlowFunction, 3),
-                          figure(effects::kIdVolumeError, 0),
+                          figure(effects::kIdVolumeError, 0) + kMl_per_m3 * hose.volume_m3(),
                           gas.kappa,
                           mL_Pa_per_kg * figure(effects::kIdChamberLeak, 0) * kKg_s_Pa_per_g_s_MPa,
-                          figure(effects::kIdDeadTime, 0),
+                          figure(effects::kIdDeadTime, 0) + hose.late_s(gas, volume_m3),
                           std::numbers::pi * spool_late_s / spool_damping,  // 1/f
                           spool_damping,
                           figure(effects::kIdValveHysteresis, 0),
                           figure(effects::kIdSensorLag, 0),
                           rig.supply.pressure_Pa / kPascals_per_kPa,
                           rig.ambient.pressure_Pa / kPascals_per_kPa};
-  constexpr effects::EffectSet kCarried = 1U << effects::kIdAreaShape | 1U << effects::kIdFlowFunction |
-                                          1U << effects::kIdVolumeError | 1U << effects::kIdChamberLeak |
-                                          1U << effects::kIdDeadTime | 1U << effects::kIdSpoolLag |
-                                          1U << effects::kIdValveHysteresis | 1U << effects::kIdSensorLag;
+  constexpr effects::EffectSet kCarried =
+      1U << effects::kIdAreaShape | 1U << effects::kIdFlowFunction | 1U << effects::kIdVolumeError |
+      1U << effects::kIdChamberLeak | 1U << effects::kIdDeadTime | 1U << effects::kIdSpoolLag |
+      1U << effects::kIdValveHysteresis | 1U << effects::kIdSensorLag | 1U << effects::kIdTubeDynamics;
   for (std::size_t id = 0; id < effects::kEffects; ++id) {
     if (((of.on & ~kCarried) >> id & 1U) != 0) made.left_out.emplace_back(effects::kCatalogue[id]->id);
   }

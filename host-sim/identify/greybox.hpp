@@ -3,9 +3,20 @@
 //   C = n R T beta a      [m3/s for each m2 of effective area]
 //
 // n exponent, beta (12) of the choked thin plate with the valve's discharge coefficient, a area: what (4) multiplies with
-// p_u psi. Source: "Modeling and Identification of Pneumatic Actuators" (1)-(4), (12); firmware/control/greybox.hpp.
+// p_u psi.
+//
+// A hose of length L and cross-section A between valve and chamber becomes its air, v_0 += A L, and a dead time,
+//
+//   d += (pi/2) (L/c) / sqrt(1 + A L/v),   c^2 = kappa R T
+//
+// a quarter of the period in which the air in the hose and that of the chamber swing against each other (lumped as in
+// effects/tube_dynamics.hpp). The board knows no swinging: it waits until most of a step has come through, and leaves the rest to its
+// estimates. v is the mean volume of the chamber.
+//
+// Source: "Modeling and Identification of Pneumatic Actuators" (1)-(4), (12); firmware/control/greybox.hpp.
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,9 +33,10 @@ struct GreyboxModel {
 };
 
 /// Carries area_shape, flow_function, volume_error, chamber_leak, dead_time, spool_lag, valve_hysteresis and sensor_lag, without
-/// the parameters that refine them. A spool's coil, and damping beyond the board's range, become a longer period: it is as late
-/// in all as the rig's. Throws trace::InputError when an effect is not the catalogue's, or a
+/// the parameters that refine them, and tube_dynamics as above, of a chamber of `volume_m3` [m3] in the mean. A spool's coil, and
+/// damping beyond the board's range, become a longer period: it is as late in all as the rig's. Throws trace::InputError when an effect is not the catalogue's, or a
 /// figure beyond what a board takes.
-GreyboxModel greybox_of(const trace::RigDescription& rig, std::optional<unsigned> chamber = std::nullopt);
+GreyboxModel greybox_of(const trace::RigDescription& rig, std::optional<unsigned> chamber = std::nullopt,
+                        double volume_m3 = std::numeric_limits<double>::infinity());
 
 }  // namespace plenum::host::identify

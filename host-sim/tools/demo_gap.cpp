@@ -73,14 +73,15 @@ DemoGap close_gap(const trace::RigDescription& sheet, const Machine& machine, st
   const auto rows = client::capture(rig.session(), {.seconds = kRecorded_s, .seed = seed, .chambers = 1});
   diagnose::DiagnoseOptions how;
   how.threads = 1;
-  gap.report = diagnose::diagnose({{"recording", log_of(rows, 0, false)}}, {}, sheet, how);
+  const trace::Log log = log_of(rows, 0, false);
+  gap.report = diagnose::diagnose({{"recording", log}}, {}, sheet, how);
 
   rig.upload(identify::greybox_of(sheet).file, client::Doubted::force);
   gap.before = follow(rig);
   const trace::RigDescription& found = gap.report.found;
   if (found.effects.contains("sensor_bias")) calibrate(rig.session(), found);
   try {
-    rig.upload(identify::greybox_of(found).file);
+    rig.upload(identify::greybox_of(found, {}, log.mean_volume_m3()).file);
     gap.uploaded = true;
   } catch (const client::Refused& refused) {
     gap.refusal = refused.what();

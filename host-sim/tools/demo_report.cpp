@@ -93,7 +93,7 @@ std::vector<ModelCurve> model_curves(const Demo& demo) {
   std::vector<ModelCurve> curves;
   for (std::size_t c = 0; c < demo.chamber.size(); ++c) {
     const DemoChamber& of = demo.chamber[c];
-    curves.push_back({chamber_name(c), of.fit.model, 1e6 * mean(of.held_out.volume_m3)});
+    curves.push_back({chamber_name(c), of.fit.model, 1e6 * of.held_out.mean_volume_m3()});
   }
   return curves;
 }

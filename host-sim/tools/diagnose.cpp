@@ -101,8 +101,9 @@ void print_calibration(const Options& options, const trace::RigDescription& foun
       found.ambient.pressure_Pa / 1e3);
 }
 
-void save_model(const Options& options, const trace::RigDescription& found) {
-  const identify::GreyboxModel model = identify::greybox_of(found, chamber_in_name(options.logs.front()));
+void save_model(const Options& options, const trace::RigDescription& found, double volume_m3) {
+  const identify::GreyboxModel model =
+      identify::greybox_of(found, chamber_in_name(options.logs.front()), volume_m3);
   trace::write_model(options.save_model, model.file);
   options.output.print("model: {}{}\n", options.save_model,
                        model.left_out.empty() ? "" : ", without " + listed(model.left_out, "and"));
@@ -136,7 +137,7 @@ int run(const Options& options) {
     trace::write_rig(options.save_rig, report.found);
     options.output.print("rig: {}\n", options.save_rig);
   }
-  if (!options.save_model.empty()) save_model(options, report.found);
+  if (!options.save_model.empty()) save_model(options, report.found, logs.front().log.mean_volume_m3());
   if (!options.report.empty()) {
     diagnose_page(report).write(options.report);
     options.output.print("report: {}\n", options.report);

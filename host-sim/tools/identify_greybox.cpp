@@ -64,6 +64,12 @@ void print_fit(const Output& output, const GreyboxFit& fit) {
   output.print("RMS next tick {:.3f} kPa, free run over whole logs {:.3f} kPa, noise {:.3f} kPa; {} rows\n",
                fit.rms_next_tick_kPa, fit.rms_free_run_kPa, fit.noise_kPa, fit.rows);
   output.print("stopped after {} iterations: {}\n", fit.iterations, fit.stop);
+  constexpr double kUnexplained = 5.0;  // times the noise
+  if (fit.rms_free_run_kPa > kUnexplained * fit.noise_kPa) {
+    output.print(
+        "the free run errs by {:.0f} times the noise: plenum diagnose tells which effect is missing\n",
+        fit.rms_free_run_kPa / fit.noise_kPa);
+  }
 }
 
 void add_log(report::Section& section, const GreyboxFit& fit, const NamedLog& of) {

@@ -76,7 +76,7 @@ CommandRange commands_of(const std::vector<NamedLog>& logs) {
 std::vector<ModelCurve> by_volume(const Identified& identified) {
   std::vector<ModelCurve> curves;
   for (const NamedLog& of : identified.fitted) {
-    const double volume_mL = 1e6 * mean(of.log.volume_m3);
+    const double volume_mL = 1e6 * of.log.mean_volume_m3();
     const bool known = std::any_of(curves.begin(), curves.end(), [&](const ModelCurve& curve) {
       return std::abs(curve.volume_mL - volume_mL) < kSameVolume * volume_mL;
     });

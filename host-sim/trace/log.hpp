@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,10 @@ struct Log {
   std::vector<double> reference_Pa;
 
   std::size_t size() const { return time_s.size(); }
+  /// Not a number of a log without rows.
+  double mean_volume_m3() const {
+    return std::accumulate(volume_m3.begin(), volume_m3.end(), 0.0) / static_cast<double>(volume_m3.size());
+  }
 };
 
 /// A log and what messages and pages call it: its file's name.

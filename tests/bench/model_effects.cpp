@@ -32,6 +32,7 @@ namespace {
 using namespace plenum::host;
 
 constexpr unsigned kChambers = 4;
+constexpr double kMeanVolume_m3 = 172e-6;  // of the four of thin_plate_rig()
 constexpr double kTick_s = 0.01;
 constexpr std::size_t kRows = 1000;
 constexpr std::size_t kSkip = 100;  // the way onto the reference
@@ -55,7 +56,7 @@ std::vector<Trial> trials() {
           {"valve_hysteresis", true, {{"width_V", 0.2}}},
           {"null_drift", true, {{"drift_at_60_s_V", 0.4}}},
           {"supply_droop", true, {{"resistance_kPa_s_per_g", 30.0}}},
-          {"tube_dynamics", true, {{"length_m", 1.0}, {"bore_mm", 4.0}}},
+          {"tube_dynamics", true, {{"length_m", 3.0}, {"bore_mm", 4.0}}},
           {"sensor_lag", true, {{"time_constant_s", 0.03}}},
           {kSensorBias, true, {{"offset_kPa", 5.0}}},
           {"area_shape", false, {{"inlet_slope", 1.0}, {"inlet_curve", -0.5}, {"exhaust_slope", -0.5}}},
@@ -95,7 +96,7 @@ constexpr int kKinds = 3;
 /// RMS error [kPa] of a rig that is `real` with the models of a rig as it is `known`.
 double rms_kPa(const trace::RigDescription& real, const trace::RigDescription& known) {
   tools::WatchedRig rig(rig::thin_plate_rig(real, {.chambers = kChambers, .volume_swing = 0.1}), kChambers);
-  rig.upload(identify::greybox_of(known).file);
+  rig.upload(identify::greybox_of(known, {}, kMeanVolume_m3).file);
   if (const auto bias = known.effects.find(kSensorBias); bias != known.effects.end()) {
     for (std::uint8_t c = 0; c < kChambers; ++c) {
       client::write_calibration(rig.session(), c,

@@ -22,6 +22,7 @@ namespace plenum::host::identify {
 namespace {
 
 constexpr std::size_t kRows = 1000;
+constexpr double kMeanVolume_m3 = 100e-6;
 
 /// Random commands, each held for 50 to 500 ms, on a volume that doubles at 1.6 Hz.
 struct Drive {
@@ -39,7 +40,7 @@ Drive violent() {
   drive.command_V.resize(kRows);
   for (std::size_t k = 0; k < kRows; ++k) {
     const double phase = 2.0 * 3.14159265358979 * 1.6 * 0.01 * static_cast<double>(k);
-    drive.volume_m3.push_back(100e-6 * std::pow(2.0, 0.5 * std::sin(phase)));
+    drive.volume_m3.push_back(kMeanVolume_m3 * std::pow(2.0, 0.5 * std::sin(phase)));
   }
   return drive;
 }
@@ -62,7 +63,7 @@ std::vector<double> of_the_rig(const trace::RigDescription& rig, const Drive& dr
 double worst_drift_percent(const trace::RigDescription& rig, const trace::RigDescription& known) {
   const Drive drive = violent();
   const std::vector<double> truth_Pa = of_the_rig(rig, drive);
-  const GreyboxModel made = greybox_of(known);
+  const GreyboxModel made = greybox_of(known, {}, kMeanVolume_m3);
   const plenum::config::ModelParameters parameters =
       host::testing::board_parameters(made.file.kind, made.file.parameters);
   plenum::control::AnyModel room;
@@ -95,6 +96,12 @@ double worst_drift_percent(const trace::RigDescription& rig, const trace::RigDes
 
 double worst_drift_percent(const trace::RigDescription& rig) {
   return worst_drift_percent(rig, rig);
+}
+
+double of_model(const GreyboxModel& made, std::string_view parameter) {
+  const auto& names = trace::parameter_names("greybox");
+  return made.file.parameters.at(
+      static_cast<std::size_t>(std::ranges::find(names, parameter) - names.begin()));
 }
 
 TEST(GreyboxOfARig, FollowsTheThinPlate) {
@@ -132,13 +139,31 @@ TEST(GreyboxOfARig, IsAsLateAsASpoolOfOneLagAndItsCoilThoughABoardKnowsNeither) 
   trace::RigDescription rig;
   rig.effects["spool_lag"] = {
       {"natural_frequency_Hz", 8.0 / (std::numbers::pi * 0.02)}, {"damping", 8.0}, {"coil_s", 0.004}};
-  const auto& parameters = greybox_of(rig).file.parameters;
-  const auto& names = trace::parameter_names("greybox");
-  const auto of = [&](std::string_view name) {
-    return parameters.at(static_cast<std::size_t>(std::ranges::find(names, name) - names.begin()));
-  };
-  EXPECT_NEAR(of("spool_damping") * of("spool_period_s") / std::numbers::pi, 0.024, 1e-12);
+  const GreyboxModel made = greybox_of(rig);
+  EXPECT_NEAR(of_model(made, "spool_damping") * of_model(made, "spool_period_s") / std::numbers::pi, 0.024,
+              1e-12);
   EXPECT_LT(worst_drift_percent(rig, rig), 0.25 * worst_drift_percent(rig, {}));
+}
+
+TEST(GreyboxOfARig, TakesAHoseForItsAirAndAQuarterOfItsSwing) {
+  trace::RigDescription rig;
+  rig.effects["dead_time"] = {{"delay_s", 0.005}};
+  rig.effects["volume_error"] = {{"offset_mL", 10.0}};
+  rig.effects["tube_dynamics"] = {{"length_m", 4.0}, {"bore_mm", 4.0}};
+  const double air_mL = 16.0 * std::numbers::pi, sound_m_s = std::sqrt(1.4 * 287.05 * 293.15);
+  // beside a chamber of three times its air it swings by sqrt(4/3) faster than beside one far larger
+  const double alone_s = 0.5 * std::numbers::pi * 4.0 / sound_m_s;
+  EXPECT_NEAR(of_model(greybox_of(rig), "dead_volume_mL"), 10.0 + air_mL, 1e-9);
+  EXPECT_NEAR(of_model(greybox_of(rig), "dead_time_s"), 0.005 + alone_s, 2e-4);
+  EXPECT_NEAR(of_model(greybox_of(rig, {}, 3e-6 * air_mL), "dead_time_s"),
+              0.005 + alone_s / std::sqrt(4.0 / 3.0), 2e-4);
+  EXPECT_THAT(greybox_of(rig).left_out, ::testing::IsEmpty());
+}
+
+TEST(GreyboxOfARig, ComesNearAHose) {
+  trace::RigDescription rig;
+  rig.effects["tube_dynamics"] = {{"length_m", 3.0}, {"bore_mm", 4.0}};
+  EXPECT_LT(worst_drift_percent(rig, rig), 0.5 * worst_drift_percent(rig, {}));
 }
 
 TEST(GreyboxOfARig, NamesTheEffectsThatItDoesNotCarry) {

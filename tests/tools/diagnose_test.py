@@ -159,6 +159,20 @@ class Diagnose(plenum_test.Plenum):
             rmse_kPa[model] = json.loads(regulated)["chambers"][0]["rmse_kPa"]
         self.assertLess(rmse_kPa["found"], 0.1 * rmse_kPa["nine"], rmse_kPa)
 
+    def test_a_long_hose_goes_to_the_board_as_its_air_and_its_delay(self):
+        hose = ["--effect", "tube_dynamics=4"]
+        of_log = self.simulated(*hose)
+        self.done("diagnose", *of_log, "--save-model", "found.json")
+        self.done("identify", "--model", "greybox", *of_log, "-o", "identified.json")
+        self.done("identify", *of_log, "-o", "nine.json")
+        rmse_kPa = {}
+        for model in ["found", "identified", "nine"]:
+            rig = ["--store", model, "--plant", "thin-plate", "--chambers", 1, *hose]
+            self.done("upload", *rig, f"{model}.json")
+            regulated = self.done("regulate", *rig, "--preview", 4, "--amplitude", 60, "--json", "-", "--out", "tracked")
+            rmse_kPa[model] = json.loads(regulated)["chambers"][0]["rmse_kPa"]
+        self.assertLess(max(rmse_kPa["found"], rmse_kPa["identified"]), 0.2 * rmse_kPa["nine"], rmse_kPa)
+
     def test_a_wandering_null_is_drawn_and_rivals_beside_it_are_told_from_it(self):
         wander = ",".join(f"wander_{k}_V:{0.06 * math.sin(0.9 * k):.4f}" for k in range(1, 21))
         # at rest a delay and a lag of the sensor are one thing

@@ -25,6 +25,8 @@ using effects::Figures;
 constexpr double kFittedShare = 0.6;  // while effects are chosen; then all rows
 /// An effect is kept when without it the squares of the held-out rows are larger by this share.
 constexpr double kWorthKeeping = 0.1;
+/// One that leaves more of them than this may only stand in for two others.
+constexpr double kStandIn = 0.5;
 constexpr double kNothingLeft = 1.05;  // of the noise
 constexpr std::size_t kFewestTicks = 200;
 constexpr double kShareOfChoice = 0.8;  // of the progress that is told; the rest is the last fit
@@ -33,9 +35,9 @@ constexpr int kMostIterations = 100;
 /// While effects are chosen: a share of the squares that no choice hangs on.
 constexpr double kTrialTolerance = 1e-3;
 
-constexpr std::array<std::size_t, 5> kCandidates{effects::kIdAreaShape, effects::kIdFlowFunction,
+constexpr std::array<std::size_t, 6> kCandidates{effects::kIdAreaShape,   effects::kIdFlowFunction,
                                                  effects::kIdVolumeError, effects::kIdSpoolLag,
-                                                 effects::kIdDeadTime};
+                                                 effects::kIdDeadTime,    effects::kIdTubeDynamics};
 
 EffectSet bit(std::size_t effect) {
   return EffectSet{1} << effect;
@@ -179,13 +181,13 @@ class Chooser {
     return true;
   }
 
-  /// By one effect; where none is worth it alone beside a valve's figures, by two that are together.
+  /// By one effect; beside a valve's figures alone, where none takes off enough to be more than a stand-in, by two where they
+  /// are better.
   bool enlarged() {
     Trial most;
     for (const std::size_t id : kCandidates) consider({id, id}, most);
-    if (taken(std::move(most))) return true;
-    if (best_.fit.on != 0) return false;
-    most = {};
+    if (best_.fit.on != 0 || most.heldout_squares < kStandIn * best_.heldout_squares)
+      return taken(std::move(most));
     for (std::size_t i = 0; i < kCandidates.size(); ++i) {
       for (std::size_t j = i + 1; j < kCandidates.size(); ++j)
         consider({kCandidates[i], kCandidates[j]}, most);
@@ -301,6 +303,7 @@ GreyboxFit fit_greybox(const std::vector<trace::Log>& logs, const trace::RigDesc
 
   GreyboxFit result;
   result.rig = rig;
+  result.volume_m3 = logs.front().mean_volume_m3();
   result.tried = chooser.tried();
   for (const std::size_t id : kCandidates) {
     if ((last.on & bit(id)) != 0) result.kept.emplace_back(effects::kCatalogue[id]->id);
@@ -324,7 +327,7 @@ std::vector<double> free_run_over(const trace::RigDescription& rig, const trace:
 }
 
 trace::ModelFile to_model_file(const GreyboxFit& fit, std::optional<unsigned> chamber) {
-  trace::ModelFile file = greybox_of(fit.rig, chamber).file;
+  trace::ModelFile file = greybox_of(fit.rig, chamber, fit.volume_m3).file;
   file.fit["rms_one_step_kPa"] = fit.rms_next_tick_kPa;
   file.fit["rms_free_run_kPa"] = fit.rms_free_run_kPa;
   file.fit["rms_heldout_kPa"] = fit.rms_heldout_kPa;

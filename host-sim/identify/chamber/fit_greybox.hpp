@@ -26,6 +26,7 @@ struct TriedEffects {
 
 struct GreyboxFit {
   trace::RigDescription rig;          ///< the given one with the valve as fitted and the effects kept
+  double volume_m3 = 0.0;             ///< of the chamber in the mean, over the first log
   std::vector<FigureFit> parameters;  ///< of the last fit, on all rows
   std::vector<TriedEffects> tried;    ///< in order; the first without any
   std::vector<std::string> kept;      ///< ids of effects
@@ -39,8 +40,8 @@ struct GreyboxFit {
   std::string stop;  ///< why it stopped, in one line
 };
 
-/// Fits the valve's figures to all logs together, and of area_shape, flow_function, volume_error, spool_lag and
-/// dead_time those that the held-out rows demand. What `rig` has as effects stays as configured; its [valve] is one of two starts and need not be near. Throws
+/// Fits the valve's figures to all logs together, and of area_shape, flow_function, volume_error, spool_lag,
+/// dead_time and tube_dynamics those that the held-out rows demand. What `rig` has as effects stays as configured; its [valve] is one of two starts and need not be near. Throws
 /// CannotIdentify, in one line: no log, logs that differ in rate, too few rows, a constant command or pressure. `progress` is told
 /// how far the work is, 0 to 1; how many sets of effects will be tried is not known before, so that it slows down.
 GreyboxFit fit_greybox(const std::vector<trace::Log>& logs, const trace::RigDescription& rig,
@@ -49,7 +50,7 @@ GreyboxFit fit_greybox(const std::vector<trace::Log>& logs, const trace::RigDesc
 /// A free run of a rig that was found over a whole log, from an estimated start [Pa].
 std::vector<double> free_run_over(const trace::RigDescription& rig, const trace::Log& log);
 
-/// The file that the tools write: greybox_of(fit.rig), and the fit in numbers. Throws trace::InputError when a figure is beyond what
+/// The file that the tools write: greybox_of(fit.rig) at its volume, and the fit in numbers. Throws trace::InputError when a figure is beyond what
 /// a board takes.
 trace::ModelFile to_model_file(const GreyboxFit& fit, std::optional<unsigned> chamber);
 
