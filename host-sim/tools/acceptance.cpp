@@ -166,56 +166,56 @@ int run(const Options& options) {
   return accepted ? kDone : kFailure;
 }
 
-void add_motion(CLI::App& app, Options& options) {
-  app.add_flag(
-      "--move", options.move,
-      "Read the outputs back by the sensors. THE VALVES MOVE and chambers fill: a chamber whose sensor lies "
-      "may reach the supply's pressure (default: off, no valve moves)");
-  app.add_option("--move-seconds", options.move_seconds, "How long they are excited [s]")
-      ->check(CLI::Range(10.0, 600.0))
-      ->capture_default_str();
-  app.add_option("--command-low", options.command_low_V, "Least command while moving [V]")
-      ->check(CLI::Range(0.0, 10.0))
-      ->capture_default_str();
-  app.add_option("--command-high", options.command_high_V, "Greatest command while moving [V]")
-      ->check(CLI::Range(0.0, 10.0))
-      ->capture_default_str();
-  app.add_option("--pressure-low", options.pressure_low_kPa,
-                 "While moving the board turns a valve before a pressure leaves this [kPa, absolute]")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
-  app.add_option("--pressure-high", options.pressure_high_kPa, "Likewise [kPa, absolute]")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
+void add_motion(Arguments& arguments, Options& options) {
+  arguments.flag("--move", options.move,
+                 "Read the outputs back by the sensors. THE VALVES MOVE and chambers fill: a chamber whose "
+                 "sensor lies may reach the supply's pressure (default: off, no valve moves)");
+  arguments.option("--move-seconds", options.move_seconds, "How long they are excited [s]")
+      .within(10.0, 600.0)
+      .show_default();
+  arguments.option("--command-low", options.command_low_V, "Least command while moving [V]")
+      .within(0.0, 10.0)
+      .show_default();
+  arguments.option("--command-high", options.command_high_V, "Greatest command while moving [V]")
+      .within(0.0, 10.0)
+      .show_default();
+  arguments
+      .option("--pressure-low", options.pressure_low_kPa,
+              "While moving the board turns a valve before a pressure leaves this [kPa, absolute]")
+      .not_negative()
+      .show_default();
+  arguments.option("--pressure-high", options.pressure_high_kPa, "Likewise [kPa, absolute]")
+      .not_negative()
+      .show_default();
 }
 
 }  // namespace
 
-Command add_acceptance(CLI::App& program) {
+Command add_acceptance(Program& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = subcommand(
-      program, "acceptance",
+  Arguments arguments = program.command(
+      "acceptance",
       "Test a board on its own hardware: latency, jitter, SDO, CAN load, noise, and with --move its valves");
-  options->board.add_to(*app);
-  app->add_option("--seconds", options->seconds, "How long to listen while nothing moves [s]")
-      ->check(CLI::Range(1.0, 36000.0))
-      ->capture_default_str();
-  app->add_option("--bit-rate", options->bit_rate, "Of the bus, for its load [bit/s]")
-      ->check(CLI::Range(10'000U, 1'000'000U))
-      ->capture_default_str();
-  add_motion(*app, *options);
-  app->add_option(
-         "--limit", options->limits,
-         "A limit in the place of the default; repeatable: latency_p999_us=200 (default: those that the "
-         "result shows)")
-      ->type_name("NAME=VALUE")
-      ->allow_extra_args(false);
-  app->add_option("--report", options->report, "Page to write (default: none)")->type_name("FILE.html");
-  options->output.add_to(*app);
-  app->footer(
+  options->board.add_to(arguments);
+  arguments.option("--seconds", options->seconds, "How long to listen while nothing moves [s]")
+      .within(1.0, 36000.0)
+      .show_default();
+  arguments.option("--bit-rate", options->bit_rate, "Of the bus, for its load [bit/s]")
+      .within(10'000U, 1'000'000U)
+      .show_default();
+  add_motion(arguments, *options);
+  arguments
+      .option("--limit", options->limits,
+              "A limit in the place of the default; repeatable: latency_p999_us=200 (default: those that the "
+              "result shows)")
+      .type_name("NAME=VALUE")
+      .one_at_a_time();
+  arguments.option("--report", options->report, "Page to write (default: none)").type_name("FILE.html");
+  options->output.add_to(arguments);
+  arguments.footer(
       example("  plenum acceptance --bus can:can0 --node 5 --report board-5.html          # no valve moves\n"
               "  plenum acceptance --bus can:can0 --node 5 --move --pressure-high 300"));
-  return {app, [options] { return run(*options); }};
+  return {arguments, [options] { return run(*options); }};
 }
 
 }  // namespace plenum::host::tools

@@ -36,14 +36,14 @@ int run(const Options& options) {
 
 }  // namespace
 
-Command add_backup(CLI::App& program) {
+Command add_backup(Program& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = subcommand(program, "backup", "Save a whole board, its settings and models, to one file");
-  options->board.add_to(*app);
-  app->add_option("-o,--out", options->out, "The file")->type_name("FILE.json")->capture_default_str();
-  options->output.add_to(*app);
-  app->footer(example("  plenum backup --bus socketcand:127.0.0.1:29536/can0 --node 5 -o node-5.json"));
-  return {app, [options] { return run(*options); }};
+  Arguments arguments = program.command("backup", "Save a whole board, its settings and models, to one file");
+  options->board.add_to(arguments);
+  arguments.option("-o,--out", options->out, "The file").type_name("FILE.json").show_default();
+  options->output.add_to(arguments);
+  arguments.footer(example("  plenum backup --bus socketcand:127.0.0.1:29536/can0 --node 5 -o node-5.json"));
+  return {arguments, [options] { return run(*options); }};
 }
 
 }  // namespace plenum::host::tools

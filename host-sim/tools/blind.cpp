@@ -34,29 +34,29 @@ int generate(Generate& options) {
   return kDone;
 }
 
-CLI::App* declare(CLI::App& blind, Generate& options) {
-  CLI::App* app =
-      subcommand(blind, "generate", "Make cases whose cause is sealed, by an independent simulation");
+Arguments declare(Arguments& blind, Generate& options) {
+  Arguments arguments =
+      blind.command("generate", "Make cases whose cause is sealed, by an independent simulation");
   auto& request = options.request;
-  app->add_option("--out", options.out, "New folder for the set")->type_name("DIR")->required();
-  app->add_option("--cases", request.cases, "How many")->check(CLI::Range(1, 9999))->capture_default_str();
-  app->add_option("--seed", request.seed, "The same seed gives the same bytes")->capture_default_str();
-  app->add_option("--kind", request.kind, "one, many (two or three), none, unknown (in no catalogue), all")
-      ->check(CLI::IsMember({"one", "many", "none", "unknown", "all"}))
-      ->capture_default_str();
-  app->add_option("--tier", request.tier,
-                  "1 mixed, volume moving; 2 mixed, volume fixed; 3 a single chirp; all")
-      ->check(CLI::IsMember({"1", "2", "3", "all"}))
-      ->capture_default_str();
-  app->add_option("--effect", request.effect, "This effect in every case, instead of all in turn")
-      ->type_name("ID");
-  app->add_option("--seconds", request.seconds, "Length of each log [s]; the held-out one is 0.6 of it")
-      ->check(CLI::Range(10.0, 100.0))
-      ->capture_default_str();
-  options.output.add_to(*app);
-  app->footer(example(
+  arguments.option("--out", options.out, "New folder for the set").type_name("DIR").required();
+  arguments.option("--cases", request.cases, "How many").within(1, 9999).show_default();
+  arguments.option("--seed", request.seed, "The same seed gives the same bytes").show_default();
+  arguments.option("--kind", request.kind, "one, many (two or three), none, unknown (in no catalogue), all")
+      .one_of({"one", "many", "none", "unknown", "all"})
+      .show_default();
+  arguments
+      .option("--tier", request.tier, "1 mixed, volume moving; 2 mixed, volume fixed; 3 a single chirp; all")
+      .one_of({"1", "2", "3", "all"})
+      .show_default();
+  arguments.option("--effect", request.effect, "This effect in every case, instead of all in turn")
+      .type_name("ID");
+  arguments.option("--seconds", request.seconds, "Length of each log [s]; the held-out one is 0.6 of it")
+      .within(10.0, 100.0)
+      .show_default();
+  options.output.add_to(arguments);
+  arguments.footer(example(
       "  plenum blind generate --out set --cases 300 --seed 7    # set/case-0001 and so on, set/labels"));
-  return app;
+  return arguments;
 }
 
 struct Score {
@@ -100,40 +100,40 @@ int score(const Score& options) {
   return kDone;
 }
 
-CLI::App* declare(CLI::App& blind, Score& options) {
-  CLI::App* app = subcommand(blind, "score", "Compare gap reports with the sealed labels of a set");
-  app->add_option("DIR", options.set, "Folder of the set")->required();
-  app->add_option("--answers", options.answers, "Folder with case-0001.json and so on, plenum-gap/1 reports")
-      ->type_name("DIR")
-      ->required();
-  app->add_option("--detectable", options.detectable,
-                  "An effect counts from this gap on, after recalibration, over the noise floor")
-      ->check(CLI::Range(0.1, 100.0))
-      ->capture_default_str();
-  options.output.add_to(*app);
-  app->footer(
-      example("  plenum blind score set --answers answers    # where answers/case-0001.json is of "
-              "`plenum diagnose --json`"));
-  return app;
+Arguments declare(Arguments& blind, Score& options) {
+  Arguments arguments = blind.command("score", "Compare gap reports with the sealed labels of a set");
+  arguments.option("DIR", options.set, "Folder of the set").required();
+  arguments.option("--answers", options.answers, "Folder with case-0001.json and so on, plenum-gap/1 reports")
+      .type_name("DIR")
+      .required();
+  arguments
+      .option("--detectable", options.detectable,
+              "An effect counts from this gap on, after recalibration, over the noise floor")
+      .within(0.1, 100.0)
+      .show_default();
+  options.output.add_to(arguments);
+  arguments.footer(
+      example("  plenum blind score set --answers answers    # where answers/case-0001.json is of `plenum "
+              "diagnose --json`"));
+  return arguments;
 }
 
 }  // namespace
 
-Command add_blind(CLI::App& program) {
+Command add_blind(Program& program) {
   struct Options {
     Generate generate;
     Score score;
   };
-  CLI::App* app = subcommand(program, "blind", "Check a diagnosis on cases whose cause is withheld");
-  app->require_subcommand(1);
+  Arguments arguments = program.command("blind", "Check a diagnosis on cases whose cause is withheld");
   const auto options = std::make_shared<Options>();
-  const CLI::App* generating = declare(*app, options->generate);
-  declare(*app, options->score);
-  app->footer(
+  const Arguments generating = declare(arguments, options->generate);
+  declare(arguments, options->score);
+  arguments.footer(
       example("  plenum blind generate --out set --cases 100\n"
               "  plenum blind score set --answers answers"));
-  return {app, [options, generating] {
-            return generating->parsed() ? generate(options->generate) : score(options->score);
+  return {arguments, [options, generating] {
+            return generating.given() ? generate(options->generate) : score(options->score);
           }};
 }
 

@@ -1,7 +1,6 @@
 #include "host-sim/tools/board_access.hpp"
 
 #include <fmt/format.h>
-#include <CLI/CLI.hpp>
 
 #include <array>
 #include <filesystem>
@@ -21,25 +20,26 @@ constexpr std::array kSimulatedOnly{"--store", "--plant", "--effect", "--volume-
 
 }  // namespace
 
-void BoardChoice::add_to(CLI::App& app) {
-  app_ = &app;
-  app.add_option("--bus", bus,
-                 fmt::format("Where the board is: inproc, a rig simulated inside this program, or {}",
-                             client::kOutsideForms))
-      ->type_name("BUS")
-      ->capture_default_str();
-  app.add_option("--node", node, "Node id of the board; a simulated one has this")
-      ->check(CLI::Range(1U, kLastNode))
-      ->capture_default_str();
-  app.add_option("--patience", patience,
-                 "How many times as long to wait for a board on a bus, whatever for: one in an emulator, "
-                 "say, whose second is "
-                 "longer than this PC's")
-      ->check(CLI::Range(1.0, 1000.0))
-      ->type_name("FACTOR")
-      ->capture_default_str();
-  app.add_option("--store", store, "Folder that keeps the models of the simulated board")->type_name("DIR");
-  rig.add_to(app);
+void BoardChoice::add_to(Arguments& arguments) {
+  arguments_ = arguments;
+  arguments
+      .option("--bus", bus,
+              fmt::format("Where the board is: inproc, a rig simulated inside this program, or {}",
+                          client::kOutsideForms))
+      .type_name("BUS")
+      .show_default();
+  arguments.option("--node", node, "Node id of the board; a simulated one has this")
+      .within(1U, kLastNode)
+      .show_default();
+  arguments
+      .option("--patience", patience,
+              "How many times as long to wait for a board on a bus, whatever for: one in an emulator, say, "
+              "whose second is longer than this PC's")
+      .within(1.0, 1000.0)
+      .type_name("FACTOR")
+      .show_default();
+  arguments.option("--store", store, "Folder that keeps the models of the simulated board").type_name("DIR");
+  rig.add_to(arguments);
 }
 
 std::string BoardChoice::name() const {
@@ -78,7 +78,7 @@ BoardAccess::BoardAccess(const BoardChoice& choice) {
     link_ = std::make_unique<RigLink>(*rig_);
   } else {
     for (const char* option : kSimulatedOnly) {
-      if (choice.app_->count(option) == 0) continue;
+      if (!choice.arguments_->given(option)) continue;
       throw std::invalid_argument(fmt::format(
           "{} with --bus {}: only a simulated rig has it, expected --bus inproc", option, choice.bus));
     }

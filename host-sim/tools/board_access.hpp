@@ -7,11 +7,8 @@
 
 #include "host-sim/client/bus_address.hpp"
 #include "host-sim/client/session.hpp"
+#include "host-sim/tools/command_line.hpp"
 #include "host-sim/tools/inproc.hpp"
-
-namespace CLI {
-class App;
-}
 
 namespace plenum::host::rig {
 class Rig;
@@ -28,7 +25,7 @@ struct BoardChoice {
   std::string store;
   RigChoice rig;  ///< of a board on a bus: how many chambers it has, and what is known of its rig
 
-  void add_to(CLI::App& app);
+  void add_to(Arguments& arguments);
   bool simulated() const { return bus == "inproc"; }
   /// The board, for a message: the folder of its models, or the bus and its node id.
   std::string name() const;
@@ -42,7 +39,7 @@ struct BoardChoice {
 
  private:
   friend class BoardAccess;
-  const CLI::App* app_ = nullptr;
+  std::optional<Arguments> arguments_;
 };
 
 /// The way to the board, open, and a session with it.

@@ -51,30 +51,29 @@ int run(const Options& options) {
 
 }  // namespace
 
-Command add_calibrate(CLI::App& program) {
+Command add_calibrate(Program& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app =
-      subcommand(program, "calibrate",
-                 "Take the error of a pressure sensor, as `diagnose` found it, out of a board's calibration");
-  options->board.add_to(*app);
-  app->add_option("--chamber", options->chamber, "Whose sensor")
-      ->check(CLI::Range(1, 8))
-      ->capture_default_str();
-  app->add_option("--offset", options->error.offset_kPa,
-                  "Reading at ambient pressure less ambient pressure [kPa]")
-      ->check(CLI::Range(-100.0, 100.0))
-      ->capture_default_str();
-  app->add_option("--gain-error", options->error.gain_error, "Relative, of the pressure above ambient [1]")
-      ->check(CLI::Range(-0.3, 0.3))
-      ->capture_default_str();
-  app->add_option("--ambient", options->error.ambient_kPa, "Of the rig that was diagnosed [kPa, absolute]")
-      ->check(CLI::Range(10.0, 200.0))
-      ->capture_default_str();
-  app->add_flag("--keep", options->keep, "Store the board's settings (1010h)");
-  options->output.add_to(*app);
-  app->footer(example(
+  Arguments arguments = program.command(
+      "calibrate",
+      "Take the error of a pressure sensor, as `diagnose` found it, out of a board's calibration");
+  options->board.add_to(arguments);
+  arguments.option("--chamber", options->chamber, "Whose sensor").within(1, 8).show_default();
+  arguments
+      .option("--offset", options->error.offset_kPa,
+              "Reading at ambient pressure less ambient pressure [kPa]")
+      .within(-100.0, 100.0)
+      .show_default();
+  arguments.option("--gain-error", options->error.gain_error, "Relative, of the pressure above ambient [1]")
+      .within(-0.3, 0.3)
+      .show_default();
+  arguments.option("--ambient", options->error.ambient_kPa, "Of the rig that was diagnosed [kPa, absolute]")
+      .within(10.0, 200.0)
+      .show_default();
+  arguments.flag("--keep", options->keep, "Store the board's settings (1010h)");
+  options->output.add_to(arguments);
+  arguments.footer(example(
       "  plenum calibrate --bus can:can0 --node 5 --chamber 3 --offset 5.07 --gain-error -0.0005 --keep"));
-  return {app, [options] { return run(*options); }};
+  return {arguments, [options] { return run(*options); }};
 }
 
 }  // namespace plenum::host::tools

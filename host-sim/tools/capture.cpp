@@ -85,32 +85,32 @@ int run(const Options& options) {
 
 }  // namespace
 
-Command add_capture(CLI::App& program) {
+Command add_capture(Program& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = subcommand(
-      program, "capture",
+  Arguments arguments = program.command(
+      "capture",
       "Record a board's chambers over CAN, for identification; Ctrl-C ends it early, with the rows so far");
-  options->board.add_to(*app);
-  app->add_option("--seconds", options->seconds, "Length of the recording [s]")
-      ->check(CLI::Range(1.0, 36000.0))
-      ->capture_default_str();
-  app->add_flag(
-      "--closed-loop", options->closed_loop,
-      "Follow random references with the models on the board (default: off, excite the valves). A model "
-      "fitted to such a recording regulates better");
-  app->add_flag("--last", options->last,
-                "Drive nothing: read what the board remembers of the last 10 s in which it drove its valves, "
-                "after a fault, say (default: off)")
-      ->excludes("--closed-loop");
-  app->add_option("-o,--out", options->out, "Folder for chamber-N.csv and rig.toml")
-      ->type_name("DIR")
-      ->capture_default_str();
-  options->output.add_to(*app);
-  app->footer(example(
+  options->board.add_to(arguments);
+  arguments.option("--seconds", options->seconds, "Length of the recording [s]")
+      .within(1.0, 36000.0)
+      .show_default();
+  arguments.flag("--closed-loop", options->closed_loop,
+                 "Follow random references with the models on the board (default: off, excite the valves). A "
+                 "model fitted to such a recording regulates better");
+  arguments
+      .flag("--last", options->last,
+            "Drive nothing: read what the board remembers of the last 10 s in which it drove its valves, "
+            "after a fault, say (default: off)")
+      .excludes("--closed-loop");
+  arguments.option("-o,--out", options->out, "Folder for chamber-N.csv and rig.toml")
+      .type_name("DIR")
+      .show_default();
+  options->output.add_to(arguments);
+  arguments.footer(example(
       "  plenum capture --seconds 60 -o first                            # valves excited at random\n"
       "  plenum capture --store board --closed-loop --seed 2 -o second   # regulated to random references\n"
       "  plenum capture --bus can:can0 --last -o fault                   # what led to a fault"));
-  return {app, [options] { return run(*options); }};
+  return {arguments, [options] { return run(*options); }};
 }
 
 }  // namespace plenum::host::tools

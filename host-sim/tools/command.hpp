@@ -1,9 +1,9 @@
 // One command of the program: its arguments are declared by add_NAME(), its work is done by `run`.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <functional>
-#include <string>
+
+#include "host-sim/tools/command_line.hpp"
 
 namespace plenum::host::tools {
 
@@ -14,37 +14,33 @@ inline constexpr int kBadInput = 2;    ///< bad usage or bad input
 inline constexpr int kImpossible = 3;  ///< the computation could not be done
 
 struct Command {
-  CLI::App* app;
+  Arguments arguments;
   std::function<int()> run;  ///< returns the exit code; throws as main.cpp maps it
 };
 
-/// A command `name` of `of`, which `about` tells. Commands call this and not add_subcommand(): that brings the whole of
-/// CLI11, its help and configuration files too, into each source that calls it.
-CLI::App* subcommand(CLI::App& of, const std::string& name, const std::string& about);
-
-Command add_sim(CLI::App& program);
-Command add_capture(CLI::App& program);
-Command add_identify(CLI::App& program);
-Command add_orifice(CLI::App& program);
-Command add_diagnose(CLI::App& program);
-Command add_effects(CLI::App& program);
-Command add_upload(CLI::App& program);
-Command add_download(CLI::App& program);
-Command add_regulate(CLI::App& program);
-Command add_scan(CLI::App& program);
-Command add_info(CLI::App& program);
-Command add_faults(CLI::App& program);
-Command add_reset(CLI::App& program);
-Command add_diff(CLI::App& program);
-Command add_backup(CLI::App& program);
-Command add_restore(CLI::App& program);
-Command add_monitor(CLI::App& program);
-Command add_record(CLI::App& program);
-Command add_decode(CLI::App& program);
-Command add_demo(CLI::App& program);
-Command add_blind(CLI::App& program);
-Command add_reproduce(CLI::App& program);
-Command add_acceptance(CLI::App& program);
-Command add_calibrate(CLI::App& program);
+Command add_sim(Program& program);
+Command add_capture(Program& program);
+Command add_identify(Program& program);
+Command add_orifice(Program& program);
+Command add_diagnose(Program& program);
+Command add_effects(Program& program);
+Command add_upload(Program& program);
+Command add_download(Program& program);
+Command add_regulate(Program& program);
+Command add_scan(Program& program);
+Command add_info(Program& program);
+Command add_faults(Program& program);
+Command add_reset(Program& program);
+Command add_diff(Program& program);
+Command add_backup(Program& program);
+Command add_restore(Program& program);
+Command add_monitor(Program& program);
+Command add_record(Program& program);
+Command add_decode(Program& program);
+Command add_demo(Program& program);
+Command add_blind(Program& program);
+Command add_reproduce(Program& program);
+Command add_acceptance(Program& program);
+Command add_calibrate(Program& program);
 
 }  // namespace plenum::host::tools

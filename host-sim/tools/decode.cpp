@@ -72,19 +72,19 @@ int run(const Options& options) {
 
 }  // namespace
 
-Command add_decode(CLI::App& program) {
+Command add_decode(Program& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = subcommand(
-      program, "decode",
-      "Say what the frames of a log are as CANopen: NMT, SYNC, emergencies, PDOs in SI units, SDOs by name. "
-      "CAN FD frames and errors of the bus are counted alone");
-  app->add_option("LOG", options->file, "A log of plenum record or candump -l")
-      ->type_name("FILE.log")
-      ->required();
-  options->output.add_to(*app);
-  app->footer(example(
+  Arguments arguments =
+      program.command("decode",
+                      "Say what the frames of a log are as CANopen: NMT, SYNC, emergencies, PDOs in SI "
+                      "units, SDOs by name. CAN FD frames and errors of the bus are counted alone");
+  arguments.option("LOG", options->file, "A log of plenum record or candump -l")
+      .type_name("FILE.log")
+      .required();
+  options->output.add_to(arguments);
+  arguments.footer(example(
       "  plenum decode bus.log    # seconds since the first frame, identifier, kind, node, what it says"));
-  return {app, [options] { return run(*options); }};
+  return {arguments, [options] { return run(*options); }};
 }
 
 }  // namespace plenum::host::tools

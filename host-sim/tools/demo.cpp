@@ -250,23 +250,21 @@ int run(const Options& options) {
 
 }  // namespace
 
-Command add_demo(CLI::App& program) {
+Command add_demo(Program& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = subcommand(program, "demo",
-                             "Simulate a rig; record, identify, upload, regulate over CAN; draw a report");
-  app->add_option("--seconds", options->seconds, "Length of each recording to identify from [s]")
-      ->check(CLI::Range(4.0, 3600.0))
-      ->capture_default_str();
-  app->add_flag("!--no-gaps", options->gaps,
-                "Leave out the second half: machines whose data sheet does not tell all, diagnosed and "
-                "regulated with what is found");
-  options->rig.add_to(*app);
-  app->add_option("--report", options->report, "Page to write")
-      ->type_name("FILE.html")
-      ->capture_default_str();
-  options->output.add_to(*app);
-  app->footer(example("  plenum demo --seconds 30 --report demo.html"));
-  return {app, [options] { return run(*options); }};
+  Arguments arguments =
+      program.command("demo", "Simulate a rig; record, identify, upload, regulate over CAN; draw a report");
+  arguments.option("--seconds", options->seconds, "Length of each recording to identify from [s]")
+      .within(4.0, 3600.0)
+      .show_default();
+  arguments.flag("!--no-gaps", options->gaps,
+                 "Leave out the second half: machines whose data sheet does not tell all, diagnosed and "
+                 "regulated with what is found");
+  options->rig.add_to(arguments);
+  arguments.option("--report", options->report, "Page to write").type_name("FILE.html").show_default();
+  options->output.add_to(arguments);
+  arguments.footer(example("  plenum demo --seconds 30 --report demo.html"));
+  return {arguments, [options] { return run(*options); }};
 }
 
 }  // namespace plenum::host::tools

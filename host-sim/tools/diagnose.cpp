@@ -148,39 +148,41 @@ int run(const Options& options) {
 
 }  // namespace
 
-Command add_diagnose(CLI::App& program) {
+Command add_diagnose(Program& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = subcommand(
-      program, "diagnose",
+  Arguments arguments = program.command(
+      "diagnose",
       "Say where a simulated and a measured chamber part, which effect is missing, and how far it helps");
-  app->add_option("LOG", options->logs, "Logs of one chamber")->type_name("LOG.csv")->required();
+  arguments.option("LOG", options->logs, "Logs of one chamber").type_name("LOG.csv").required();
   options->input.add_to(
-      *app, "What is known of the rig: where calibration starts (needed, but for ventilator runs)");
-  app->add_option("--heldout", options->heldout,
-                  "Logs that errors are told on (default: the last 40 % of each LOG)")
-      ->type_name("HELD.csv")
-      ->allow_extra_args(false);
-  app->add_option(
-         "--baseline", options->baseline,
-         "Logs of the same chamber from before: find what has changed since, by effects or by the valve")
-      ->type_name("OLD.csv")
-      ->allow_extra_args(false);
-  app->add_option("--strike", options->strike, "Leave this effect out of the catalogue; repeatable")
-      ->type_name("ID")
-      ->allow_extra_args(false);
-  app->add_option("--report", options->report, "Page to write (default: none)")->type_name("FILE.html");
-  app->add_option("--save-rig", options->save_rig,
-                  "Write the rig with its valve as fitted and the effects found (default: do not)")
-      ->type_name("OUT.toml");
-  app->add_option(
-         "--save-model", options->save_model,
-         "Write the board's grey-box model with the valve as fitted and the effects found that it has "
-         "parameters for, and say what becomes of a sensor_bias (default: do not)")
-      ->type_name("MODEL.json");
-  options->output.add_to(*app);
-  app->footer(
+      arguments, "What is known of the rig: where calibration starts (needed, but for ventilator runs)");
+  arguments
+      .option("--heldout", options->heldout,
+              "Logs that errors are told on (default: the last 40 % of each LOG)")
+      .type_name("HELD.csv")
+      .one_at_a_time();
+  arguments
+      .option("--baseline", options->baseline,
+              "Logs of the same chamber from before: find what has changed since, by effects or by the valve")
+      .type_name("OLD.csv")
+      .one_at_a_time();
+  arguments.option("--strike", options->strike, "Leave this effect out of the catalogue; repeatable")
+      .type_name("ID")
+      .one_at_a_time();
+  arguments.option("--report", options->report, "Page to write (default: none)").type_name("FILE.html");
+  arguments
+      .option("--save-rig", options->save_rig,
+              "Write the rig with its valve as fitted and the effects found (default: do not)")
+      .type_name("OUT.toml");
+  arguments
+      .option("--save-model", options->save_model,
+              "Write the board's grey-box model with the valve as fitted and the effects found that it has "
+              "parameters for, and say what becomes of a sensor_bias (default: do not)")
+      .type_name("MODEL.json");
+  options->output.add_to(arguments);
+  arguments.footer(
       example("  plenum diagnose --rig logs/rig.toml logs/chamber-1.csv --json gap.json --report gap.html"));
-  return {app, [options] { return run(*options); }};
+  return {arguments, [options] { return run(*options); }};
 }
 
 }  // namespace plenum::host::tools

@@ -143,21 +143,21 @@ int run(const Options& options) {
 
 }  // namespace
 
-Command add_diff(CLI::App& program) {
+Command add_diff(Program& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = subcommand(
-      program, "diff",
+  Arguments arguments = program.command(
+      "diff",
       "Compare a model or a backup with what a board has, value by value; exit code 1 when they differ");
-  options->board.add_to(*app);
-  app->add_option("--chamber", options->chamber,
-                  "Chamber of the board, from 1 (default: the one in the model)")
-      ->check(CLI::Range(1, 8));
-  app->add_option("FILE", options->file, "A model, or what plenum backup wrote")
-      ->type_name("FILE.json")
-      ->required();
-  options->output.add_to(*app);
-  app->footer(example("  plenum diff --bus socketcand:127.0.0.1:29536/can0 --node 5 model-1.json"));
-  return {app, [options] { return run(*options); }};
+  options->board.add_to(arguments);
+  arguments
+      .option("--chamber", options->chamber, "Chamber of the board, from 1 (default: the one in the model)")
+      .within(1, 8);
+  arguments.option("FILE", options->file, "A model, or what plenum backup wrote")
+      .type_name("FILE.json")
+      .required();
+  options->output.add_to(arguments);
+  arguments.footer(example("  plenum diff --bus socketcand:127.0.0.1:29536/can0 --node 5 model-1.json"));
+  return {arguments, [options] { return run(*options); }};
 }
 
 }  // namespace plenum::host::tools

@@ -42,16 +42,14 @@ int run(const Options& options) {
 
 }  // namespace
 
-Command add_download(CLI::App& program) {
+Command add_download(Program& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = subcommand(program, "download", "Read the models of a board over CAN into model files");
-  options->board.add_to(*app);
-  app->add_option("-o,--out", options->out, "Folder for model-N.json")
-      ->type_name("DIR")
-      ->capture_default_str();
-  options->output.add_to(*app);
-  app->footer(example("  plenum download --store board -o models    # models/model-1.json ..."));
-  return {app, [options] { return run(*options); }};
+  Arguments arguments = program.command("download", "Read the models of a board over CAN into model files");
+  options->board.add_to(arguments);
+  arguments.option("-o,--out", options->out, "Folder for model-N.json").type_name("DIR").show_default();
+  options->output.add_to(arguments);
+  arguments.footer(example("  plenum download --store board -o models    # models/model-1.json ..."));
+  return {arguments, [options] { return run(*options); }};
 }
 
 }  // namespace plenum::host::tools

@@ -78,14 +78,14 @@ const Effect& effect_of(std::string_view id, std::string_view where) {
   throw trace::InputError(fmt::format("{}: '{}' is no effect, expected {}", where, id, ids));
 }
 
-Command add_effects(CLI::App& program) {
+Command add_effects(Program& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = subcommand(program, "effects",
-                             "List the effects that a diagnosis knows: equation, parameters, bounds, source");
-  app->add_option("ID", options->ids, "Only these (default: all)")->type_name("ID");
-  options->output.add_to(*app);
-  app->footer(example("  plenum effects spool_lag dead_time"));
-  return {app, [options] { return run(*options); }};
+  Arguments arguments = program.command(
+      "effects", "List the effects that a diagnosis knows: equation, parameters, bounds, source");
+  arguments.option("ID", options->ids, "Only these (default: all)").type_name("ID");
+  options->output.add_to(arguments);
+  arguments.footer(example("  plenum effects spool_lag dead_time"));
+  return {arguments, [options] { return run(*options); }};
 }
 
 }  // namespace plenum::host::tools

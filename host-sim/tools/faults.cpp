@@ -49,16 +49,16 @@ int run(const Options& options) {
 
 }  // namespace
 
-Command add_faults(CLI::App& program) {
+Command add_faults(Program& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = subcommand(
-      program, "faults",
+  Arguments arguments = program.command(
+      "faults",
       "The fault that stands on a board and those before it, with what to do; exit code 1 when one stands");
-  options->board.add_to(*app);
-  app->add_flag("--clear-history", options->clear_history, "Empty the history (1003h) after showing it");
-  options->output.add_to(*app);
-  app->footer(example("  plenum faults --bus socketcand:127.0.0.1:29536/can0 --node 5"));
-  return {app, [options] { return run(*options); }};
+  options->board.add_to(arguments);
+  arguments.flag("--clear-history", options->clear_history, "Empty the history (1003h) after showing it");
+  options->output.add_to(arguments);
+  arguments.footer(example("  plenum faults --bus socketcand:127.0.0.1:29536/can0 --node 5"));
+  return {arguments, [options] { return run(*options); }};
 }
 
 }  // namespace plenum::host::tools

@@ -27,7 +27,7 @@ constexpr std::array<std::string_view, 3> kModels{"tassa9", "tassa9r", kGreybox}
 struct Options {
   std::string model{kModels.front()};
   /// That only the 9-parameter forms have: given or not.
-  std::vector<const CLI::Option*> of_tassa9;
+  std::vector<Option> of_tassa9;
   LogInput input;
   std::vector<std::string> logs;
   std::vector<std::string> predict;
@@ -71,10 +71,10 @@ void print_fit(const Output& output, const identify::Tassa9Fit& fit, double stre
 }
 
 int run_greybox(const Options& options) {
-  for (const CLI::Option* const option : options.of_tassa9) {
-    if (option->count() > 0) {
+  for (const Option& option : options.of_tassa9) {
+    if (option.given()) {
       throw std::invalid_argument(
-          fmt::format("{}: the grey-box model has none, expected with --model tassa9", option->get_name()));
+          fmt::format("{}: the grey-box model has none, expected with --model tassa9", option.name()));
     }
   }
   const trace::RigDescription rig = options.input.rig();
@@ -141,49 +141,51 @@ int run(const Options& options) {
 
 }  // namespace
 
-Command add_identify(CLI::App& program) {
+Command add_identify(Program& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = subcommand(program, "identify", "Fit a model of a chamber to its logs");
-  app->add_option("LOG", options->logs, "Logs of one chamber")->type_name("LOG.csv")->required();
+  Arguments arguments = program.command("identify", "Fit a model of a chamber to its logs");
+  arguments.option("LOG", options->logs, "Logs of one chamber").type_name("LOG.csv").required();
   options->input.add_to(
-      *app,
+      arguments,
       "What is known of the rig; its supply and ambient pressure are used (default: 700 and 101.325 kPa)");
-  app->add_option("--model", options->model,
-                  "tassa9 as published; tassa9r: with the moving volume where the physics has it (for "
-                  "chambers that move "
-                  "fast); greybox: the chamber's physics, with the effects that the logs demand")
-      ->check(CLI::IsMember(std::vector<std::string>(kModels.begin(), kModels.end())))
-      ->capture_default_str();
-  CLI::Option* const c_gamma =
-      app->add_option(
-             "--c-gamma", options->c_gamma,
-             "Width of the kink at the valve's null [V]; auto tries 0.1 (the paper's), 0.2, 0.4, 0.8, 1.6")
-          ->type_name("V|auto")
-          ->capture_default_str();
-  CLI::Option* const stretch = app->add_option("--stretch", options->stretch_s,
-                                               "Free runs that the fit is refined on are this long [s]")
-                                   ->check(CLI::Range(0.02, 60.0))
-                                   ->capture_default_str();
-  CLI::Option* const no_free_run = app->add_flag("!--no-free-run", options->free_run,
-                                                 "Stop after the fit of the next tick (default: refine)");
+  arguments
+      .option("--model", options->model,
+              "tassa9 as published; tassa9r: with the moving volume where the physics has it (for chambers "
+              "that move fast); greybox: the chamber's physics, with the effects that the logs demand")
+      .one_of(std::vector<std::string>(kModels.begin(), kModels.end()))
+      .show_default();
+  const Option c_gamma =
+      arguments
+          .option(
+              "--c-gamma", options->c_gamma,
+              "Width of the kink at the valve's null [V]; auto tries 0.1 (the paper's), 0.2, 0.4, 0.8, 1.6")
+          .type_name("V|auto")
+          .show_default();
+  const Option stretch =
+      arguments
+          .option("--stretch", options->stretch_s, "Free runs that the fit is refined on are this long [s]")
+          .within(0.02, 60.0)
+          .show_default();
+  const Option no_free_run = arguments.flag("!--no-free-run", options->free_run,
+                                            "Stop after the fit of the next tick (default: refine)");
   options->of_tassa9 = {c_gamma, stretch, no_free_run};
-  app->add_option("--predict", options->predict,
-                  "Predict these logs in free runs of 2 s (greybox: in one), and tell the "
-                  "error")
-      ->type_name("LOG.csv");
-  app->add_option("--chamber", options->chamber,
-                  "Chamber of the board, from 1 (default: N of "
-                  "chamber-N.csv)")
-      ->check(CLI::Range(1, 8));
-  app->add_option("-o,--out", options->out, "Model file to write")->type_name("FILE")->capture_default_str();
-  app->add_option("--report", options->report,
-                  "Page to write: predictions against the logs, parameters, curves (default: none)")
-      ->type_name("FILE.html");
-  options->output.add_to(*app);
-  app->footer(example(
+  arguments
+      .option("--predict", options->predict,
+              "Predict these logs in free runs of 2 s (greybox: in one), and tell the error")
+      .type_name("LOG.csv");
+  arguments
+      .option("--chamber", options->chamber, "Chamber of the board, from 1 (default: N of chamber-N.csv)")
+      .within(1, 8);
+  arguments.option("-o,--out", options->out, "Model file to write").type_name("FILE").show_default();
+  arguments
+      .option("--report", options->report,
+              "Page to write: predictions against the logs, parameters, curves (default: none)")
+      .type_name("FILE.html");
+  options->output.add_to(arguments);
+  arguments.footer(example(
       "  plenum identify --rig first/rig.toml first/chamber-1.csv -o model-1.json --report fit-1.html\n"
       "  plenum identify --model greybox --rig first/rig.toml first/chamber-1.csv -o model-1.json"));
-  return {app, [options] { return run(*options); }};
+  return {arguments, [options] { return run(*options); }};
 }
 
 }  // namespace plenum::host::tools

@@ -154,14 +154,14 @@ int run(const Options& options) {
 
 }  // namespace
 
-Command add_info(CLI::App& program) {
+Command add_info(Program& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app =
-      subcommand(program, "info", "One board whole: identity, versions, state, health, models, settings");
-  options->board.add_to(*app);
-  options->output.add_to(*app);
-  app->footer(example("  plenum info --bus socketcand:127.0.0.1:29536/can0 --node 5"));
-  return {app, [options] { return run(*options); }};
+  Arguments arguments =
+      program.command("info", "One board whole: identity, versions, state, health, models, settings");
+  options->board.add_to(arguments);
+  options->output.add_to(arguments);
+  arguments.footer(example("  plenum info --bus socketcand:127.0.0.1:29536/can0 --node 5"));
+  return {arguments, [options] { return run(*options); }};
 }
 
 }  // namespace plenum::host::tools

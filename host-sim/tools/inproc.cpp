@@ -1,7 +1,6 @@
 #include "host-sim/tools/inproc.hpp"
 
 #include <fmt/format.h>
-#include <CLI/CLI.hpp>
 
 #include <charconv>
 #include <cmath>
@@ -11,6 +10,7 @@
 #include "host-sim/effects/catalogue.hpp"
 #include "host-sim/rig/rig.hpp"
 #include "host-sim/rig/standard_rigs.hpp"
+#include "host-sim/tools/command_line.hpp"
 #include "host-sim/trace/input_error.hpp"
 #include "host-sim/trace/log_csv.hpp"
 
@@ -73,30 +73,29 @@ void switch_on(std::string_view option, Figures& effects) {
 
 }  // namespace
 
-void RigChoice::add_to(CLI::App& app) {
-  app.add_option("--plant", plant, "Valves: measured MPYE tables, or thin-plate orifices")
-      ->check(CLI::IsMember({"mpye", "thin-plate"}))
-      ->capture_default_str();
-  app.add_option("--rig", rig_file,
-                 "What is known of the rig (default: 7 bar supply, 1 bar ambient, absolute)")
-      ->type_name("RIG.toml");
-  app.add_option("--effect", effects,
-                 "Switch on what the nominal model leaves out (thin-plate only; repeatable): ID=VALUE of its "
-                 "first parameter, or ID=PARAMETER:VALUE,.. of `plenum effects`")
-      ->type_name("ID=VALUE")
-      ->allow_extra_args(false);
-  app.add_option("--chambers", chambers, "Chambers of a board")
-      ->check(CLI::Range(1, 8))
-      ->capture_default_str();
-  app.add_option("--seed", seed, "Seed of volumes, noise and excitation: the same seed repeats every bit")
-      ->check(CLI::Range(0U, 4294967295U))
-      ->type_name("INT")
-      ->capture_default_str();
-  app.add_option("--volume-swing", volume_swing, "How far volumes move: amplitude over mean; 0: not at all")
-      ->check(CLI::Range(0.0, 0.9))
-      ->capture_default_str();
-  app.add_flag("--spool,!--no-spool", spool,
-               "Valve spools lag by 65 Hz, damping 0.7 (mpye only; default: on)");
+void RigChoice::add_to(Arguments& arguments) {
+  arguments.option("--plant", plant, "Valves: measured MPYE tables, or thin-plate orifices")
+      .one_of({"mpye", "thin-plate"})
+      .show_default();
+  arguments
+      .option("--rig", rig_file, "What is known of the rig (default: 7 bar supply, 1 bar ambient, absolute)")
+      .type_name("RIG.toml");
+  arguments
+      .option("--effect", effects,
+              "Switch on what the nominal model leaves out (thin-plate only; repeatable): ID=VALUE of its "
+              "first parameter, or ID=PARAMETER:VALUE,.. of `plenum effects`")
+      .type_name("ID=VALUE")
+      .one_at_a_time();
+  arguments.option("--chambers", chambers, "Chambers of a board").within(1, 8).show_default();
+  arguments.option("--seed", seed, "Seed of volumes, noise and excitation: the same seed repeats every bit")
+      .within(0U, 4294967295U)
+      .type_name("INT")
+      .show_default();
+  arguments.option("--volume-swing", volume_swing, "How far volumes move: amplitude over mean; 0: not at all")
+      .within(0.0, 0.9)
+      .show_default();
+  arguments.flag("--spool,!--no-spool", spool,
+                 "Valve spools lag by 65 Hz, damping 0.7 (mpye only; default: on)");
 }
 
 trace::RigDescription RigChoice::description() const {

@@ -11,15 +11,13 @@
 #include "host-sim/trace/log.hpp"
 #include "host-sim/trace/rig_toml.hpp"
 
-namespace CLI {
-class App;
-}
-
 namespace plenum::host::rig {
 struct RigConfig;
 }
 
 namespace plenum::host::tools {
+
+class Arguments;
 
 /// --plant, --rig, --effect, --chambers, --seed, --volume-swing, --spool.
 struct RigChoice {
@@ -32,7 +30,7 @@ struct RigChoice {
   double volume_swing = 0.2;
   bool spool = true;
 
-  void add_to(CLI::App& app);
+  void add_to(Arguments& arguments);
   /// What its user knows of the rig: the file's, or the standard rig's, without the effects of --effect: those are
   /// what its user would have to find. Throws InputError, also for a rate or an averaging time that a board does
   /// not have.

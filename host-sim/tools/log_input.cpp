@@ -1,13 +1,13 @@
 #include "host-sim/tools/log_input.hpp"
 
 #include <fmt/format.h>
-#include <CLI/CLI.hpp>
 
 #include <filesystem>
 #include <stdexcept>
 
 #include "host-sim/diagnose/log_check.hpp"
 #include "host-sim/rig/effects_chamber.hpp"
+#include "host-sim/tools/command_line.hpp"
 #include "host-sim/trace/input_error.hpp"
 #include "host-sim/trace/log_csv.hpp"
 #include "host-sim/trace/respiraworks.hpp"
@@ -21,12 +21,12 @@ constexpr double kRespiraworksSupply_Pa = 110'000.0;
 
 }  // namespace
 
-void LogInput::add_to(CLI::App& app, const std::string& rig_help) {
-  command_ = app.get_name();
-  app.add_option("--rig", rig_file_, rig_help)->type_name("RIG.toml");
-  app.add_option("--format", format_, "Of the logs: csv, or respiraworks (ventilator runs)")
-      ->check(CLI::IsMember({"csv", kRespiraworks}))
-      ->capture_default_str();
+void LogInput::add_to(Arguments& arguments, const std::string& rig_help) {
+  command_ = arguments.name();
+  arguments.option("--rig", rig_file_, rig_help).type_name("RIG.toml");
+  arguments.option("--format", format_, "Of the logs: csv, or respiraworks (ventilator runs)")
+      .one_of({"csv", kRespiraworks})
+      .show_default();
 }
 
 bool LogInput::of_ventilator() const {

@@ -8,16 +8,14 @@
 #include "host-sim/trace/log.hpp"
 #include "host-sim/trace/rig_toml.hpp"
 
-namespace CLI {
-class App;
-}
-
 namespace plenum::host::tools {
+
+class Arguments;
 
 class LogInput {
  public:
   /// Declares --rig, explained by `rig_help`, and --format.
-  void add_to(CLI::App& app, const std::string& rig_help);
+  void add_to(Arguments& arguments, const std::string& rig_help);
 
   /// The rig of --rig, else the defaults; without one, ventilator runs are of their own supply. Throws
   /// trace::InputError, also for effects that the catalogue does not have.

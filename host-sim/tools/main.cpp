@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "host-sim/identify/cannot_identify.hpp"
 #include "host-sim/tools/arguments.hpp"
 #include "host-sim/tools/command.hpp"
+#include "host-sim/tools/command_line.hpp"
 #include "host-sim/tools/output.hpp"
 #include "host-sim/trace/input_error.hpp"
 
@@ -28,10 +30,10 @@ int fail(int code, const std::string& command, std::string message) {
 }
 
 int run(const tools::Command& command) {
-  const std::string name = fmt::format("plenum {}", command.app->get_name());
+  const std::string name = fmt::format("plenum {}", command.arguments.name());
   try {
-    tools::require_finite_numbers(*command.app);
-    tools::require_files_apart(*command.app);
+    tools::require_finite_numbers(command.arguments);
+    tools::require_files_apart(command.arguments);
     const int code = command.run();
     tools::require_printed();
     return code;
@@ -50,8 +52,8 @@ int run(const tools::Command& command) {
   }
 }
 
-int help(const CLI::App& program, const CLI::Success& asked) {
-  program.exit(asked);
+/// That it was printed is all that the command line asked for.
+int printed() {
   try {
     tools::require_printed();
   } catch (const trace::InputError& error) {
@@ -64,12 +66,11 @@ int help(const CLI::App& program, const CLI::Success& asked) {
 
 int main(int argc, char** argv) {
   tools::hold_closed_streams();
-  CLI::App program{
+  tools::Program program(
+      "plenum",
       "Plenum: simulate valve-controlled pressure chambers, identify them, and regulate them through their "
-      "board."};
-  program.name("plenum");
-  program.set_version_flag("--version", kVersion, "Print the version and exit");
-  program.require_subcommand(1);
+      "board.",
+      kVersion);
   program.footer(
       "Exit codes: 0 done; 1 done, and the answer is a failure; 2 bad usage or input; 3 could not be "
       "computed.\n"
@@ -86,23 +87,21 @@ int main(int argc, char** argv) {
 
   const auto chosen = [&] {
     return std::find_if(commands.begin(), commands.end(),
-                        [](const tools::Command& command) { return command.app->parsed(); });
+                        [](const tools::Command& command) { return command.arguments.given(); });
   };
   try {
-    program.parse(argc, argv);
-  } catch (const CLI::Success& asked) {
-    return help(program, asked);
-  } catch (const CLI::ParseError& error) {
+    if (!program.parse(argc, argv)) return printed();
+  } catch (const std::invalid_argument& error) {
     const auto command = chosen();
     if (command == commands.end() && argc > 1 && argv[1][0] != '-') {
       std::vector<std::string> names;
       names.reserve(commands.size());
-      for (const tools::Command& one : commands) names.push_back(one.app->get_name());
+      for (const tools::Command& one : commands) names.push_back(one.arguments.name());
       return fail(tools::kBadInput, "plenum",
                   fmt::format("'{}' is no command, expected {}", argv[1], fmt::join(names, ", ")));
     }
     const std::string name = command == commands.end() ? std::string("plenum")
-                                                       : fmt::format("plenum {}", command->app->get_name());
+                                                       : fmt::format("plenum {}", command->arguments.name());
     return fail(tools::kBadInput, name, fmt::format("{} (see {} --help)", error.what(), name));
   }
   return run(*chosen());

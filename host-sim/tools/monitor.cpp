@@ -26,7 +26,7 @@ struct Options {
   int web_port = -1;
   std::string web_address = "127.0.0.1";
   std::string udp;
-  CLI::Option* web = nullptr;
+  std::optional<Option> web;
   Output output;
 };
 
@@ -69,7 +69,7 @@ int run(const Options& options) {
   std::optional<UdpView> udp;
   if (!options.udp.empty()) udp.emplace(options.udp);
   std::optional<WebView> web;
-  if (options.web->count() > 0) {
+  if (options.web->given()) {
     const int port = options.web_port < 0 ? kDefaultPort : options.web_port;
     web.emplace(options.web_address, static_cast<std::uint16_t>(port), monitor_page());
     fmt::print(stderr, "live page: {} (Ctrl-C ends)\n", web->url());
@@ -119,45 +119,45 @@ int run(const Options& options) {
 
 }  // namespace
 
-Command add_monitor(CLI::App& program) {
+Command add_monitor(Program& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = subcommand(
-      program, "monitor",
+  Arguments arguments = program.command(
+      "monitor",
       "Watch a board live, in the terminal, a browser or PlotJuggler. It listens to what the board sends by "
-      "default and "
-      "changes nothing, unless --stream asks for more; exit code 1 when nothing was heard");
-  options->board.add_to(*app);
-  app->add_option("--seconds", options->seconds, "How long; 0: until Ctrl-C [s]")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
-  app->add_option("--rate", options->rate_Hz, "How often it is shown [Hz]")
-      ->check(CLI::Range(0.1, 100.0))
-      ->capture_default_str();
-  app->add_flag(
+      "default and changes nothing, unless --stream asks for more; exit code 1 when nothing was heard");
+  options->board.add_to(arguments);
+  arguments.option("--seconds", options->seconds, "How long; 0: until Ctrl-C [s]")
+      .not_negative()
+      .show_default();
+  arguments.option("--rate", options->rate_Hz, "How often it is shown [Hz]")
+      .within(0.1, 100.0)
+      .show_default();
+  arguments.flag(
       "--stream", options->stream,
       "Let the board send command and volume, too: borrows its TPDOs 5 to 12 and gives them back at the end");
-  app->add_option("--largest-volume", options->largest_volume_mL, "What the stream's volume can show [mL]")
-      ->check(CLI::Range(1.0, 6'500'000.0))
-      ->capture_default_str();
-  options->web =
-      app->add_option(
-             "--web", options->web_port,
-             fmt::format("Serve one live page on this port (default: {}; 0: any free one)", kDefaultPort))
-          ->type_name("PORT")
-          ->expected(0, 1)
-          ->check(CLI::Range(0, 65535));
-  app->add_option("--web-address", options->web_address,
-                  "Of this machine, for the page: others can read it then")
-      ->type_name("IPV4")
-      ->capture_default_str();
-  app->add_option("--udp", options->udp,
-                  "Send each view as a JSON datagram; PlotJuggler: UDP server, JSON, timestamp")
-      ->type_name("HOST:PORT");
-  options->output.add_to(*app);
-  app->footer(example(
+  arguments.option("--largest-volume", options->largest_volume_mL, "What the stream's volume can show [mL]")
+      .within(1.0, 6'500'000.0)
+      .show_default();
+  options->web = arguments
+                     .option("--web", options->web_port,
+                             fmt::format("Serve one live page on this port (default: {}; 0: any free one)",
+                                         kDefaultPort))
+                     .type_name("PORT")
+                     .value_optional()
+                     .within(0, 65535);
+  arguments
+      .option("--web-address", options->web_address, "Of this machine, for the page: others can read it then")
+      .type_name("IPV4")
+      .show_default();
+  arguments
+      .option("--udp", options->udp,
+              "Send each view as a JSON datagram; PlotJuggler: UDP server, JSON, timestamp")
+      .type_name("HOST:PORT");
+  options->output.add_to(arguments);
+  arguments.footer(example(
       "  plenum monitor --bus socketcand:127.0.0.1:29536/can0 --node 5\n"
       "  plenum monitor --bus socketcand:127.0.0.1:29536/can0 --node 5 --stream --web --udp 127.0.0.1:9870"));
-  return {app, [options] { return run(*options); }};
+  return {arguments, [options] { return run(*options); }};
 }
 
 }  // namespace plenum::host::tools

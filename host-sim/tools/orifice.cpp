@@ -287,40 +287,41 @@ int run(const Options& options) {
 
 }  // namespace
 
-Command add_orifice(CLI::App& program) {
+Command add_orifice(Program& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = subcommand(
-      program, "orifice",
+  Arguments arguments = program.command(
+      "orifice",
       "Fit an orifice, a leak or a valve held open, to the pressure of a vessel that fills or empties");
-  app->add_option("LOG", options->logs, "Logs of a chamber at one command and one volume: an orifice each")
-      ->type_name("LOG.csv")
-      ->required();
+  arguments.option("LOG", options->logs, "Logs of a chamber at one command and one volume: an orifice each")
+      .type_name("LOG.csv")
+      .required();
   options->input.add_to(
-      *app,
-      "What is known of the rig: the far side is its ambient pressure, of a vessel that fills "
-      "its supply or the log's supply_Pa; the gas has its temperature (default: 700 and 101.325 kPa, 293.15 "
-      "K)");
-  app->add_option("--from", options->from_s, "Leave out what is before [s]")->capture_default_str();
-  app->add_option("--to", options->to_s, "Leave out what is from there on [s] (default: the log's end)");
-  app->add_option("--exponent", options->exponent,
-                  "Of the gas in the vessel: 1.4 adiabatic, where it takes seconds; 1 isothermal, a leak of "
-                  "minutes")
-      ->check(CLI::Range(1.0, 1.4))
-      ->capture_default_str();
-  app->add_flag("--thin-plate", options->thin_plate,
-                "Hold the flow's shape at that of a thin plate, for a vessel whose pressure hardly changes "
-                "(default: fit it)");
-  app->add_option(
-         "--most-subsonic-index", options->most_index,
-         "The subsonic index lies below: no valve's is above 1, but a leak through pores asks for more")
-      ->check(CLI::Range(0.5, 100.0))
-      ->capture_default_str();
-  app->add_option("--report", options->report, "Page to write: pressure against its free run (default: none)")
-      ->type_name("FILE.html");
-  options->output.add_to(*app);
-  app->footer(
+      arguments,
+      "What is known of the rig: the far side is its ambient pressure, of a vessel that fills its supply or "
+      "the log's supply_Pa; the gas has its temperature (default: 700 and 101.325 kPa, 293.15 K)");
+  arguments.option("--from", options->from_s, "Leave out what is before [s]").show_default();
+  arguments.option("--to", options->to_s, "Leave out what is from there on [s] (default: the log's end)");
+  arguments
+      .option(
+          "--exponent", options->exponent,
+          "Of the gas in the vessel: 1.4 adiabatic, where it takes seconds; 1 isothermal, a leak of minutes")
+      .within(1.0, 1.4)
+      .show_default();
+  arguments.flag("--thin-plate", options->thin_plate,
+                 "Hold the flow's shape at that of a thin plate, for a vessel whose pressure hardly changes "
+                 "(default: fit it)");
+  arguments
+      .option("--most-subsonic-index", options->most_index,
+              "The subsonic index lies below: no valve's is above 1, but a leak through pores asks for more")
+      .within(0.5, 100.0)
+      .show_default();
+  arguments
+      .option("--report", options->report, "Page to write: pressure against its free run (default: none)")
+      .type_name("FILE.html");
+  options->output.add_to(arguments);
+  arguments.footer(
       example("  plenum orifice --rig rig.toml --exponent 1 sealed-for-a-minute.csv --report leak.html"));
-  return {app, [options] { return run(*options); }};
+  return {arguments, [options] { return run(*options); }};
 }
 
 }  // namespace plenum::host::tools

@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <unistd.h>
-#include <CLI/CLI.hpp>
 
 #include <cerrno>
 #include <cmath>
@@ -10,14 +9,15 @@
 #include <cstring>
 #include <system_error>
 
+#include "host-sim/tools/command_line.hpp"
 #include "host-sim/trace/input_error.hpp"
 #include "host-sim/trace/whole_file.hpp"
 
 namespace plenum::host::tools {
 
-void Output::add_to(CLI::App& app) {
-  app.add_option("--json", json_, "Write the result as JSON to this file; - for standard output")
-      ->type_name("FILE");
+void Output::add_to(Arguments& arguments) {
+  arguments.option("--json", json_, "Write the result as JSON to this file; - for standard output")
+      .type_name("FILE");
 }
 
 void Output::announce(const std::string& line) const {

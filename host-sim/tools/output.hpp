@@ -9,11 +9,9 @@
 #include <optional>
 #include <string>
 
-namespace CLI {
-class App;
-}
-
 namespace plenum::host::tools {
+
+class Arguments;
 
 using Json = nlohmann::ordered_json;
 
@@ -22,7 +20,7 @@ using Json = nlohmann::ordered_json;
 class Output {
  public:
   /// Declares --json.
-  void add_to(CLI::App& app);
+  void add_to(Arguments& arguments);
 
   template <class... Args>
   void print(fmt::format_string<Args...> format, Args&&... args) const {

@@ -70,18 +70,18 @@ int run(const Options& options) {
 
 }  // namespace
 
-Command add_record(CLI::App& program) {
+Command add_record(Program& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = subcommand(program, "record", "Record the frames of a bus, in the log format of can-utils");
-  app->add_option("--bus", options->bus, fmt::format("The bus to listen to: {}", client::kOutsideForms))
-      ->type_name("BUS")
-      ->required();
-  app->add_option("--seconds", options->seconds, "How long (default, and 0: until Ctrl-C)")
-      ->check(CLI::Range(0.0, 1e6));
-  app->add_option("-o,--out", options->out, "The log")->type_name("FILE.log")->required();
-  options->output.add_to(*app);
-  app->footer(example("  plenum record --bus socketcand:127.0.0.1:29536/can0 --seconds 10 -o bus.log"));
-  return {app, [options] { return run(*options); }};
+  Arguments arguments =
+      program.command("record", "Record the frames of a bus, in the log format of can-utils");
+  arguments.option("--bus", options->bus, fmt::format("The bus to listen to: {}", client::kOutsideForms))
+      .type_name("BUS")
+      .required();
+  arguments.option("--seconds", options->seconds, "How long (default, and 0: until Ctrl-C)").within(0.0, 1e6);
+  arguments.option("-o,--out", options->out, "The log").type_name("FILE.log").required();
+  options->output.add_to(arguments);
+  arguments.footer(example("  plenum record --bus socketcand:127.0.0.1:29536/can0 --seconds 10 -o bus.log"));
+  return {arguments, [options] { return run(*options); }};
 }
 
 }  // namespace plenum::host::tools

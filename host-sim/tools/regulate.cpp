@@ -93,41 +93,39 @@ int run(const Options& options) {
 
 }  // namespace
 
-Command add_regulate(CLI::App& program) {
+Command add_regulate(Program& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = subcommand(program, "regulate",
-                             "Let a board regulate its chambers to a reference at 100 Hz, and record how "
-                             "well it does; Ctrl-C ends it early, with the rows so far");
-  options->board.add_to(*app);
-  app->add_option("--reference", options->kind, "What to follow")
-      ->check(CLI::IsMember({"sine", "steps", "trapezoid", "random"}))
-      ->capture_default_str();
-  app->add_option("--mean", options->mean_kPa, "Middle of the reference [kPa, absolute]")
-      ->capture_default_str();
-  app->add_option("--amplitude", options->amplitude_kPa, "From the middle to the farthest [kPa]")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
-  app->add_option("--frequency", options->frequency_Hz,
-                  "Of the reference; of its fastest part if random [Hz]")
-      ->check(CLI::Range(0.01, 49.0))
-      ->capture_default_str();
-  app->add_option("--seconds", options->seconds, "Length [s]")
-      ->check(CLI::Range(1.0, 36000.0))
-      ->capture_default_str();
-  app->add_option(
-         "--preview", options->preview_ticks,
-         "How many ticks ahead the board is told of the reference: at least a valve's delay and 2, to follow "
-         "without lag")
-      ->check(CLI::Range(0, 8))
-      ->type_name("TICKS")
-      ->capture_default_str();
-  app->add_option("-o,--out", options->out, "Folder for chamber-N.csv and rig.toml")
-      ->type_name("DIR")
-      ->capture_default_str();
-  options->output.add_to(*app);
-  app->footer(
+  Arguments arguments =
+      program.command("regulate",
+                      "Let a board regulate its chambers to a reference at 100 Hz, and record how well it "
+                      "does; Ctrl-C ends it early, with the rows so far");
+  options->board.add_to(arguments);
+  arguments.option("--reference", options->kind, "What to follow")
+      .one_of({"sine", "steps", "trapezoid", "random"})
+      .show_default();
+  arguments.option("--mean", options->mean_kPa, "Middle of the reference [kPa, absolute]").show_default();
+  arguments.option("--amplitude", options->amplitude_kPa, "From the middle to the farthest [kPa]")
+      .not_negative()
+      .show_default();
+  arguments
+      .option("--frequency", options->frequency_Hz, "Of the reference; of its fastest part if random [Hz]")
+      .within(0.01, 49.0)
+      .show_default();
+  arguments.option("--seconds", options->seconds, "Length [s]").within(1.0, 36000.0).show_default();
+  arguments
+      .option("--preview", options->preview_ticks,
+              "How many ticks ahead the board is told of the reference: at least a valve's delay and 2, to "
+              "follow without lag")
+      .within(0, 8)
+      .type_name("TICKS")
+      .show_default();
+  arguments.option("-o,--out", options->out, "Folder for chamber-N.csv and rig.toml")
+      .type_name("DIR")
+      .show_default();
+  options->output.add_to(arguments);
+  arguments.footer(
       example("  plenum regulate --store board --reference sine --frequency 2 --amplitude 80 -o tracked"));
-  return {app, [options] { return run(*options); }};
+  return {arguments, [options] { return run(*options); }};
 }
 
 }  // namespace plenum::host::tools

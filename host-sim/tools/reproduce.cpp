@@ -77,15 +77,15 @@ int run(const Options& options) {
 
 }  // namespace
 
-Command add_reproduce(CLI::App& program) {
+Command add_reproduce(Program& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = subcommand(program, "reproduce",
-                             "Set what five papers state beside what their models and methods give here");
-  app->add_option("--paper", options->paper, "Only this one, from 1 (default: all)")->type_name("N");
-  app->add_option("--report", options->report, "Page to write (default: none)")->type_name("FILE.html");
-  options->output.add_to(*app);
-  app->footer(example("  plenum reproduce --paper 4 --report papers.html"));
-  return {app, [options] { return run(*options); }};
+  Arguments arguments = program.command(
+      "reproduce", "Set what five papers state beside what their models and methods give here");
+  arguments.option("--paper", options->paper, "Only this one, from 1 (default: all)").type_name("N");
+  arguments.option("--report", options->report, "Page to write (default: none)").type_name("FILE.html");
+  options->output.add_to(arguments);
+  arguments.footer(example("  plenum reproduce --paper 4 --report papers.html"));
+  return {arguments, [options] { return run(*options); }};
 }
 
 }  // namespace plenum::host::tools

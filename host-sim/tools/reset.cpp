@@ -71,20 +71,20 @@ int run(const Options& options) {
 
 }  // namespace
 
-Command add_reset(CLI::App& program) {
+Command add_reset(Program& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app =
-      subcommand(program, "reset", "Clear a board's fault, or start the board or its communication anew");
-  options->board.add_to(*app);
-  app->add_flag("--fault", options->fault,
-                "Clear the standing fault once its cause is gone; the board is DISABLED then");
-  app->add_flag("--restart", options->restart,
-                "NMT reset node: outputs go to their safe state, the board starts anew");
-  app->add_flag("--communication", options->communication,
-                "NMT reset communication: identifiers and PDOs as stored, outputs go to their safe state");
-  options->output.add_to(*app);
-  app->footer(example("  plenum reset --fault --bus socketcand:127.0.0.1:29536/can0 --node 5"));
-  return {app, [options] { return run(*options); }};
+  Arguments arguments =
+      program.command("reset", "Clear a board's fault, or start the board or its communication anew");
+  options->board.add_to(arguments);
+  arguments.flag("--fault", options->fault,
+                 "Clear the standing fault once its cause is gone; the board is DISABLED then");
+  arguments.flag("--restart", options->restart,
+                 "NMT reset node: outputs go to their safe state, the board starts anew");
+  arguments.flag("--communication", options->communication,
+                 "NMT reset communication: identifiers and PDOs as stored, outputs go to their safe state");
+  options->output.add_to(arguments);
+  arguments.footer(example("  plenum reset --fault --bus socketcand:127.0.0.1:29536/can0 --node 5"));
+  return {arguments, [options] { return run(*options); }};
 }
 
 }  // namespace plenum::host::tools

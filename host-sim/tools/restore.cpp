@@ -131,26 +131,26 @@ int run(const Options& options) {
 
 }  // namespace
 
-Command add_restore(CLI::App& program) {
+Command add_restore(Program& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app =
-      subcommand(program, "restore",
-                 "Give a board the settings and models of a backup; read back, and stored on the board; exit "
-                 "code 1 when it is not as in the backup then");
-  options->board.add_to(*app);
-  app->add_flag("--settings-only", options->settings_only,
-                "Leave the models alone; needed for a backup whose models are of another schema");
-  app->add_flag("--partial", options->partial,
-                "Leave alone the settings that the backup lacks, as one of an older firmware may");
-  app->add_flag("--no-save", options->no_save,
-                "Do not store: the settings hold until the board's next start");
-  app->add_flag(
+  Arguments arguments =
+      program.command("restore",
+                      "Give a board the settings and models of a backup; read back, and stored on the board; "
+                      "exit code 1 when it is not as in the backup then");
+  options->board.add_to(arguments);
+  arguments.flag("--settings-only", options->settings_only,
+                 "Leave the models alone; needed for a backup whose models are of another schema");
+  arguments.flag("--partial", options->partial,
+                 "Leave alone the settings that the backup lacks, as one of an older firmware may");
+  arguments.flag("--no-save", options->no_save,
+                 "Do not store: the settings hold until the board's next start");
+  arguments.flag(
       "--force", options->force,
       "Take models that the board doubts: its own log says they predict worse, or they are of another valve");
-  app->add_option("FILE", options->file, "What plenum backup wrote")->type_name("FILE.json")->required();
-  options->output.add_to(*app);
-  app->footer(example("  plenum restore --bus socketcand:127.0.0.1:29536/can0 --node 5 node-5.json"));
-  return {app, [options] { return run(*options); }};
+  arguments.option("FILE", options->file, "What plenum backup wrote").type_name("FILE.json").required();
+  options->output.add_to(arguments);
+  arguments.footer(example("  plenum restore --bus socketcand:127.0.0.1:29536/can0 --node 5 node-5.json"));
+  return {arguments, [options] { return run(*options); }};
 }
 
 }  // namespace plenum::host::tools

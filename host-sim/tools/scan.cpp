@@ -84,22 +84,21 @@ int run(const Options& options) {
 
 }  // namespace
 
-Command add_scan(CLI::App& program) {
+Command add_scan(Program& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = subcommand(program, "scan",
-                             "Find the nodes of a bus: identity, state, models, faults. Listens "
-                             "first, and asks the ids of 1..127 that "
-                             "are silent one by one");
-  options->board.add_to(*app);
-  app->add_option(
-         "--seconds", options->seconds,
-         "How long to listen, the last 0.4 s of it while asking; a node whose heartbeat is slower shows no "
-         "NMT state [s]")
-      ->check(CLI::Range(0.05, 60.0))
-      ->capture_default_str();
-  options->output.add_to(*app);
-  app->footer(example("  plenum scan --bus socketcand:127.0.0.1:29536/can0"));
-  return {app, [options] { return run(*options); }};
+  Arguments arguments = program.command("scan",
+                                        "Find the nodes of a bus: identity, state, models, faults. Listens "
+                                        "first, and asks the ids of 1..127 that are silent one by one");
+  options->board.add_to(arguments);
+  arguments
+      .option("--seconds", options->seconds,
+              "How long to listen, the last 0.4 s of it while asking; a node whose heartbeat is slower shows "
+              "no NMT state [s]")
+      .within(0.05, 60.0)
+      .show_default();
+  options->output.add_to(arguments);
+  arguments.footer(example("  plenum scan --bus socketcand:127.0.0.1:29536/can0"));
+  return {arguments, [options] { return run(*options); }};
 }
 
 }  // namespace plenum::host::tools

@@ -28,13 +28,13 @@ std::string log_name(unsigned boards, unsigned board, unsigned chamber) {
 }
 
 /// What does not go together. Throws std::invalid_argument.
-void require_one_use(const CLI::App& app, const Options& options) {
+void require_one_use(const Arguments& arguments, const Options& options) {
   for (const char* option : {"--store", "--speed"}) {
-    if (!options.bus.empty() || app.count(option) == 0) continue;
+    if (!options.bus.empty() || !arguments.given(option)) continue;
     throw std::invalid_argument(
         fmt::format("{} without --bus, expected --bus socketcand:HOST:PORT/CHANNEL", option));
   }
-  if (!options.bus.empty() && app.count("--out") != 0) {
+  if (!options.bus.empty() && arguments.given("--out")) {
     throw std::invalid_argument(
         "--out with --bus, expected one of them: a rig that is served writes no logs");
   }
@@ -118,37 +118,37 @@ int write_logs(const Options& options) {
 
 }  // namespace
 
-Command add_sim(CLI::App& program) {
+Command add_sim(Program& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app = subcommand(
-      program, "sim",
-      "Simulate a rig under excitation, and write a log a chamber; or serve it on a bus in real time");
-  app->add_option("--bus", options->bus,
-                  "Serve the rig to other programs, in real time; port 0: any free one")
-      ->type_name("socketcand:HOST:PORT/CHANNEL");
-  app->add_option("--store", options->store, "With --bus: folder that keeps what the boards store")
-      ->type_name("DIR");
-  app->add_option("--speed", options->speed, "With --bus: seconds of the rig in one of the clock")
-      ->check(CLI::Range(0.01, 100.0))
-      ->capture_default_str();
-  options->rig.add_to(*app);
-  app->add_option("--boards", options->rig.boards, "Boards on the bus; they are excited one after the other")
-      ->check(CLI::Range(1, 16))
-      ->capture_default_str();
-  app->add_option(
-         "--seconds", options->seconds,
-         "Length of each log [s] (default: 60); with --bus how long to serve (default, and 0: until Ctrl-C)")
-      ->check(CLI::Range(0.0, 36000.0));
-  app->add_option("-o,--out", options->out, "Folder for the logs and for rig.toml")
-      ->type_name("DIR")
-      ->capture_default_str();
-  options->output.add_to(*app);
-  app->footer(example(
+  Arguments arguments = program.command(
+      "sim", "Simulate a rig under excitation, and write a log a chamber; or serve it on a bus in real time");
+  arguments
+      .option("--bus", options->bus, "Serve the rig to other programs, in real time; port 0: any free one")
+      .type_name("socketcand:HOST:PORT/CHANNEL");
+  arguments.option("--store", options->store, "With --bus: folder that keeps what the boards store")
+      .type_name("DIR");
+  arguments.option("--speed", options->speed, "With --bus: seconds of the rig in one of the clock")
+      .within(0.01, 100.0)
+      .show_default();
+  options->rig.add_to(arguments);
+  arguments.option("--boards", options->rig.boards, "Boards on the bus; they are excited one after the other")
+      .within(1, 16)
+      .show_default();
+  arguments
+      .option(
+          "--seconds", options->seconds,
+          "Length of each log [s] (default: 60); with --bus how long to serve (default, and 0: until Ctrl-C)")
+      .within(0.0, 36000.0);
+  arguments.option("-o,--out", options->out, "Folder for the logs and for rig.toml")
+      .type_name("DIR")
+      .show_default();
+  options->output.add_to(arguments);
+  arguments.footer(example(
       "  plenum sim --chambers 2 --seconds 20 --out logs    # logs/chamber-1.csv, chamber-2.csv, rig.toml\n"
       "  plenum sim --plant thin-plate --effect spool_lag=10 --effect supply_droop=20,recovery_s:0.1\n"
       "  plenum sim --bus socketcand:127.0.0.1:29536/can0   # for plenum --bus, python-can and others"));
-  return {app, [app, options] {
-            require_one_use(*app, *options);
+  return {arguments, [arguments, options] {
+            require_one_use(arguments, *options);
             return options->bus.empty() ? write_logs(*options) : serve_rig(*options);
           }};
 }

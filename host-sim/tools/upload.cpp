@@ -79,22 +79,21 @@ int run(const Options& options) {
 
 }  // namespace
 
-Command add_upload(CLI::App& program) {
+Command add_upload(Program& program) {
   const auto options = std::make_shared<Options>();
-  CLI::App* app =
-      subcommand(program, "upload", "Hand models to a board over CAN: all or none; read back and compared");
-  options->board.add_to(*app);
-  app->add_option("--chamber", options->chamber,
-                  "Chamber of the board, from 1 (default: the one in the file)")
-      ->check(CLI::Range(1, 8));
-  app->add_flag(
-      "--force", options->force,
-      "Also models that the board doubts: they predict its log worse than those in force, or are of "
-      "another valve or sensor");
-  app->add_option("MODEL", options->files, "Model files")->type_name("MODEL.json")->required();
-  options->output.add_to(*app);
-  app->footer(example("  plenum upload --store board model-1.json model-2.json"));
-  return {app, [options] { return run(*options); }};
+  Arguments arguments =
+      program.command("upload", "Hand models to a board over CAN: all or none; read back and compared");
+  options->board.add_to(arguments);
+  arguments
+      .option("--chamber", options->chamber, "Chamber of the board, from 1 (default: the one in the file)")
+      .within(1, 8);
+  arguments.flag("--force", options->force,
+                 "Also models that the board doubts: they predict its log worse than those in force, or are "
+                 "of another valve or sensor");
+  arguments.option("MODEL", options->files, "Model files").type_name("MODEL.json").required();
+  options->output.add_to(arguments);
+  arguments.footer(example("  plenum upload --store board model-1.json model-2.json"));
+  return {arguments, [options] { return run(*options); }};
 }
 
 }  // namespace plenum::host::tools

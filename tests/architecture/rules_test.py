@@ -74,6 +74,9 @@ class Includes(unittest.TestCase):
     def test_ceres_outside_identification_is_caught(self):
         self.assert_caught("host-sim/rig/x.cpp", "#include <ceres/ceres.h>", "host-sim/identify")
 
+    def test_a_command_that_includes_the_parser_is_caught(self):
+        self.assert_caught("host-sim/tools/x.cpp", "#include <CLI/CLI.hpp>", "host-sim/tools/command_line.cpp")
+
     def test_an_include_not_rooted_at_the_repository_is_caught(self):
         self.assert_caught("host-sim/plant/x.cpp", '#include "gas.hpp"', "rooted")
 
