@@ -1,7 +1,7 @@
 #include "board/drivers/iio_input.hpp"
 
 #include <fcntl.h>
-#include <iio.h>
+#include <sys/types.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -9,9 +9,16 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <filesystem>
+#include <optional>
+
+#include "board/drivers/iio_attribute.hpp"
+#include "board/drivers/scan_format.hpp"
 
 namespace plenum::board::drivers {
 namespace {
+
+namespace fs = std::filesystem;
 
 // A device whose rate nobody sets may be as fast as 25 kHz.
 constexpr unsigned kFreeRunningBlock = 64;
@@ -19,149 +26,134 @@ constexpr unsigned kFreeRunningBlocks = 32;
 constexpr double kRateTolerance = 0.01;
 constexpr const char* kRate = "sampling_frequency";
 
-struct CloseBuffer {
-  void operator()(iio_buffer* buffer) const noexcept { ::iio_buffer_destroy(buffer); }
-};
-
-template <class Stored>
-std::int64_t converted(const iio_channel& channel, const void* at) noexcept {
-  Stored raw{};
-  ::iio_channel_convert(&channel, &raw, at);
-  return raw;
-}
-
-/// The number that a scan holds for a channel: byte order, shift, and sign as the kernel states them.
-std::int64_t raw_number(const iio_channel& channel, const void* at) noexcept {
-  const iio_data_format& format = *::iio_channel_get_data_format(&channel);
-  switch (format.length) {
-    case 8:
-      return format.is_signed ? converted<std::int8_t>(channel, at) : converted<std::uint8_t>(channel, at);
-    case 16:
-      return format.is_signed ? converted<std::int16_t>(channel, at) : converted<std::uint16_t>(channel, at);
-    default:
-      return format.is_signed ? converted<std::int32_t>(channel, at) : converted<std::uint32_t>(channel, at);
+/// `attribute`: the kRate of a device, a channel or a trigger.
+void set_rate(const fs::path& attribute, unsigned rate_Hz) {
+  const std::string where = attribute.parent_path().filename();
+  int error = IioAttribute(attribute).put(static_cast<long>(rate_Hz));
+  const std::optional<double> actual_Hz = attribute_number(attribute);
+  if (error == 0 && !actual_Hz) error = errno;
+  if (error != 0) {
+    refuse_iio(where, std::string(kRate) + ": " + std::strerror(error),
+               "one that this user may set to " + std::to_string(rate_Hz));
+  }
+  if (!(std::abs(*actual_Hz - rate_Hz) <= kRateTolerance * rate_Hz)) {
+    refuse_iio(where,
+               std::string(kRate) + ": the device made " + std::to_string(*actual_Hz) + " of " +
+                   std::to_string(rate_Hz),
+               "a rate that it has");
   }
 }
 
-/// An attribute `sampling_frequency`, of whatever has one.
-struct Rate {
-  std::string where;
-  const iio_device* device = nullptr;
-  const iio_channel* channel = nullptr;  ///< not null: of this channel
+/// /dev/iio:deviceN, which the kernel opens for one program at a time.
+class ScanFile {
+ public:
+  explicit ScanFile(const std::string& id) noexcept
+      : file_(::open(("/dev/" + id).c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)),
+        error_(file_ < 0 ? errno : 0) {
+    // A program that has asked the kernel for a handle of the buffer (IIO_BUFFER_GET_FD_IOCTL) may have closed this file since.
+    if (error_ == 0 && ::read(file_, nullptr, 0) < 0 && errno == EBUSY) error_ = EBUSY;
+  }
+  ~ScanFile() {
+    if (file_ >= 0) ::close(file_);
+  }
+  ScanFile(const ScanFile&) = delete;
+  ScanFile& operator=(const ScanFile&) = delete;
 
-  int write(unsigned rate_Hz) const {
-    return channel != nullptr ? ::iio_channel_attr_write_longlong(channel, kRate, rate_Hz)
-                              : ::iio_device_attr_write_longlong(device, kRate, rate_Hz);
-  }
-  int read(double& rate_Hz) const {
-    return channel != nullptr ? ::iio_channel_attr_read_double(channel, kRate, &rate_Hz)
-                              : ::iio_device_attr_read_double(device, kRate, &rate_Hz);
-  }
-  void set(unsigned rate_Hz) const {
-    const auto check = [&](int error) {
-      if (error < 0) {
-        refuse_iio(where, std::string(kRate) + ": " + std::strerror(-error),
-                   "one that this user may set to " + std::to_string(rate_Hz));
-      }
-    };
-    double actual_Hz = 0.0;
-    check(write(rate_Hz));
-    check(read(actual_Hz));
-    if (!(std::abs(actual_Hz - rate_Hz) <= kRateTolerance * rate_Hz)) {
-      refuse_iio(where,
-                 std::string(kRate) + ": the device made " + std::to_string(actual_Hz) + " of " +
-                     std::to_string(rate_Hz),
-                 "a rate that it has");
-    }
-  }
+  int error() const noexcept { return error_; }
+  int descriptor() const noexcept { return file_; }
+
+ private:
+  int file_;
+  int error_;
 };
 
 }  // namespace
 
+/// One device. Nothing of it is changed before claim().
 class IioInput::Capture {
  public:
-  /// Changes nothing of a device that another program captures from: libiio would end that capture before it finds the
-  /// device taken.
-  explicit Capture(iio_device& device) : device_(device), name_(::iio_device_get_id(&device)) {
-    const int file = ::open(("/dev/" + name_).c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
-    if (file < 0) refuse_capture(errno);
-    ::close(file);
+  explicit Capture(const fs::path& device)
+      : device_(device), file_(device.filename()), enable_(iio_buffer(device) / "enable") {
+    if (file_.error() != 0) refuse_capture(std::strerror(file_.error()));
   }
+  ~Capture() {
+    if (claimed_) enable_.put(0);
+  }
+  Capture(const Capture&) = delete;
+  Capture& operator=(const Capture&) = delete;
 
-  const iio_device* device() const { return &device_; }
+  const fs::path& device() const { return device_; }
 
   /// Returns the channel's place among the sums.
-  std::size_t add(const IioChannel& named, iio_channel& channel) {
-    if (!::iio_channel_is_scan_element(&channel)) {
-      refuse_iio(named, "no part of the device's scans", "a channel that can be captured");
-    }
-    const iio_data_format& format = *::iio_channel_get_data_format(&channel);
-    const bool held = format.length == 8 || format.length == 16 || format.length == 32;
-    if (!held || format.repeat > 1) {
-      refuse_iio(named,
-                 std::to_string(format.repeat) + " x " + std::to_string(format.length) + " bits a sample",
-                 "1 x 8, 16 or 32");
-    }
-    const auto twice = [&](const Channel& one) { return one.channel == &channel; };
-    if (std::any_of(channels_.begin(), channels_.end(), twice)) {
+  std::size_t add(const IioChannel& named, const IioVoltage& channel) {
+    const std::optional<double> index = attribute_number(channel.scan_element("index"));
+    const std::optional<std::string> type = attribute_text(channel.scan_element("type"));
+    if (!index || !type) refuse_iio(named, "no part of the device's scans", "a channel that can be captured");
+    const std::optional<SampleFormat> format = sample_format(*type);
+    if (!format || !format->is_one_number())
+      refuse_iio(named, "samples of " + *type, "one number in 8, 16 or 32 bits");
+    const auto twice = [&](const Channel& one) { return one.voltage == channel; };
+    if (std::any_of(channels_.begin(), channels_.end(), twice))
       refuse_iio(named, "given twice", "one channel an input");
-    }
-    ::iio_channel_enable(&channel);
-    channels_.push_back({&channel, 0});
+    channels_.push_back({.voltage = channel, .index = static_cast<unsigned>(*index), .format = *format});
     return channels_.size() - 1;
   }
 
-  void set_trigger(const iio_device& trigger) {
-    if (const int error = ::iio_device_set_trigger(&device_, &trigger); error < 0) {
-      refuse_iio(name_,
-                 std::string("trigger ") + ::iio_device_get_name(&trigger) + ": " + std::strerror(-error),
+  /// Ends what a program has left running that was killed: it has closed the device, and the kernel does not mind.
+  void claim() {
+    claimed_ = true;
+    if (const int error = enable_.put(0); error != 0) refuse("enable", error);
+  }
+
+  void set_trigger(const fs::path& trigger) {
+    const std::string name = attribute_text(trigger / "name").value_or("");
+    if (const int error = IioAttribute(current_trigger()).put(name); error != 0) {
+      refuse_iio(id(), "trigger " + name + ": " + std::strerror(error),
                  "a trigger that this device admits, and this user may set");
     }
   }
 
-  /// Where the rate of this device's scans is set.
-  Rate rate() const {
-    const iio_device* trigger = nullptr;
-    if (::iio_device_get_trigger(&device_, &trigger) == 0 && trigger != nullptr &&
-        ::iio_device_find_attr(trigger, kRate) != nullptr) {
-      return {::iio_device_get_id(trigger), trigger, nullptr};
-    }
-    if (::iio_device_find_attr(&device_, kRate) != nullptr) return {name_, &device_, nullptr};
-    for (const Channel& one : channels_) {
-      if (::iio_channel_find_attr(one.channel, kRate) != nullptr) return {name_, &device_, one.channel};
-    }
-    refuse_iio(
-        name_, std::string("no attribute ") + kRate,
-        "one of the device, its channels or its trigger, or rate_Hz = 0 for a device that runs freely");
+  void set_rate(const IioDevices& devices, unsigned rate_Hz) const {
+    drivers::set_rate(rate_attribute(devices), rate_Hz);
   }
 
+  /// Scans of these channels and nothing else, `blocks` x `block` of them kept, the reader woken after `block`.
   void start(unsigned block, unsigned blocks) {
-    block_ = block;
-    length_ = block * blocks;
-    const int error = ::iio_device_set_kernel_buffers_count(&device_, blocks);
-    if (error == 0) buffer_.reset(::iio_device_create_buffer(&device_, block, false));
-    const int cause = error == 0 ? errno : -error;
-    if (!buffer_ || ::iio_buffer_set_blocking_mode(buffer_.get(), false) != 0) {
-      refuse_capture(cause);
+    for (const auto& entry : fs::directory_iterator(iio_scan_elements(device_)))
+      if (entry.path().filename().string().ends_with("_en")) put(entry.path(), 0);
+    std::vector<ScanElement> elements;
+    for (const Channel& one : channels_) {
+      put(one.voltage.scan_element("en"), 1);
+      elements.push_back({.index = one.index, .bytes = one.format.bytes()});
     }
+    const ScanLayout layout = scan_layout(elements);
+    for (std::size_t i = 0; i < channels_.size(); ++i) channels_[i].offset = layout.offsets[i];
+    scan_bytes_ = layout.size;
+    memory_.resize(block * scan_bytes_);
+    length_ = block * blocks;
+    put(iio_buffer(device_) / "length", length_);
+    put(iio_buffer(device_) / "watermark", block);
+    if (const int error = enable_.put(1); error != 0) refuse("enable", error);
   }
 
-  int descriptor() const noexcept { return ::iio_buffer_get_poll_fd(buffer_.get()); }
+  int descriptor() const noexcept { return file_.descriptor(); }
 
   /// Takes what waits. False: as much as the kernel's buffer was asked to hold was there.
   bool take() noexcept {
     unsigned taken = 0;
     // The kernel may round the length of its buffer up, at most to twice as much.
     while (!gone_ && taken < 2 * length_) {
-      const ssize_t bytes = ::iio_buffer_refill(buffer_.get());
-      if (bytes == -EAGAIN) break;
+      const std::size_t room = memory_.size() - held_;
+      const ssize_t bytes = ::read(file_.descriptor(), memory_.data() + held_, room);
+      if (bytes < 0 && errno == EINTR) continue;
+      if (bytes < 0 && errno == EAGAIN) break;
       if (bytes <= 0) {
         gone_ = true;
         break;
       }
-      const unsigned scans = add_scans();
-      taken += scans;
-      if (scans < block_) break;
+      held_ += static_cast<std::size_t>(bytes);
+      taken += add_scans();
+      if (static_cast<std::size_t>(bytes) < room) break;
     }
     return taken < length_;
   }
@@ -178,37 +170,70 @@ class IioInput::Capture {
   }
 
  private:
-  [[noreturn]] void refuse_capture(int cause) const {
-    refuse_iio(
-        name_, std::string("capture: ") + std::strerror(cause),
-        "a device that has a trigger, that no other program captures from, and that is open to this user");
-  }
-
   struct Channel {
-    const iio_channel* channel;
-    std::int64_t sum;  ///< of 32-bit numbers: of years of them
+    IioVoltage voltage;
+    unsigned index;
+    SampleFormat format;
+    std::size_t offset = 0;  ///< [bytes] in a scan
+    std::int64_t sum = 0;    ///< of 32-bit numbers: of years of them
   };
 
-  unsigned add_scans() noexcept {
-    const char* const end = static_cast<const char*>(::iio_buffer_end(buffer_.get()));
-    const char* const start = static_cast<const char*>(::iio_buffer_start(buffer_.get()));
-    const std::ptrdiff_t step = ::iio_buffer_step(buffer_.get());
-    for (Channel& one : channels_) {
-      const char* at = static_cast<const char*>(::iio_buffer_first(buffer_.get(), one.channel));
-      for (; at < end; at += step) one.sum += raw_number(*one.channel, at);
-    }
-    const auto scans = static_cast<unsigned>((end - start) / step);
-    scans_ += scans;
-    return scans;
+  std::string id() const { return device_.filename(); }
+
+  [[noreturn]] void refuse_capture(const std::string& found) const {
+    refuse_iio(
+        id(), "capture: " + found,
+        "a device that has a trigger, that no other program captures from, and that is open to this user");
+  }
+  [[noreturn]] void refuse(const std::string& attribute, int error) const {
+    refuse_capture(attribute + ": " + std::strerror(error));
   }
 
-  iio_device& device_;
-  std::string name_;
+  void put(const fs::path& attribute, unsigned value) const {
+    const int error = IioAttribute(attribute).put(static_cast<long>(value));
+    if (error != 0) refuse(attribute.filename(), error);
+  }
+
+  fs::path current_trigger() const { return device_ / "trigger" / "current_trigger"; }
+
+  /// Where the rate of this device's scans is set.
+  fs::path rate_attribute(const IioDevices& devices) const {
+    std::vector<fs::path> places;
+    if (const std::string name = attribute_text(current_trigger()).value_or(""); !name.empty())
+      places.push_back(devices.trigger(name) / kRate);
+    places.push_back(device_ / kRate);
+    for (const Channel& one : channels_) places.push_back(one.voltage.attribute(kRate));
+    for (const fs::path& one : places)
+      if (fs::exists(one)) return one;
+    refuse_iio(
+        id(), std::string("no attribute ") + kRate,
+        "one of the device, its channels or its trigger, or rate_Hz = 0 for a device that runs freely");
+  }
+
+  /// Adds the whole scans in the memory to the sums, and keeps the beginning of one. The kernel gives whole ones.
+  unsigned add_scans() noexcept {
+    const std::size_t scans = held_ / scan_bytes_;
+    const std::byte* const end = memory_.data() + scans * scan_bytes_;
+    for (Channel& one : channels_) {
+      for (const std::byte* scan = memory_.data(); scan < end; scan += scan_bytes_)
+        one.sum += raw_number(one.format, scan + one.offset);
+    }
+    held_ -= scans * scan_bytes_;
+    std::copy_n(end, held_, memory_.begin());
+    scans_ += static_cast<unsigned>(scans);
+    return static_cast<unsigned>(scans);
+  }
+
+  fs::path device_;
+  ScanFile file_;
+  IioAttribute enable_;
   std::vector<Channel> channels_;
-  std::unique_ptr<iio_buffer, CloseBuffer> buffer_;
-  unsigned block_ = 0;
-  unsigned length_ = 0;
+  std::vector<std::byte> memory_;  ///< a block of scans
+  std::size_t held_ = 0;           ///< [bytes] of it that are no whole scan yet
+  std::size_t scan_bytes_ = 1;
+  unsigned length_ = 0;  ///< [scans]
   unsigned scans_ = 0;
+  bool claimed_ = false;
   bool gone_ = false;
 };
 
@@ -216,8 +241,10 @@ IioInput::IioInput(const IioInputConfig& config) : scans_per_tick_(config.rate_H
   if (config.rate_Hz % kTicks_Hz != 0) {
     refuse_iio("rate_Hz", std::to_string(config.rate_Hz), "a multiple of " + std::to_string(kTicks_Hz));
   }
-  for (const IioChannel& named : config.channels) places_.push_back(place(named));
-  set_pace(config);
+  const IioDevices devices;
+  for (const IioChannel& named : config.channels) places_.push_back(place(devices, named));
+  for (const auto& capture : captures_) capture->claim();
+  set_pace(devices, config);
   for (const auto& capture : captures_) {
     if (scans_per_tick_ != 0) {
       capture->start(scans_per_tick_, kBufferTicks);
@@ -230,27 +257,25 @@ IioInput::IioInput(const IioInputConfig& config) : scans_per_tick_(config.rate_H
 
 IioInput::~IioInput() = default;
 
-IioInput::Place IioInput::place(const IioChannel& named) {
+IioInput::Place IioInput::place(const IioDevices& devices, const IioChannel& named) {
   if (!named.fitted()) return {};
-  iio_channel& channel = context_.input(named);
-  iio_device& device = context_.device(named.device);
+  const IioVoltage channel = devices.input(named);
   const auto known = std::find_if(captures_.begin(), captures_.end(),
-                                  [&](const auto& capture) { return capture->device() == &device; });
-  Capture& capture =
-      known != captures_.end() ? **known : *captures_.emplace_back(std::make_unique<Capture>(device));
+                                  [&](const auto& capture) { return capture->device() == channel.device(); });
+  Capture& capture = known != captures_.end()
+                         ? **known
+                         : *captures_.emplace_back(std::make_unique<Capture>(channel.device()));
   const IioScale scale = iio_scale(named, channel);
   return {&capture, capture.add(named, channel), scale};
 }
 
-void IioInput::set_pace(const IioInputConfig& config) {
+void IioInput::set_pace(const IioDevices& devices, const IioInputConfig& config) {
   if (!config.trigger.empty()) {
-    const iio_device& trigger = context_.device(config.trigger);
-    if (!::iio_device_is_trigger(&trigger))
-      refuse_iio(config.trigger, "no trigger", "one that `iio_info` lists");
+    const std::filesystem::path trigger = devices.trigger(config.trigger);
     for (const auto& capture : captures_) capture->set_trigger(trigger);
   }
   for (const auto& capture : captures_) {
-    if (config.rate_Hz != 0) capture->rate().set(config.rate_Hz);
+    if (config.rate_Hz != 0) capture->set_rate(devices, config.rate_Hz);
   }
 }
 

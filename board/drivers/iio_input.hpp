@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "board/drivers/iio_context.hpp"
+#include "board/drivers/iio_devices.hpp"
 #include "firmware/config/limits.hpp"
 #include "firmware/ports/analog.hpp"
 
@@ -73,10 +73,9 @@ class IioInput final : public ports::AnalogInput {
     IioScale scale;
   };
 
-  Place place(const IioChannel& named);
-  void set_pace(const IioInputConfig& config);
+  Place place(const IioDevices& devices, const IioChannel& named);
+  void set_pace(const IioDevices& devices, const IioInputConfig& config);
 
-  IioContext context_;
   std::vector<std::unique_ptr<Capture>> captures_;
   std::vector<Place> places_;  ///< of each channel
   std::vector<int> descriptors_;

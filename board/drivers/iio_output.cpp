@@ -1,61 +1,31 @@
 #include "board/drivers/iio_output.hpp"
 
-#include <fcntl.h>
-#include <iio.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <array>
 #include <cerrno>
-#include <charconv>
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <limits>
 #include <optional>
 #include <stdexcept>
 #include <string>
-#include <utility>
+
+#include "board/drivers/iio_attribute.hpp"
 
 namespace plenum::board::drivers {
 namespace {
 
-/// An attribute, open for writing. Kept open, a value costs one system call and no look-up.
-class Attribute {
- public:
-  Attribute(const IioChannel& named, const iio_channel& channel, const char* attribute) {
-    const char* const name = ::iio_channel_attr_get_filename(&channel, attribute);
-    if (name == nullptr)
-      refuse_iio(named, std::string("no attribute ") + attribute, "an output that has one");
-    const std::string path = std::string("/sys/bus/iio/devices/") +
-                             ::iio_device_get_id(::iio_channel_get_device(&channel)) + "/" + name;
-    file_ = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
-    if (file_ < 0) {
-      refuse_iio(named, path + ": " + std::strerror(errno), "an attribute that this user may write");
-    }
+/// Open for writing.
+IioAttribute to_write(const IioChannel& named, const std::filesystem::path& path) {
+  IioAttribute attribute(path);
+  if (attribute.error() != 0) {
+    refuse_iio(named, path.string() + ": " + std::strerror(attribute.error()),
+               "an attribute that this user may write");
   }
-  Attribute(Attribute&& other) noexcept : file_(std::exchange(other.file_, -1)) {}
-  ~Attribute() {
-    if (file_ >= 0) ::close(file_);
-  }
-
-  /// 0, or the kernel's error.
-  int put(long value) const noexcept {
-    std::array<char, 24> text{};
-    char* const end = std::to_chars(text.begin(), text.end() - 1, value).ptr;
-    *end = '\n';
-    const std::size_t size = static_cast<std::size_t>(end - text.begin()) + 1;
-    ssize_t count = 0;
-    do {
-      count = ::pwrite(file_, text.data(), size, 0);
-    } while (count < 0 && errno == EINTR);
-    return count < 0 ? errno : 0;
-  }
-
- private:
-  int file_ = -1;
-};
+  return attribute;
+}
 
 struct RawRange {  // an attribute of the kernel is an int
   double lowest = std::numeric_limits<int>::min();
@@ -68,15 +38,14 @@ struct RawRange {  // an attribute of the kernel is an int
 };
 
 /// From "[0 1 65535]": lowest, step, highest. Few drivers state it.
-RawRange raw_range(const IioChannel& named, const iio_channel& channel) {
+RawRange raw_range(const IioChannel& named, const IioVoltage& channel) {
   RawRange range;
-  if (::iio_channel_find_attr(&channel, "raw_available") == nullptr) return range;
-  std::array<char, 128> text{};
-  const ssize_t size = ::iio_channel_attr_read(&channel, "raw_available", text.data(), text.size());
+  if (!channel.has("raw_available")) return range;
+  const std::string text = attribute_text(channel.attribute("raw_available")).value_or("");
   double step = 0.0;
-  if (size < 0 || std::sscanf(text.data(), "[%lf %lf %lf]", &range.lowest, &step, &range.highest) != 3 ||
+  if (std::sscanf(text.c_str(), "[%lf %lf %lf]", &range.lowest, &step, &range.highest) != 3 ||
       range.lowest >= range.highest)
-    refuse_iio(named, std::string("raw_available: ") + text.data(), "[lowest step highest]");
+    refuse_iio(named, "raw_available: " + text, "[lowest step highest]");
   return range;
 }
 
@@ -87,8 +56,8 @@ struct IioOutput::Output {
   IioScale scale;
   RawRange range;
   double safe_V;
-  Attribute raw;
-  std::optional<Attribute> powerdown;
+  IioAttribute raw;
+  std::optional<IioAttribute> powerdown;
   bool powered = false;
 
   bool set(double volts) noexcept;
@@ -124,35 +93,33 @@ IioOutput::IioOutput(const IioOutputConfig& config, std::vector<std::string>* mi
     }
   };
   attempt([&] {
-    const IioContext context;
-    std::vector<const iio_channel*> taken;
+    const IioDevices devices;
+    std::vector<IioVoltage> taken;
     for (std::size_t i = 0; i < config.channels.size(); ++i) {
       if (!config.channels[i].fitted()) continue;
-      attempt([&] { outputs_.push_back(opened(context, config.channels[i], i, config.safe_V[i], taken)); });
+      attempt([&] { outputs_.push_back(opened(devices, config.channels[i], i, config.safe_V[i], taken)); });
     }
   });
 }
 
-IioOutput::Output IioOutput::opened(const IioContext& context, const IioChannel& named, std::size_t index,
-                                    float safe_V, std::vector<const iio_channel*>& taken) {
-  const iio_channel& channel = context.output(named);
-  if (std::find(taken.begin(), taken.end(), &channel) != taken.end()) {
+IioOutput::Output IioOutput::opened(const IioDevices& devices, const IioChannel& named, std::size_t index,
+                                    float safe_V, std::vector<IioVoltage>& taken) {
+  const IioVoltage channel = devices.output(named);
+  if (std::find(taken.begin(), taken.end(), channel) != taken.end()) {
     refuse_iio(named, "given twice", "one channel an output");
   }
-  taken.push_back(&channel);
+  taken.push_back(channel);
   if (!std::isfinite(safe_V)) refuse_iio(named, "safe_V is no number", "volts");
   Output output{.index = index,
                 .scale = iio_scale(named, channel),
                 .range = raw_range(named, channel),
                 .safe_V = static_cast<double>(safe_V),
-                .raw = Attribute(named, channel, "raw"),
+                .raw = to_write(named, channel.attribute("raw")),
                 .powerdown = std::nullopt};
   if (!output.range.reaches(output.scale.raw(output.safe_V))) {
     refuse_iio(named, "safe_V lies beyond the converter's range", "a value that it can hold");
   }
-  if (::iio_channel_find_attr(&channel, "powerdown") != nullptr) {
-    output.powerdown.emplace(named, channel, "powerdown");
-  }
+  if (channel.has("powerdown")) output.powerdown.emplace(to_write(named, channel.attribute("powerdown")));
   return output;
 }
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "board/drivers/iio_context.hpp"
+#include "board/drivers/iio_devices.hpp"
 #include "firmware/ports/analog.hpp"
 
 namespace plenum::board::drivers {
@@ -45,8 +45,8 @@ class IioOutput final : public ports::AnalogOutput {
 
   double safe_V(const Output& output) const noexcept;
   /// Adds the channel to those `taken`.
-  static Output opened(const IioContext& context, const IioChannel& named, std::size_t index, float safe_V,
-                       std::vector<const iio_channel*>& taken);
+  static Output opened(const IioDevices& devices, const IioChannel& named, std::size_t index, float safe_V,
+                       std::vector<IioVoltage>& taken);
 
   std::vector<Output> outputs_;  ///< those that are fitted
   std::span<const std::atomic<float>> safe_now_V_;

@@ -11,7 +11,6 @@
 #include <cstddef>
 #include <cstring>
 #include <span>
-#include <string_view>
 
 namespace plenum::board::rt {
 namespace {
@@ -27,10 +26,9 @@ constexpr std::size_t kStackBytes = std::size_t{256} * 1024;
 }
 
 /// Program code and variables of everything that is linked stay in memory. What else a library brings along comes when it is
-/// read, and stays from then on: so do the tables behind libiio's XML, 30 MB, which on some architectures count as code. The
-/// end of a process takes the longer, the more it has in memory, and it is started anew after that.
+/// read, and stays from then on: the end of a process takes the longer, the more it has in memory, and it is started anew after
+/// that.
 int keep_segments(dl_phdr_info* object, std::size_t, void*) {
-  if (std::string_view(object->dlpi_name).find("/libicudata.") != std::string_view::npos) return 0;
   const std::span headers(object->dlpi_phdr, object->dlpi_phnum);
   for (const auto& segment : headers) {
     if (segment.p_type != PT_LOAD || (segment.p_flags & (PF_X | PF_W)) == 0) continue;

@@ -1,5 +1,7 @@
-"""The image of board/image: that it boots by itself, and what its libiio, libgpiod and can-utils make of the devices."""
+"""The image of board/image: that it boots by itself, what its libiio, libgpiod and can-utils make of the devices, and what plenumd does."""
 
+import base64
+import re
 import socket
 import sys
 import unittest
@@ -8,6 +10,21 @@ from pathlib import Path
 from machine import IMAGE, Machine
 
 DISK = IMAGE / "plenum-arm64.img"
+PRESSURE = "/sys/bus/iio/devices/iio:device0"
+
+BOARD = """
+[can]
+interface = "can0"
+[analog_input]
+rate_Hz = 1000
+[store]
+folder = "/var/lib/plenum"
+""" + "".join(f"""
+[[chamber]]
+pressure = {{ device = "pressure", channel = "voltage{c}" }}
+position = {{ device = "position", channel = "voltage{c}" }}
+command = {{ device = "valve", channel = "voltage{c}" }}
+""" for c in range(8))
 
 
 class ImageByFirmware(unittest.TestCase):
@@ -42,6 +59,38 @@ class ImageAndFrontEnd(unittest.TestCase):
             channels = " ".join(f"voltage{i}" for i in range(inputs))
             size = self.board.run(f"iio_readdev -b 100 -s 100 {label} {channels} 2>/dev/null | wc -c")
             self.assertEqual(int(size), 100 * 2 * inputs, label)
+
+    def check(self):
+        """What `plenumd --check` says of the inputs, a line each."""
+        self.board.run(f"echo {base64.b64encode(BOARD.encode()).decode()} | base64 -d >/run/board.toml")
+        _, page = self.board.status("plenumd --config /run/board.toml --check")
+        return [line for line in page.decode().splitlines() if "analog input" in line]
+
+    def test_plenumd_reads_what_libiio_reads_whatever_was_left_switched_on(self):
+        """As a program leaves it that was killed: scans of two other inputs and the time stamp go on, and nobody takes them."""
+        self.board.run("systemctl kill --kill-whom=main -s STOP virtual-board-chambers")
+        self.addCleanup(self.board.run, "systemctl kill --kill-whom=main -s CONT virtual-board-chambers")
+        elements = " ".join(f"{PRESSURE}/scan_elements/in_{element}_en" for element in ("voltage3", "voltage5", "timestamp"))
+        self.board.run(f"for element in {elements}; do echo 1 >$element; done; echo 1 >{PRESSURE}/buffer/enable")
+        page = "\n".join(self.check())
+        for device in ("pressure", "position"):
+            for c in range(8):
+                raw, scale = (float(self.board.run(f"iio_attr -c -i {device} voltage{c} {attribute}")) for attribute in ("raw", "scale"))
+                told = re.search(rf"[(]{device} voltage{c}[)]: .*[(](-?[0-9.]+) V", page)
+                self.assertIsNotNone(told, page)
+                self.assertAlmostEqual(float(told[1]), raw * scale / 1000, delta=0.00051, msg=f"{device} voltage{c} [V]")
+        self.assertEqual(self.board.run(f"cat {PRESSURE}/buffer/enable"), "0", "a capture is left running")
+
+    def test_plenumd_leaves_alone_a_converter_that_another_captures_from(self):
+        self.board.run("(iio_readdev -b 100 -s 4000 pressure voltage0 voltage1 >/run/scans 2>/dev/null; : >/run/scanned) & "
+                       f"until [ $(cat {PRESSURE}/buffer/enable) = 1 ]; do :; done")
+        lines = self.check()
+        self.assertEqual([line for line in lines if line.startswith("FAIL")],
+                         ["FAIL  analog input   iio:iio:device0: capture: Device or resource busy, expected a device that has a trigger, "
+                          "that no other program captures from, and that is open to this user"])
+        self.assertEqual(len([line for line in lines if "(position voltage" in line]), 8)
+        self.board.run("until [ -e /run/scanned ]; do sleep 0.1; done")
+        self.assertEqual(int(self.board.run("stat -c %s /run/scans")), 4000 * 2 * 2, "the other's capture was cut short")
 
     def test_libgpiod_sees_the_power_key_as_one_rising_and_one_falling_edge(self):
         self.board.run("gpiomon -n 2 -F %e gpiochip0 3 >/run/edges 2>&1 & until gpioinfo gpiochip0 | grep -q 'line *3:.*gpiomon'; do :; done")

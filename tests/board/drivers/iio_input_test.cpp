@@ -1,4 +1,4 @@
-// Captured scans through libiio: bytes written by hand into a FIFO that stands for /dev/iio:deviceN (iio_stand_in.hpp).
+// Captured scans: bytes written by hand into a FIFO that stands for /dev/iio:deviceN (iio_stand_in.hpp).
 #include "board/drivers/iio_input.hpp"
 
 #include <gmock/gmock.h>
@@ -6,6 +6,7 @@
 #include <poll.h>
 
 #include <limits>
+#include <optional>
 #include <stdexcept>
 
 #include "tests/board/drivers/iio_stand_in.hpp"
@@ -29,7 +30,7 @@ class IioInputTest : public IioStandIn {
     put(kAdc, "sampling_frequency", "50");
   }
 
-  static void add_adc(const std::string& id, const std::string& name, const std::string& type) {
+  void add_adc(const std::string& id, const std::string& name, const std::string& type) {
     add_device(id, name);
     put(id, "in_voltage_scale", "1000");
     add_capture(id, {"voltage0", "voltage1", "voltage2"}, type);
@@ -165,6 +166,88 @@ TEST_F(IioInputTest, SamplesOfSeveralSizesStandAtTheirOwnAlignment) {
   EXPECT_EQ(readings[2].mean_V, 10.0F);
 }
 
+TEST_F(IioInputTest, AScanIsInTheOrderOfTheKernelsIndices) {
+  put(kAdc, "scan_elements/in_voltage0_index", "9");
+  put(kAdc, "scan_elements/in_voltage1_type", "le:s32/32>>0");
+  config_.channels = {{kAdc, "voltage0"}, {kAdc, "voltage1"}, {kAdc, "voltage2"}};
+  IioInput input(config_);
+  // voltage1, voltage2, voltage0: of 32, 16 and 16 bits; then 1 instead of 0 in each
+  bring(kAdc, {10, 0, 0, 0, 0, 20, 0, 30, 11, 0, 0, 0, 0, 21, 0, 31});
+  const auto readings = read(input, 3);
+  EXPECT_EQ(readings[0].mean_V, 30.5F);
+  EXPECT_EQ(readings[1].mean_V, 10.5F);
+  EXPECT_EQ(readings[2].mean_V, 20.5F);
+}
+
+TEST_F(IioInputTest, AHoleAtTheEndOfAScanIsPassedOver) {
+  put(kAdc, "scan_elements/in_voltage0_type", "le:s32/32>>0");
+  config_.channels = {{kAdc, "voltage0"}, {kAdc, "voltage1"}};
+  IioInput input(config_);
+  bring(kAdc, {10, 0, 0, 0, 0, 20, 0xEE, 0xEE, 12, 0, 0, 0, 0, 22, 0xEE, 0xEE});
+  const auto readings = read(input, 2);
+  EXPECT_EQ(readings[0].mean_V, 11.0F);
+  EXPECT_EQ(readings[1].mean_V, 21.0F);
+}
+
+TEST_F(IioInputTest, WhatAnEarlierProgramHasLeftSwitchedOnIsNoPartOfTheScans) {
+  for (const char* const file : {"in_voltage1_en", "in_timestamp_en"})
+    put(kAdc, std::string("scan_elements/") + file, "1");
+  put(kAdc, "buffer/enable", "1");
+  IioInput input(config_);
+  EXPECT_EQ(text(kAdc, "scan_elements/in_voltage0_en"), "1");
+  EXPECT_EQ(text(kAdc, "scan_elements/in_voltage1_en"), "0");
+  EXPECT_EQ(text(kAdc, "scan_elements/in_timestamp_en"), "0");
+  bring(kAdc, {0, 1, 0, 3});
+  EXPECT_EQ(volts(input), 2.0F) << "scans of one channel";
+}
+
+TEST_F(IioInputTest, WhatAnEarlierProgramHasLeftRunningIsEndedBeforeAnythingIsSet) {
+  put(kAdc, "buffer/enable", "1");
+  remove(kAdc, "trigger");
+  add_trigger();
+  config_.trigger = "plenum-adc";
+  EXPECT_THAT(failure(), HasSubstr("trigger plenum-adc"));
+  EXPECT_EQ(text(kAdc, "buffer/enable"), "0");
+}
+
+TEST_F(IioInputTest, NothingIsChangedBeforeEveryChannelIsFound) {
+  put(kAdc, "buffer/enable", "1");
+  config_.channels.push_back({"ad7606-8", "voltage9"});
+  EXPECT_THAT(failure(), HasSubstr("no such input"));
+  EXPECT_EQ(text(kAdc, "buffer/enable"), "1");
+}
+
+TEST_F(IioInputTest, AScanThatComesInPiecesIsOne) {
+  put(kAdc, "scan_elements/in_voltage1_type", "le:s32/32>>0");
+  config_.channels = {{kAdc, "voltage0"}, {kAdc, "voltage1"}};
+  IioInput input(config_);
+  const std::vector<Bytes> pieces{{0, 7, 0}, {0, 70, 0, 0, 0, 0, 9, 0, 0}, {90, 0, 0}, {0}};
+  for (const Bytes& piece : pieces) {
+    bring(kAdc, piece);
+    input.gather();
+  }
+  EXPECT_EQ(input.gathered(), 2U);
+  const auto readings = read(input, 2);
+  EXPECT_EQ(readings[0].mean_V, 8.0F);
+  EXPECT_EQ(readings[1].mean_V, 80.0F);
+}
+
+TEST_F(IioInputTest, TheKernelsFolderOfAllThatIsTheBuffersServesAlone) {
+  for (const char* const file : {"enable", "length", "watermark"})
+    put(kAdc, std::string("buffer0/") + file, "0");
+  for (const char* const part : {"en", "index", "type"})
+    put(kAdc, std::string("buffer0/in_voltage0_") + part,
+        text(kAdc, std::string("scan_elements/in_voltage0_") + part));
+  for (const char* const former : {"buffer", "scan_elements"}) remove(kAdc, former);
+  IioInput input(config_);
+  EXPECT_EQ(text(kAdc, "buffer0/in_voltage0_en"), "1");
+  EXPECT_EQ(text(kAdc, "buffer0/watermark"), "10");
+  EXPECT_EQ(text(kAdc, "buffer0/length"), "80");
+  EXPECT_EQ(text(kAdc, "buffer0/enable"), "1");
+  bring(kAdc, {0, 4});
+  EXPECT_EQ(volts(input), 4.0F);
+}
+
 TEST_F(IioInputTest, WithoutAScanNothingIsFresh) {
   IioInput input(config_);
   EXPECT_FALSE(read(input, 1)[0].fresh);
@@ -204,6 +287,24 @@ TEST_F(IioInputTest, ADeviceThatIsGoneIsToldAndNotWaitedFor) {
   EXPECT_TRUE(input.gone());
   EXPECT_EQ(input.descriptors()[0], -1) << "what poll() leaves out";
   EXPECT_FALSE(read(input, 1)[0].fresh);
+}
+
+TEST_F(IioInputTest, ADeviceThatBringsItsEndIsGone) {
+  IioInput input(config_);
+  bring(kAdc, {0, 4});
+  end(kAdc);
+  EXPECT_EQ(volts(input), 4.0F) << "what it brought before";
+  EXPECT_FALSE(read(input, 1)[0].fresh);
+  EXPECT_TRUE(input.gone());
+  EXPECT_EQ(input.descriptors()[0], -1);
+}
+
+TEST_F(IioInputTest, TheEndLeavesAloneTheDeviceThatHasTheNumberOfOneThatIsGone) {
+  std::optional<IioInput> input(config_);
+  std::filesystem::remove_all(folder(kAdc));
+  put(kAdc, "buffer/enable", "1");  // another's capture
+  input.reset();
+  EXPECT_EQ(text(kAdc, "buffer/enable"), "1");
 }
 
 TEST_F(IioInputTest, TheDescriptorsWakeUpForScans) {
@@ -315,16 +416,17 @@ TEST_F(IioInputTest, ARateThatTheDeviceDoesNotHaveIsNamed) {
 
 TEST_F(IioInputTest, WhatIsMissingIsNamed) {
   config_.channels = {{"ad7606-4", "voltage0"}};
-  EXPECT_THAT(failure(), HasSubstr("iio:ad7606-4: no such device"));
+  EXPECT_EQ(failure(), "iio:ad7606-4: no such device, expected one of iio:device0 (ad7606-8)");
   config_.channels = {{"ad7606-8", "voltage9"}};
-  EXPECT_THAT(failure(), HasSubstr("iio:ad7606-8 voltage9: no such input"));
+  EXPECT_EQ(failure(), "iio:ad7606-8 voltage9: no such input, expected one of voltage0, voltage1, voltage2");
   config_.channels = {{"ad7606-8", "voltage0"}, {kAdc, "voltage0"}};
   EXPECT_EQ(failure(), "iio:iio:device0 voltage0: given twice, expected one channel an input");
   config_.channels = {{"ad7606-8", "voltage0"}};
   config_.trigger = "plenum-adc";
-  EXPECT_THAT(failure(), HasSubstr("iio:plenum-adc: no such device"));
+  EXPECT_EQ(failure(), "iio:plenum-adc: no such trigger, expected one, but there is none");
+  add_trigger();
   config_.trigger = kAdc;
-  EXPECT_EQ(failure(), "iio:iio:device0: no trigger, expected one that `iio_info` lists");
+  EXPECT_EQ(failure(), "iio:iio:device0: no such trigger, expected one of trigger0 (plenum-adc)");
 }
 
 TEST_F(IioInputTest, AChannelThatCannotBeCapturedIsNamed) {
@@ -336,9 +438,11 @@ TEST_F(IioInputTest, AChannelThatCannotBeCapturedIsNamed) {
 
 TEST_F(IioInputTest, ASampleOfAnotherFormIsNamed) {
   put(kAdc, "scan_elements/in_voltage0_type", "le:s64/64>>0");
-  EXPECT_EQ(failure(), "iio:ad7606-8 voltage0: 1 x 64 bits a sample, expected 1 x 8, 16 or 32");
+  EXPECT_EQ(failure(),
+            "iio:ad7606-8 voltage0: samples of le:s64/64>>0, expected one number in 8, 16 or 32 bits");
   put(kAdc, "scan_elements/in_voltage0_type", "le:s16/16X4>>0");
-  EXPECT_EQ(failure(), "iio:ad7606-8 voltage0: 4 x 16 bits a sample, expected 1 x 8, 16 or 32");
+  EXPECT_EQ(failure(),
+            "iio:ad7606-8 voltage0: samples of le:s16/16X4>>0, expected one number in 8, 16 or 32 bits");
 }
 
 TEST_F(IioInputTest, ATriggerThatIsNotAdmittedIsNamed) {

@@ -1,4 +1,4 @@
-// Voltages out through libiio and the kernel's attributes, which are files here (iio_stand_in.hpp).
+// Voltages out through the kernel's attributes, which are files here (iio_stand_in.hpp).
 #include "board/drivers/iio_output.hpp"
 
 #include <gmock/gmock.h>
@@ -204,19 +204,21 @@ TEST_F(IioOutputTest, EqualDevicesMustBeToldApart) {
 
 TEST_F(IioOutputTest, WhatIsMissingIsNamed) {
   config_.channels[1].device = "ad5766";
-  EXPECT_EQ(failure(), "iio:ad5766: no such device, expected a name, label or id that `iio_info` lists");
+  EXPECT_EQ(failure(), "iio:ad5766: no such device, expected one of iio:device0 (ad5755)");
   config_.channels[1] = {"ad5755", "voltage2"};
-  EXPECT_EQ(failure(), "iio:ad5755 voltage2: no such output, expected a channel that `iio_info` lists");
+  EXPECT_EQ(failure(), "iio:ad5755 voltage2: no such output, expected one of voltage0, voltage1");
   config_.channels[1] = {"ad5755", "voltage0"};
   EXPECT_EQ(failure(), "iio:ad5755 voltage0: given twice, expected one channel an output");
   config_.channels[1] = {"ad5755", "voltage1"};
   remove(kDac, "out_voltage1_scale");
   EXPECT_THAT(failure(), HasSubstr("iio:ad5755 voltage1: scale: "));
+  put(kDac, "out_voltage1_scale", "0.3 V");
+  EXPECT_EQ(failure(), "iio:ad5755 voltage1: scale: Invalid argument, expected a number to be read");
   put(kDac, "out_voltage1_scale", "0");
   EXPECT_EQ(failure(), "iio:ad5755 voltage1: scale: no step, expected a scale in mV");
   put(kDac, "out_voltage1_scale", "1");
   remove(kDac, "out_voltage1_raw");
-  EXPECT_EQ(failure(), "iio:ad5755 voltage1: no attribute raw, expected an output that has one");
+  EXPECT_EQ(failure(), "iio:ad5755 voltage1: no such output, expected one of voltage0");
 }
 
 TEST_F(IioOutputTest, WhereOneIsMissingTheOthersAreOpenedAndKeptSafe) {
@@ -248,7 +250,7 @@ TEST_F(IioOutputTest, ASafeValueThatTheConverterCannotHoldIsNamed) {
 TEST_F(IioOutputTest, ASourceOfCurrentIsNoVoltage) {
   put(kDac, "out_current2_raw", "0");
   config_.channels[1].channel = "current2";
-  EXPECT_EQ(failure(), "iio:ad5755 current2: no voltage, expected a voltage channel");
+  EXPECT_EQ(failure(), "iio:ad5755 current2: no such output, expected one of voltage0, voltage1");
 }
 
 TEST_F(IioOutputTest, EachOutputNeedsASafeValue) {

@@ -67,7 +67,7 @@ void IioStandIn::SetUp() {
 }
 
 IioStandIn::~IioStandIn() {
-  if (fifo_ >= 0) ::close(fifo_);
+  for (const auto& [id, fifo] : fifos_) ::close(fifo);
   if (!refusal().empty()) return;
   fs::remove_all(kDevices.parent_path());
   for (const auto& entry : fs::directory_iterator("/dev")) fs::remove_all(entry);
@@ -95,7 +95,7 @@ std::string IioStandIn::text(const std::string& id, const std::string& file) {
   std::string line;
   std::ifstream stream(folder(id) / file);
   std::getline(stream, line);
-  return line.substr(0, line.find('\0'));  // libiio writes the end of its text, too
+  return line;
 }
 
 void IioStandIn::add_capture(const std::string& id, const std::vector<std::string>& channels,
@@ -110,16 +110,20 @@ void IioStandIn::add_capture(const std::string& id, const std::vector<std::strin
   put(id, "buffer/length", "0");
   put(id, "buffer/watermark", "0");
   put(id, "trigger/current_trigger", "");
-  must(::mkfifo(("/dev/" + id).c_str(), 0600) == 0, "/dev/" + id);
+  const std::string path = "/dev/" + id;
+  must(::mkfifo(path.c_str(), 0600) == 0, path);
+  fifos_[id] = ::open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+  must(fifos_[id] >= 0, path);
 }
 
 void IioStandIn::bring(const std::string& id, const std::vector<std::uint8_t>& bytes) {
-  if (fifo_of_ != id) {
-    if (fifo_ >= 0) ::close(fifo_);
-    fifo_ = ::open(("/dev/" + id).c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
-    fifo_of_ = id;
-  }
-  must(::write(fifo_, bytes.data(), bytes.size()) == static_cast<ssize_t>(bytes.size()), "/dev/" + id);
+  must(::write(fifos_.at(id), bytes.data(), bytes.size()) == static_cast<ssize_t>(bytes.size()),
+       "/dev/" + id);
+}
+
+void IioStandIn::end(const std::string& id) {
+  ::close(fifos_.at(id));
+  fifos_.erase(id);
 }
 
 void IioStandIn::break_open(const fs::path& path) {

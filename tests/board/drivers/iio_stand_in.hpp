@@ -1,12 +1,13 @@
-// A stand-in for the kernel's Industrial I/O, under the real libiio: a mount namespace of the test's own, in which ordinary
-// files stand at /sys/bus/iio/devices, and a FIFO at /dev/iio:deviceN. A write to an attribute so keeps its text and has no
-// effect; what the FIFO brings are the bytes that the test writes into it.
+// A stand-in for the kernel's Industrial I/O: a mount namespace of the test's own, in which ordinary files stand at
+// /sys/bus/iio/devices, and a FIFO at /dev/iio:deviceN. A write to an attribute so keeps its text and has no effect; what the
+// FIFO brings are the bytes that the test writes into it.
 #pragma once
 
 #include <gtest/gtest.h>
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -29,17 +30,17 @@ class IioStandIn : public ::testing::Test {
   static std::filesystem::path folder(const std::string& id);
 
   /// Adds to a device the buffer, and scan elements in_<channel> of this type, numbered as they come; a FIFO at /dev/<id>.
-  static void add_capture(const std::string& id, const std::vector<std::string>& channels,
-                          const std::string& type);
-  /// What the converter brings: whole scans.
+  void add_capture(const std::string& id, const std::vector<std::string>& channels, const std::string& type);
+  /// What the converter brings.
   void bring(const std::string& id, const std::vector<std::uint8_t>& bytes);
+  /// From now on it brings the end of the file.
+  void end(const std::string& id);
 
   /// From now on what this process has open at `path` can be neither read nor written.
   static void break_open(const std::filesystem::path& path);
 
  private:
-  int fifo_ = -1;
-  std::string fifo_of_;
+  std::map<std::string, int> fifos_;  ///< their other ends
 };
 
 }  // namespace plenum::board::drivers
