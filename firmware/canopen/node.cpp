@@ -424,11 +424,14 @@ void Node::obey_error_behaviour() noexcept {
   }
 }
 
-/// One message a change. When its ring is full the change stays unreported, and is tried again in the next
-/// tick.
+/// One message a change, and one for each bus-off: the controller may have held the last one when it went off. When its ring is
+/// full it stays unreported, and is tried again in the next tick.
 void Node::report_error() noexcept {
   const ErrorState error = error_state(device_.image);
-  if (error.code == reported_code_ && error.chamber == reported_chamber_) return;
+  const bool changed = error.code != reported_code_ || error.chamber != reported_chamber_;
+  untold_ = (untold_ || (device_.image.bus_off && !off_bus_)) && error.code != 0;
+  off_bus_ = device_.image.bus_off;
+  if (!changed && !untold_) return;
   const std::uint32_t cob_id = device_.communication.emergency_cob_id;
   if ((cob_id & cob::kInvalid) == 0) {
     CanFrame frame;
@@ -442,9 +445,10 @@ void Node::report_error() noexcept {
       return;
     }
   }
+  untold_ = false;
   reported_code_ = error.code;
   reported_chamber_ = error.chamber;
-  if (error.code != 0) device_.history.push(error.code | std::uint32_t{error.chamber} << 16);
+  if (changed && error.code != 0) device_.history.push(error.code | std::uint32_t{error.chamber} << 16);
 }
 
 void Node::beat(std::uint32_t elapsed_us) noexcept {

@@ -110,6 +110,8 @@ class Node {
   std::uint32_t since_heartbeat_us_ = 0;
   std::uint16_t reported_code_ = 0;  ///< the error of the last emergency message
   std::uint8_t reported_chamber_ = 0;
+  bool off_bus_ = false;  ///< as of the last report
+  bool untold_ = false;   ///< it may have been lost with the bus
 };
 
 }  // namespace plenum::canopen

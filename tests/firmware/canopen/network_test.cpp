@@ -174,6 +174,29 @@ TEST(Emergency, IsKeptBackWhileStoppedAndNotLost) {
   EXPECT_EQ(bench.drain()[0], "085 00 50 01 00 00 00 00 00");
 }
 
+TEST(Emergency, IsSentOnceForEachBusOffAndStandsOnceInTheHistory) {
+  Bench bench;
+  const Frames told{"085 40 81 11 00 00 00 00 00"};
+  bench.image.error_register = 0x10;
+  for (int i = 0; i < 3; ++i) {
+    bench.image.bus_off = true;
+    bench.image.error_code = 0x8140;
+    bench.tick(3);
+    EXPECT_EQ(bench.drain(), told) << "bus-off " << i;
+    bench.image.bus_off = false;
+    bench.tick(3);
+    EXPECT_EQ(bench.drain(), Frames{}) << "back on the bus " << i;
+  }
+  EXPECT_EQ(bench.answer("605 40 03 10 00 00 00 00 00"), "585 4F 03 10 00 01 00 00 00");
+}
+
+TEST(Emergency, IsNotSentForABusOffThatIsNoError) {
+  Bench bench;
+  bench.image.bus_off = true;
+  bench.tick(3);
+  EXPECT_EQ(bench.drain(), Frames{});
+}
+
 TEST(Emergency, OutlivesAFullQueueAndGoesFirst) {
   Bench bench(true);
   for (std::uint16_t code = 1; code <= 20; ++code) {  // nothing is drained: eight fit
