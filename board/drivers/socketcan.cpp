@@ -19,6 +19,8 @@
 namespace plenum::board::drivers {
 namespace {
 
+using std::chrono::steady_clock;
+
 [[noreturn]] void refuse(const std::string& interface, const std::string& found,
                          const std::string& expected) {
   throw std::runtime_error("can:" + interface + ": " + found + ", expected " + expected);
@@ -30,14 +32,30 @@ bool set(int socket, int level, int option, const T& value) {
 }
 
 /// The kernel takes a controller's carrier away at bus-off, and tells a socket that is opened later nothing of it.
-CanState state_now(const std::string& interface) {
+bool has_no_carrier(const std::string& interface) {
   std::ifstream carrier("/sys/class/net/" + interface + "/carrier");
-  return carrier.get() == '0' ? CanState::bus_off : CanState::error_active;
+  return carrier.get() == '0';
 }
 
 }  // namespace
 
-SocketCan::SocketCan(const std::string& interface, std::span<const CanFilter> filters) {
+void ControllerState::hear(CanState told, Time now) noexcept {
+  told_ = told;
+  if (told == CanState::bus_off) {
+    off_ = true;
+    ask_from_ = Time::max();
+  } else if (off_) {
+    ask_from_ = std::min(ask_from_, now + kSettling);
+  }
+}
+
+void ControllerState::found_off(Time now) noexcept {
+  off_ = true;
+  ask_from_ = now + kStale;
+}
+
+SocketCan::SocketCan(const std::string& interface, std::span<const CanFilter> filters)
+    : interface_(interface) {
   socket_ = ::socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW);
   if (socket_ < 0) {
     const bool none = errno == EAFNOSUPPORT || errno == EPROTONOSUPPORT;
@@ -67,7 +85,7 @@ SocketCan::SocketCan(const std::string& interface, std::span<const CanFilter> fi
       ::bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
     give_up(std::strerror(errno), "a CAN interface");
   }
-  state_ = state_now(interface);
+  if (has_no_carrier(interface)) controller_.found_off(steady_clock::now());
 }
 
 SocketCan::~SocketCan() {
@@ -76,6 +94,8 @@ SocketCan::~SocketCan() {
 
 bool SocketCan::send(const CanFrame& frame) noexcept {
   if (frame.length > CAN_MAX_DLEN || frame.id > (frame.extended ? CAN_EFF_MASK : CAN_SFF_MASK)) return false;
+  end_bus_off();
+  if (state() == CanState::bus_off) return false;
   const can_frame kernel = to_kernel(frame);
   ssize_t count = 0;
   do {
@@ -85,7 +105,19 @@ bool SocketCan::send(const CanFrame& frame) noexcept {
   return count == static_cast<ssize_t>(sizeof kernel);
 }
 
+/// As the kernel has it; false, too, when there is no such interface any more.
+bool SocketCan::runs() const noexcept {
+  ifreq request{};
+  interface_.copy(request.ifr_name, IFNAMSIZ - 1);
+  return ::ioctl(socket_, SIOCGIFFLAGS, &request) == 0 && (request.ifr_flags & IFF_RUNNING) != 0;
+}
+
+void SocketCan::end_bus_off() noexcept {
+  if (controller_.may_be_on_again(steady_clock::now()) && runs()) controller_.on_again();
+}
+
 bool SocketCan::receive(CanFrame& frame) noexcept {
+  end_bus_off();
   constexpr int kErrorFrames = 64;  // taken on the way to a frame
   for (int taken = 0; taken < kErrorFrames; ++taken) {
     can_frame kernel{};
@@ -98,7 +130,11 @@ bool SocketCan::receive(CanFrame& frame) noexcept {
     message.msg_controllen = control.size();
     const ssize_t count = ::recvmsg(socket_, &message, 0);
     if (count < 0 && errno == EINTR) continue;
-    if (count < 0 && (errno == ENETDOWN || errno == ENODEV)) down_ = true;
+    if (count < 0 && (errno == ENETDOWN || errno == ENODEV)) {
+      down_ = true;
+      // When it is up again it begins anew, and no error frame tells of that.
+      controller_.hear(CanState::error_active, steady_clock::now());
+    }
     if (count != static_cast<ssize_t>(sizeof kernel)) return false;
     for (cmsghdr* one = CMSG_FIRSTHDR(&message); one != nullptr; one = CMSG_NXTHDR(&message, one)) {
       if (one->cmsg_level != SOL_SOCKET) continue;
@@ -112,9 +148,10 @@ bool SocketCan::receive(CanFrame& frame) noexcept {
       }
     }
     down_ = false;
-    if (const std::optional<CanState> state = state_in(kernel)) state_ = *state;
+    if (const std::optional<CanState> state = state_in(kernel)) controller_.hear(*state, steady_clock::now());
     if (const std::optional<CanFrame> data = from_kernel(kernel)) {
-      if (state_ == CanState::bus_off) state_ = CanState::error_active;  // off the bus nothing comes in
+      // Off the bus nothing comes in.
+      if (state() == CanState::bus_off) controller_.hear(CanState::error_active, steady_clock::now());
       frame = *data;
       return true;
     }

@@ -1,5 +1,5 @@
 // What of the SocketCAN driver can be held to without a CAN interface: the kernel's form of a frame, what error frames say,
-// and the words when there is none. Two sockets on a virtual interface where this machine has one named vcan0.
+// and the words when there is none; when a bus-off is over. Two sockets on a virtual interface where this machine has one named vcan0.
 #include "board/drivers/socketcan.hpp"
 
 #include <gmock/gmock.h>
@@ -9,6 +9,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <stdexcept>
 
 namespace plenum::board::drivers {
@@ -97,6 +98,70 @@ TEST(SocketCan, ErrorFramesAreNoFramesButSayTheControllersState) {
   EXPECT_EQ(state_in(error_frame(CAN_ERR_CRTL, CAN_ERR_CRTL_RX_OVERFLOW)), std::nullopt);
   EXPECT_EQ(state_in(error_frame(CAN_ERR_PROT)), std::nullopt);
   EXPECT_EQ(state_in(to_kernel({.id = CAN_ERR_BUSOFF})), std::nullopt);
+}
+
+constexpr ControllerState::Time kStart{std::chrono::hours(1)};
+
+TEST(ControllerState, IsWhatWasToldOfItLast) {
+  ControllerState controller;
+  EXPECT_EQ(controller.state(), CanState::error_active);
+  controller.hear(CanState::error_passive, kStart);
+  EXPECT_EQ(controller.state(), CanState::error_passive);
+  EXPECT_FALSE(controller.may_be_on_again(ControllerState::Time::max()))
+      << "the kernel is asked while on the bus";
+}
+
+TEST(ControllerState, ABusOffThatNobodyHasEndedIsNotAskedFor) {
+  ControllerState controller;
+  controller.hear(CanState::bus_off, kStart);
+  EXPECT_EQ(controller.state(), CanState::bus_off);
+  EXPECT_FALSE(controller.may_be_on_again(kStart + std::chrono::hours(1)));
+}
+
+TEST(ControllerState, ABusOffLastsUntilTheInterfaceRunsSomeTimeAfterItsEndWasTold) {
+  ControllerState controller;
+  controller.hear(CanState::bus_off, kStart);
+  const auto told = kStart + std::chrono::milliseconds(100);
+  controller.hear(CanState::error_active, told);
+  EXPECT_EQ(controller.state(), CanState::bus_off);
+  EXPECT_FALSE(controller.may_be_on_again(told + ControllerState::kSettling - std::chrono::nanoseconds(1)));
+  EXPECT_TRUE(controller.may_be_on_again(told + ControllerState::kSettling));
+  EXPECT_EQ(controller.state(), CanState::bus_off) << "the interface does not run yet";
+  controller.on_again();
+  EXPECT_EQ(controller.state(), CanState::error_active);
+}
+
+TEST(ControllerState, WhatIsToldAfterTheEndOfABusOffDoesNotPutItOff) {
+  ControllerState controller;
+  controller.hear(CanState::bus_off, kStart);
+  controller.hear(CanState::error_active, kStart);
+  controller.hear(CanState::error_passive, kStart + ControllerState::kSettling / 2);
+  EXPECT_TRUE(controller.may_be_on_again(kStart + ControllerState::kSettling));
+  controller.on_again();
+  EXPECT_EQ(controller.state(), CanState::error_passive);
+}
+
+TEST(ControllerState, ABusOffRightAfterTheEndOfAnotherIsAnother) {
+  ControllerState controller;
+  controller.hear(CanState::bus_off, kStart);
+  controller.hear(CanState::error_active, kStart);
+  controller.hear(CanState::bus_off, kStart);
+  EXPECT_FALSE(controller.may_be_on_again(kStart + std::chrono::hours(1)));
+}
+
+TEST(ControllerState, OneThatWasFoundOffMayBeOnWithoutAWordOfItButNotAtOnce) {
+  ControllerState controller;
+  controller.found_off(kStart);
+  EXPECT_EQ(controller.state(), CanState::bus_off);
+  EXPECT_FALSE(controller.may_be_on_again(kStart + std::chrono::seconds(1)));
+  EXPECT_TRUE(controller.may_be_on_again(kStart + ControllerState::kStale));
+}
+
+TEST(ControllerState, OneThatWasFoundOffIsOnSoonAfterItsRestart) {
+  ControllerState controller;
+  controller.found_off(kStart);
+  controller.hear(CanState::error_active, kStart);
+  EXPECT_TRUE(controller.may_be_on_again(kStart + ControllerState::kSettling));
 }
 
 TEST(SocketCan, AKernelWithoutCanIsToldAsThat) {
