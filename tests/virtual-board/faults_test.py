@@ -22,6 +22,8 @@ CHAMBERS = range(8)
 PINS = "/run/virtual-board/pins"
 STALLED = "/sys/module/plenum_frontend/parameters/stalled"
 CONVERTERS = "/sys/bus/platform/drivers/plenum-adc"
+BUS_OFF = "/sys/module/plenum_bus_off/parameters/interface"
+RESTART_ms = 100  # RestartSec of 80-can0.network
 TICK_ms = 10
 STALE_LIMIT_ticks = 3  # stale_limit_ticks of a chamber
 GUARD_ticks = 5  # guard_ticks of board.toml, left out there
@@ -234,6 +236,28 @@ class BoardAndFaults(unittest.TestCase):
         self.regulate()
         self.assert_safe("bus down", self.strike("ip link set can0 down"), 10 * TICK_ms)
         self.board.run("ip link set can0 up")
+        self.assert_fault("8140h")
+
+    def bus_offs(self):
+        """How often the controller was off the bus, and how often the kernel has restarted it."""
+        told = json.loads(self.board.run("ip -json -details -statistics link show can0"))[0]["linkinfo"]["info_xstats"]
+        return told["bus_off"], told["restarts"]
+
+    def test_bus_off(self):
+        self.board.run("insmod /run/virtual-board/plenum_bus_off.ko")
+        self.addCleanup(self.board.run, "rmmod plenum_bus_off")
+        self.regulate()
+        offs, restarts = self.bus_offs()
+        self.board.run(f"stdbuf -oL candump -T 10000 -L can1,{0x80 + NODE:X}:7FF >/run/emergencies & sleep 0.5")
+        struck_us = self.strike(f"echo can0 >{BUS_OFF}")
+        self.assert_safe("bus-off", struck_us, 3 * TICK_ms)
+        self.assertEqual(self.bus_offs(), (offs + 1, restarts + 1))
+        self.board.run(f"echo can0 >{BUS_OFF}; sleep 0.5")
+        heard = self.board.run("cat /run/emergencies").splitlines()
+        told_ms = [float(row[1:18]) * 1000 - struck_us / 1000 for row in heard if f" {0x80 + NODE:03X}#4081" in row]
+        self.assertEqual(len(told_ms), 2, "8140h is told once for each bus-off")
+        self.assertGreaterEqual(told_ms[0], RESTART_ms, "8140h was told off the bus [ms]")
+        self.figures["8140h, after the bus-off"] = f"{told_ms[0]:8.1f} ms"
         self.assert_fault("8140h")
 
     def test_kill(self):

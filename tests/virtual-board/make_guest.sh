@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # build/virtual-board/guest.cpio.gz: what the test adds to the initramfs of the image, for one boot and in memory only. The
-# front end (a kernel module), plantd, can_door, the agent, the units that start them.
+# front end and the bus-off (kernel modules), plantd, can_door, the agent, the units that start them.
 set -euo pipefail
 
 top=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
@@ -25,7 +25,9 @@ rm -rf "$staged"
 mkdir -p "$staged/run-extra/virtual-board" "$staged/run-extra/systemd/system/multi-user.target.wants"
 cp "$here/guest/main" "$staged/"
 cp "$here/guest/agent" "$work/guest/plantd" "$work/guest/can_door" "$staged/run-extra/virtual-board/"
-${cross}strip --strip-debug -o "$staged/run-extra/virtual-board/plenum_frontend.ko" "$module_folder/plenum_frontend.ko"
+for module in plenum_frontend plenum_bus_off; do
+  ${cross}strip --strip-debug -o "$staged/run-extra/virtual-board/$module.ko" "$module_folder/$module.ko"
+done
 
 for unit in "$here"/guest/units/*.service; do
   cp "$unit" "$staged/run-extra/systemd/system/"
