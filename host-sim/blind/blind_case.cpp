@@ -45,6 +45,13 @@ trace::RigDescription nominal_of(const trace::RigDescription& truth, Random& ran
   return rig;
 }
 
+void enlarge(trace::RigDescription::Valve& valve, double size) {
+  for (double* area : {&valve.inlet_area_per_V_m2, &valve.exhaust_area_per_V_m2, &valve.inlet_leak_m2,
+                       &valve.exhaust_leak_m2, &valve.transition_m2}) {
+    *area *= size;
+  }
+}
+
 Motion draw_motion(Random& random, bool moves) {
   Motion motion;
   motion.mean_m3 = random.log_uniform(40e-6, 300e-6);
@@ -71,10 +78,11 @@ Clutter draw_clutter(Random& random, const trace::RigDescription& rig) {
   return clutter;
 }
 
-Scale scale_of(const trace::RigDescription& rig, const Motion& motion) {
+Scale scale_of(const trace::RigDescription& rig, const Motion& motion, double size) {
   const double flow = rig.valve.discharge_coefficient *
                       thin_plate_flux(rig.supply.pressure_Pa, rig.ambient.pressure_Pa, rig.gas.temperature_K);
-  return {rig.supply.pressure_Pa,
+  return {size,
+          rig.supply.pressure_Pa,
           rig.ambient.pressure_Pa,
           rig.gas.temperature_K,
           motion.mean_m3,
@@ -153,10 +161,14 @@ Case make_case(const Recipe& recipe) {
   out.rig = nominal_of(machine.rig, random);
   machine.motion = draw_motion(random, recipe.tier == 1);
   machine.clutter = draw_clutter(random, machine.rig);
+  enlarge(machine.rig.valve, recipe.size);
+  enlarge(out.rig.valve, recipe.size);
+  machine.motion.mean_m3 *= recipe.size;
+  machine.clutter.volume_lsb_m3 *= recipe.size;
   const double span_Pa = machine.rig.supply.pressure_Pa - machine.rig.ambient.pressure_Pa;
   machine.initial_Pa = machine.rig.ambient.pressure_Pa + random.uniform(0.0, 0.3) * span_Pa;
 
-  const Scale scale = scale_of(machine.rig, machine.motion);
+  const Scale scale = scale_of(machine.rig, machine.motion, recipe.size);
   std::vector<Drawn> drawn;
   for (const std::string& id : recipe.effects) {
     drawn.push_back(departure_kind(id).draw(random, scale, machine.departures));
@@ -184,6 +196,7 @@ Case make_case(const Recipe& recipe) {
   label["tier"] = recipe.tier;
   label["seed"] = recipe.seed;
   label["seconds"] = recipe.seconds;
+  label["size"] = recipe.size;
   label["effects"] = Json::array();
   Machine nominal = clean;
   nominal.departures = Departures{};

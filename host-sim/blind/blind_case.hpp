@@ -1,7 +1,7 @@
 // One blind case: a machine drawn from the population, its recording, a held-out recording, what its user knows of
 // it, and the label.
 //
-// Population: supply 400..800 kPa, 0.8..2.2 mm2/V a port, leaks 0.01..0.15 mm2, transition 0.1..0.4 mm2, null
+// Population of size 1: supply 400..800 kPa, 0.8..2.2 mm2/V a port, leaks 0.01..0.15 mm2, transition 0.1..0.4 mm2, null
 // 4.85..5.15 V, thresholds 0.05..0.25 V apart, 40..300 mL, moving by 20..40 % at 0.1..1.5 Hz (tier 1), noise
 // 60..300 Pa a row. The rig's figures are a data sheet's: gains within 15 %, thresholds within 0.05 V, leaks within
 // a factor of 3, transition of 2; supply, ambient, temperature, volume and noise are exact.
@@ -28,6 +28,8 @@ struct Recipe {
   int tier = 1;  ///< 1 mixed, volume moving; 2 mixed, volume fixed; 3 a single chirp, fixed
   double seconds = 40.0;
   std::uint64_t seed = 1;
+  /// The whole machine's: ports, volume, hoses' cross-sections and vessels are so many times as large, and take as long.
+  double size = 1.0;
 };
 
 struct Case {

@@ -126,6 +126,9 @@ Recipe recipe_of(const SetRequest& request, std::size_t index) {
   } else {
     throw std::invalid_argument(fmt::format("tier '{}' is not known, expected 1, 2, 3 or all", request.tier));
   }
+  // A third of the machines are smaller or larger than the population was drawn for.
+  Random sizes(recipe.seed, 4);
+  if (sizes.chance(1.0 / 3.0)) recipe.size = sizes.log_uniform(0.03, 5.0);
   // What acts on a moving volume alone would be no departure at rest.
   const bool needs_motion =
       std::any_of(recipe.effects.begin(), recipe.effects.end(),

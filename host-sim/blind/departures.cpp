@@ -104,7 +104,8 @@ Drawn draw_flow_function(Random& random, const Scale&, Departures& into) {
 
 Drawn draw_supply_droop(Random& random, const Scale& scale, Departures& into) {
   if (random.chance(0.5)) {
-    into.reservoir = Reservoir{random.log_uniform(0.3e-3, 5e-3), random.log_uniform(2e-6, 80e-6)};
+    into.reservoir = Reservoir{scale.size * random.log_uniform(0.3e-3, 5e-3),
+                               scale.size * random.log_uniform(2e-6, 80e-6)};
     return {"supply_droop",
             "vessel behind an orifice",
             {{"volume_m3", into.reservoir->volume_m3}, {"feed_m2", into.reservoir->feed_m2}}};
@@ -121,18 +122,18 @@ Drawn draw_supply_droop(Random& random, const Scale& scale, Departures& into) {
 }
 
 Drawn draw_exhaust_backpressure(Random& random, const Scale& scale, Departures& into) {
-  const double silencer_m2 = random.log_uniform(2e-6, 60e-6);
-  const double manifold_m3 = random.chance(0.5) ? random.log_uniform(30e-6, 200e-6) : 0.0;
+  const double silencer_m2 = scale.size * random.log_uniform(2e-6, 60e-6);
+  const double manifold_m3 = random.chance(0.5) ? scale.size * random.log_uniform(30e-6, 200e-6) : 0.0;
   into.silencer = Silencer{scale.flow_kg_s_m2 / scale.supply_Pa * silencer_m2, manifold_m3};
   return {"exhaust_backpressure",
           manifold_m3 > 0.0 ? "silencer behind a manifold" : "silencer",
           {{"silencer_m2", silencer_m2}, {"manifold_m3", manifold_m3}}};
 }
 
-Drawn draw_chamber_leak(Random& random, const Scale&, Departures& into) {
+Drawn draw_chamber_leak(Random& random, const Scale& scale, Departures& into) {
   // Both pass the same at about 5 bar for the same area.
   constexpr double kCapillary_kg_s_Pa_m2 = 7e-4;
-  const double area_m2 = random.log_uniform(0.0003e-6, 0.5e-6);
+  const double area_m2 = scale.size * random.log_uniform(0.0003e-6, 0.5e-6);
   const unsigned form = random.below(3);
   const double laminar = form == 0 ? 1.0 : form == 1 ? 0.0 : 0.5;
   into.chamber_leak = ChamberLeak{laminar * kCapillary_kg_s_Pa_m2 * area_m2, (1.0 - laminar) * area_m2};
@@ -144,10 +145,11 @@ Drawn draw_chamber_leak(Random& random, const Scale&, Departures& into) {
       {{"capillary_kg_s_Pa", into.chamber_leak->capillary_kg_s_Pa}, {"hole_m2", into.chamber_leak->hole_m2}}};
 }
 
-Drawn draw_tube(Random& random, const Scale&, Departures& into) {
+Drawn draw_tube(Random& random, const Scale& scale, Departures& into) {
   const double length_m = random.log_uniform(0.05, 4.0);
   const auto cells = static_cast<std::size_t>(std::clamp(std::lround(length_m / 0.12), 1L, 12L));
-  into.tube = Tube{length_m, random.uniform(3e-3, 6e-3), random.uniform(0.02, 0.04), cells};
+  into.tube =
+      Tube{length_m, std::sqrt(scale.size) * random.uniform(3e-3, 6e-3), random.uniform(0.02, 0.04), cells};
   return {"tube_dynamics",
           "distributed line",
           {{"length_m", length_m},
@@ -230,8 +232,8 @@ Drawn draw_volume_lag(Random& random, const Scale&, Departures& into) {
   return {"volume_lag", "position sensor late", {{"time_s", into.volume_lag->time_s}}};
 }
 
-Drawn draw_lifting_seal(Random& random, const Scale&, Departures& into) {
-  into.lifting_seal = LiftingSeal{random.log_uniform(0.05e-6, 1e-6), random.uniform(0.2, 1.0),
+Drawn draw_lifting_seal(Random& random, const Scale& scale, Departures& into) {
+  into.lifting_seal = LiftingSeal{scale.size * random.log_uniform(0.05e-6, 1e-6), random.uniform(0.2, 1.0),
                                   random.uniform(0.2, 0.5), random.bits()};
   return {"lifting_seal",
           "leak now and then",

@@ -224,6 +224,7 @@ struct Departures {
 
 /// What the sizes of a drawn departure are measured against.
 struct Scale {
+  double size;  ///< what is told in square metres, cubic metres or kilograms a second grows with it
   double supply_Pa;
   double ambient_Pa;
   double temperature_K;

@@ -98,6 +98,26 @@ TEST(BlindCase, GasBehindAWallThatHardlyConductsKeepsItsMass) {
   }
 }
 
+TEST(BlindCase, AMachineOfAnotherSizeTakesAsLong) {
+  // ports and volumes alike larger: the pressures are the same, but for what is rounded
+  for (const char* effect : {"", "supply_droop", "exhaust_backpressure", "chamber_leak", "volume_error"}) {
+    Recipe small =
+        recipe(1, 53, *effect == 0 ? std::vector<std::string>{} : std::vector<std::string>{effect});
+    Recipe large = small;
+    small.size = 0.03;
+    large.size = 5.0;
+    const Case a = make_case(small), b = make_case(large);
+    EXPECT_NEAR(b.log.volume_m3.front() / a.log.volume_m3.front(), 5.0 / 0.03, 0.1) << effect;
+    EXPECT_NEAR(b.rig.valve.inlet_area_per_V_m2 / a.rig.valve.inlet_area_per_V_m2, 5.0 / 0.03, 1e-9)
+        << effect;
+    double worst_Pa = 0.0;
+    for (std::size_t k = 0; k < a.log.size(); ++k) {
+      worst_Pa = std::max(worst_Pa, std::abs(a.log.pressure_Pa[k] - b.log.pressure_Pa[k]));
+    }
+    EXPECT_LT(worst_Pa, 1.1 * a.machine.clutter.pressure_lsb_Pa) << effect;
+  }
+}
+
 TEST(BlindCase, TheSameRecipeGivesTheSameBytes) {
   const Case a = make_case(recipe(1, 51, {"spool_lag"})), b = make_case(recipe(1, 51, {"spool_lag"}));
   EXPECT_EQ(trace::format_log(a.log), trace::format_log(b.log));

@@ -135,7 +135,7 @@ TEST(Departures, NearTheValueWhereTheyVanishLittleChanges) {
 
 TEST(Departures, EachOneThatIsDrawnShows) {
   const Rows nominal = stage().run({});
-  const Scale scale{600e3, 101325.0, 293.15, 150e-6, 1.5e-6, 0.72, 1000.0};
+  const Scale scale{1.0, 600e3, 101325.0, 293.15, 150e-6, 1.5e-6, 0.72, 1000.0};
   for (const DepartureKind& kind : departure_kinds()) {
     Random random(5);
     Departures d;
@@ -148,7 +148,7 @@ TEST(Departures, EachOneThatIsDrawnShows) {
 }
 
 TEST(Departures, HalvingTheStepMovesNoRowByMoreThanAFewPascals) {
-  const Scale scale{600e3, 101325.0, 293.15, 150e-6, 1.5e-6, 0.72, 1000.0};
+  const Scale scale{1.0, 600e3, 101325.0, 293.15, 150e-6, 1.5e-6, 0.72, 1000.0};
   const auto check = [](const Departures& d, std::string_view name) {
     const double moved = largest_difference(stage().run(d), stage().run(d, 0.5 * kStep_s));
     EXPECT_LT(moved, 5.0) << "Pa, " << name;
