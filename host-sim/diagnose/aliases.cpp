@@ -38,7 +38,7 @@ Eigen::MatrixXd sensitivities(const Scene& scene, const Record& record, const ef
   }
   changes.push_back({{figures, {start.pressure_Pa + kStart_Pa, start.warmth_Pa}}});
   for (std::size_t i = 0; i < kEffects; ++i) {
-    const effects::Parameter& p = kCatalogue[i]->parameters.front();
+    const effects::Parameter p = kCatalogue[i]->parameters.front().of(size_of(scene));
     Change change{{figures, start}, effects::EffectSet{1} << i};
     double& at = change.run.figures[effects::kFirstFigure[i]];
     at += kSmall * p.typical_change * (at + kSmall * p.typical_change <= p.greatest() ? 1.0 : -1.0);

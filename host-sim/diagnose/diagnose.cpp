@@ -491,7 +491,7 @@ class Diagnosis {
       if (!search_.alone[i].valid() || (used_->on >> i & 1U) != 0) continue;
       const Fit& alone = search_.alone[i].fit;
       const double error = standard_errors(alone, search_.correlated_rows)[effects::kValveFigures];
-      const effects::Parameter& p = kCatalogue[i]->parameters.front();
+      const effects::Parameter p = kCatalogue[i]->parameters.front().of(size_of(scene_));
       const double at = p.neutral() + kErrors * error * p.typical_change;
       report_.detectable.push_back(
           {id_of(i), std::string(p.name),

@@ -339,7 +339,7 @@ class Searcher {
   std::vector<Figures> sizes_of(std::size_t effect, const Figures& figures,
                                 std::initializer_list<double> sizes) const {
     const std::size_t at = effects::kFirstFigure[effect];
-    const effects::Parameter& first = effects::kCatalogue[effect]->parameters.front();
+    const effects::Parameter first = effects::kCatalogue[effect]->parameters.front().of(size_of(scene_));
     const double from = scene_.nominal[at];
     std::vector<Figures> all;
     for (const double size : sizes) {

@@ -33,10 +33,11 @@ ChamberEffects chamber_effects(const std::map<std::string, std::map<std::string,
         throw unknown("effect " + id + ": unknown parameter", name, parameters,
                       [](const Parameter& p) { return p.name; });
       }
-      if (!(value >= of->low && value <= of->high)) {
+      const Parameter allowed = of->of_any_size();
+      if (!(value >= allowed.low && value <= allowed.high)) {
         std::ostringstream what;
-        what << "effect " << id << ": " << name << " = " << value << ", expected " << of->low << " to "
-             << of->high;
+        what << "effect " << id << ": " << name << " = " << value << ", expected " << allowed.low << " to "
+             << allowed.high;
         throw std::invalid_argument(what.str());
       }
       const auto place = static_cast<std::size_t>(of - parameters.begin());

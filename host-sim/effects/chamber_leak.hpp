@@ -3,8 +3,8 @@
 //   m = G (p^2 - P_a^2) / (2 P_a)
 //
 // p chamber, P_a ambient [Pa]; G conductance of a laminar gap at ambient density [kg/(s Pa)]. Assumptions:
-// isothermal laminar gap flow. Vanishes at G = 0. A leak through a hole, with the flow function of the ports, is
-// what the sealed exhaust area L_r already is: calibration takes it. Source: compressible Poiseuille flow; leak
+// isothermal laminar gap flow. Vanishes at G = 0. A leak through a hole, with the flow function of the ports, adds
+// to the exhaust's area at every command: that is an L_r and a threshold u_r that are larger, and calibration takes it. Source: compressible Poiseuille flow; leak
 // curves of plastic and metal parts.
 #pragma once
 
@@ -16,7 +16,8 @@
 namespace plenum::host::effects {
 
 inline constexpr std::array<Parameter, 1> kChamberLeakParameters{{
-    {"conductance_g_s_MPa", "of the gap, at ambient density", 0.0, 20.0, 0.0, 0.02},
+    {"conductance_g_s_MPa", "of the gap, at ambient density", 0.0, 20.0, 0.0, 0.02, Coordinate::linear, false,
+     GrowsWith::valve},
 }};
 inline constexpr Effect kChamberLeak{"chamber_leak",
                                      Equation::mass_flow,

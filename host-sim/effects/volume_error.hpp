@@ -15,7 +15,8 @@
 namespace plenum::host::effects {
 
 inline constexpr std::array<Parameter, 1> kVolumeErrorParameters{{
-    {"offset_mL", "true volume less the logged one", -5000.0, 5000.0, 0.0, 3.0},
+    {"offset_mL", "true volume less the logged one", -5000.0, 5000.0, 0.0, 3.0, Coordinate::linear, false,
+     GrowsWith::volume},
 }};
 inline constexpr Effect kVolumeError{"volume_error",
                                      Equation::energy,

@@ -27,7 +27,8 @@ void print(const Output& output, const Effect& effect) {
   output.print("  equation   {}\n", effects::name_of(effect.equation));
   output.print("  formula    {}\n", effect.formula);
   const char* title = "parameters";
-  for (const Parameter& of : effect.parameters) {
+  for (const Parameter& one : effect.parameters) {
+    const Parameter of = one.of_any_size();
     output.print("  {:<10} {:<24} {} to {}, vanishes at {}: {}\n", title, of.name, text_of(of.low),
                  text_of(of.high), text_of(of.vanishes_at), of.what);
     title = "";
@@ -42,7 +43,8 @@ Json json_of(double value) {
 
 Json json_of(const Effect& effect) {
   Json parameters = Json::array();
-  for (const Parameter& of : effect.parameters) {
+  for (const Parameter& one : effect.parameters) {
+    const Parameter of = one.of_any_size();
     parameters.push_back({{"name", of.name},
                           {"what", of.what},
                           {"low", json_of(of.low)},

@@ -80,6 +80,33 @@ TEST(Catalogue, EveryParameterCanVanishWithinItsBounds) {
   }
 }
 
+TEST(Catalogue, WhatMattersToAValveAHundredthAsWideIsAHundredTimesTheResistance) {
+  const Parameter& resistance = kCatalogue[kIdExhaustBackpressure]->parameters[0];
+  const Parameter& manifold = kCatalogue[kIdExhaustBackpressure]->parameters[1];
+  const Parameter& conductance = kCatalogue[kIdChamberLeak]->parameters[0];
+  const Parameter& bore = kCatalogue[kIdTubeDynamics]->parameters[1];
+  const Size small{0.01, 0.1};
+  EXPECT_DOUBLE_EQ(resistance.of(small).high, 100.0 * resistance.high);
+  EXPECT_DOUBLE_EQ(resistance.of(small).typical_change, 100.0 * resistance.typical_change);
+  EXPECT_DOUBLE_EQ(conductance.of(small).high, 0.01 * conductance.high);
+  EXPECT_DOUBLE_EQ(bore.of(small).low, 0.1 * bore.low);
+  EXPECT_DOUBLE_EQ(bore.of(small).vanishes_at, 0.1 * bore.vanishes_at);
+  EXPECT_DOUBLE_EQ(manifold.of(small).typical_change, 0.1 * manifold.typical_change);
+  EXPECT_EQ(manifold.of(small).high, manifold.high) << "a manifold of any size can stand behind a valve";
+  EXPECT_DOUBLE_EQ(resistance.of({1e-9, 1.0}).high, resistance.of_any_size().high) << "and no further";
+}
+
+TEST(Catalogue, OfAnySizeLetsARigSayWhatAFitMayFind) {
+  for (const Effect* effect : catalogue()) {
+    for (const Parameter& p : effect->parameters) {
+      for (const double valve : {0.01, 0.3, 1.0, 7.0, 100.0}) {
+        EXPECT_LE(p.of_any_size().low, p.of({valve, 1.0}).low) << effect->id << "." << p.name;
+        EXPECT_GE(p.of_any_size().high, p.of({valve, 1.0}).high) << effect->id << "." << p.name;
+      }
+    }
+  }
+}
+
 TEST(Catalogue, ValueAndCoordinateOfAParameterTurnIntoEachOther) {
   for (const Effect* effect : catalogue()) {
     for (const Parameter& p : effect->parameters) {
@@ -94,7 +121,7 @@ TEST(Catalogue, NamesCarryTheirUnitUnlessTheyAreRatios) {
       "damping",         "inlet_slope",   "inlet_curve",    "inlet_bend",     "exhaust_bend",
       "exhaust_slope",   "exhaust_curve", "critical_ratio", "subsonic_index", "cracking_ratio",
       "discharge_slope", "exponent",      "gain_error",     "pressure_power", "orifice_share",
-      "rounding",        "reach",         "letting_go"};
+      "rounding",        "reach",         "letting_go",     "straight_share"};
   const std::set<std::string_view> units{"_Hz", "_s",   "_V",  "_kPa_s_per_g", "_g_s_MPa", "_m",
                                          "_mm", "_W_K", "_mL", "_kPa",         "_V_s"};
   for (const Effect* effect : catalogue()) {

@@ -160,8 +160,9 @@ TEST(SupplyDroop, MiddleOfAStepIsAnImplicitHalfAndHoldsAFlowThatAnyDroopStops) {
 
 // ---- exhaust_backpressure
 
-ExhaustBackpressure<double> silencer_of(double resistance_kPa_s_per_g, double manifold_mL, double step_s) {
-  const double x[] = {resistance_kPa_s_per_g, manifold_mL};
+ExhaustBackpressure<double> silencer_of(double resistance_kPa_s_per_g, double manifold_mL, double step_s,
+                                        double straight_share = 0.0) {
+  const double x[] = {resistance_kPa_s_per_g, manifold_mL, straight_share};
   ExhaustBackpressure<double> silencer;
   silencer.prepare(x, RT(), 1.4, step_s, kAmbient_Pa);
   return silencer;
@@ -202,6 +203,30 @@ TEST(ExhaustBackpressure, ManifoldEmptiesAsAHyperbolicCosine) {
     silencer.vent(0.0);
     const double left = std::max(0.0, theta - k_1_s * 1e-4 * k);
     ASSERT_NEAR(silencer.behind_Pa(), kAmbient_Pa * std::cosh(left), 2.0) << "Pa after " << 0.1 * k << " ms";
+  }
+}
+
+TEST(ExhaustBackpressure, BehindAStraightSilencerPressureIsAmbientAndResistanceTimesFlow) {
+  for (const double manifold_mL : {0.0, 100.0}) {
+    ExhaustBackpressure<double> silencer = silencer_of(40.0, manifold_mL, 0.0025, 1.0);
+    for (int k = 0; k < 4000; ++k) silencer.vent(2e-3);
+    EXPECT_NEAR(silencer.behind_Pa(), kAmbient_Pa + 80e3, 1e-3) << "Pa, " << manifold_mL << " mL";
+  }
+  // half of either: P^2 = P_a^2 + P_a R m + (R m)^2
+  ExhaustBackpressure<double> half = silencer_of(40.0, 0.0, 0.0025, 0.5);
+  half.vent(2e-3);
+  EXPECT_NEAR(half.behind_Pa(), std::sqrt(kAmbient_Pa * (kAmbient_Pa + 80e3) + 80e3 * 80e3), 1e-3) << "Pa";
+}
+
+TEST(ExhaustBackpressure, ManifoldBehindAStraightSilencerEmptiesExponentially) {
+  const double k_1_s = 1.4 * RT() / (100e-6 * 40e6);
+  ExhaustBackpressure<double> silencer = silencer_of(40.0, 100.0, 1e-4, 1.0);
+  for (int k = 0; k < 100000; ++k) silencer.vent(2e-3);
+  const double above_Pa = silencer.behind_Pa() - kAmbient_Pa;
+  for (int k = 1; k <= 500; ++k) {
+    silencer.vent(0.0);
+    ASSERT_NEAR(silencer.behind_Pa() - kAmbient_Pa, above_Pa * std::exp(-k_1_s * 1e-4 * k), 2.0)
+        << "Pa after " << 0.1 * k << " ms";
   }
 }
 

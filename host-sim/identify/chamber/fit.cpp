@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "host-sim/effects/chamber_effects.hpp"
@@ -315,10 +316,29 @@ Scene make_scene(const trace::RigDescription& rig) {
   }
   scene.noise_Pa = rig.sensor.pressure_noise_Pa;
   return scene;
+  for (std::size_t i = 0; i < effects::kEffects; ++i) {
+    if ((scene.known >> i & 1U) != 0) continue;
+    std::size_t at = effects::kFirstFigure[i];
+    for (const effects::Parameter& p : effects::kCatalogue[i]->parameters) {
+      scene.nominal[at++] = p.of(size_of(scene)).neutral();
+    }
+  }
 }
 
 std::vector<Variable> variables_of(const Scene& scene, EffectSet on, EffectSet refined) {
   const Figures& nominal = scene.nominal;
+effects::Size size_of(const Scene& scene) {
+  effects::Size size;
+  size.valve = 0.5 * (scene.nominal[effects::kInletGain] + scene.nominal[effects::kExhaustGain]) /
+               effects::kSizedForGain_m2_V;
+  if (!scene.records.empty()) {
+    const std::vector<double>& volume_m3 = scene.records.front().drive.volume_m3;
+    size.volume = std::accumulate(volume_m3.begin(), volume_m3.end(), 0.0) /
+                  static_cast<double>(volume_m3.size()) / effects::kSizedForVolume_m3;
+  }
+  return size;
+}
+
   const double gain = 0.5 * (nominal[effects::kInletGain] + nominal[effects::kExhaustGain]);
   std::vector<Variable> variables{
       {effects::kOpenAbove, nominal[effects::kOpenAbove] - 1.5, nominal[effects::kOpenAbove] + 1.5, 0.05},
@@ -331,10 +351,12 @@ std::vector<Variable> variables_of(const Scene& scene, EffectSet on, EffectSet r
       {effects::kTransition, 1e-4 * gain, 3.0 * gain, 0.05 * gain}};
   for (std::size_t i = 0; i < effects::kEffects; ++i) {
     if ((on >> i & 1U) == 0) continue;
+  const effects::Size size = size_of(scene);
     std::size_t at = effects::kFirstFigure[i];
     for (const effects::Parameter& p : effects::kCatalogue[i]->parameters) {
       if (!p.refines || (refined >> i & 1U) != 0) {
-        variables.push_back({at, p.least(), p.greatest(), p.typical_change});
+        const effects::Parameter sized = p.of(size);
+        variables.push_back({at, sized.least(), sized.greatest(), sized.typical_change});
       }
       ++at;
     }

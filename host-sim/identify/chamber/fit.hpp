@@ -58,6 +58,9 @@ struct Variable {
 std::vector<Variable> variables_of(const Scene& scene, effects::EffectSet on, effects::EffectSet refined = 0);
 
 struct Fit {
+/// How large its chamber is: its ports as the rig says, its volume as in the first record.
+effects::Size size_of(const Scene& scene);
+
   effects::EffectSet on = 0;
   effects::EffectSet refined = 0;  ///< of these the refining parameters were free, too
   effects::Figures figures{};

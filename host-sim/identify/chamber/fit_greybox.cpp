@@ -210,8 +210,8 @@ class Chooser {
   }
 
   /// An effect that vanishes at a bound begins a step off it.
-  static Figures begun(Figures figures, std::size_t id) {
-    const effects::Parameter& first = effects::kCatalogue[id]->parameters.front();
+  Figures begun(Figures figures, std::size_t id) const {
+    const effects::Parameter first = effects::kCatalogue[id]->parameters.front().of(size_of(scene_));
     double& at = figures[effects::kFirstFigure[id]];
     if (at == first.least()) at = first.least() + first.typical_change;
     return figures;
@@ -228,9 +228,8 @@ class Chooser {
     for (const std::size_t id : kCandidates) {
       if ((best_.fit.on & bit(id)) == 0 || best_.fit.on == bit(id)) continue;
       Figures start = best_.fit.figures;
-      const Figures neutral = effects::neutral_figures();
       for (std::size_t k = effects::kFirstFigure[id]; k < effects::kFirstFigure[id + 1]; ++k)
-        start[k] = neutral[k];
+        start[k] = scene_.nominal[k];
       Trial without = trial({best_.fit.on & ~bit(id), best_.fit.refined & ~bit(id)}, {start});
       if (without.heldout_squares < (1.0 + kWorthKeeping) * best_.heldout_squares) {
         best_ = std::move(without);
