@@ -49,6 +49,10 @@ constexpr double kMostPieces = 200.0;
 /// Short fits are run this long, in so few steps a tick.
 constexpr double kLook_s = 40.0;
 constexpr int kLookSteps = 2;
+/// By so much a fit over time grows.
+constexpr double kStretch_s = 5.0;
+constexpr double kWander_s = 65.0;  ///< the null's spline ends before
+constexpr double kBetween_s = 1.0;  ///< of the rows held out: so many are followed, so many judge
 /// Of the squares: an effect that changes them by less shows nothing at that size.
 constexpr double kShown = 1e-4;
 /// Of the squares of the best look: an effect that looks worse by this is fitted briefly, and not refined. If its end were no
@@ -62,7 +66,7 @@ EffectSet bit(std::size_t effect) {
 bool worth_entering(const Trial& with, const Trial& base, double correlated_rows) {
   return with.valid() && with.evidence(correlated_rows) - base.evidence(correlated_rows) > kWorthEntering &&
          with.joint_squares < (1.0 - kLeastShare) * base.joint_squares &&
-         with.heldout_squares < (1.0 - kLeastShare) * base.heldout_squares;
+         std::pow(with.heldout_Pa(), 2) < (1.0 - kLeastShare) * std::pow(base.heldout_Pa(), 2);
 }
 
 /// By evidence, but after all others those that do not lower the held-out error.
@@ -89,12 +93,12 @@ bool closes_enough(const Trial& with, const Trial& base, double noise_Pa) {
          share_of_rest(with.heldout_Pa(), base.heldout_Pa(), noise_Pa) > kFurtherOfRest;
 }
 
-/// The same logs, shorter and in fewer steps a tick.
-Scene coarse(const Scene& scene) {
+/// The first seconds of the same logs, in fewer steps a tick.
+Scene coarse(const Scene& scene, double seconds) {
   Scene coarse = scene;
   for (Record& record : coarse.records) {
     const effects::Drive fine = record.drive;
-    const auto rows = std::min(record.fitted_rows, static_cast<std::size_t>(kLook_s / fine.timing.tick_s));
+    const auto rows = std::min(record.fitted_rows, static_cast<std::size_t>(seconds / fine.timing.tick_s));
     std::vector<double> volume_m3(rows);
     for (std::size_t row = 0; row < rows; ++row) {
       volume_m3[row] = fine.volume_m3[row * static_cast<std::size_t>(fine.timing.steps)];
@@ -144,12 +148,34 @@ class Searcher {
  public:
   Searcher(const Scene& scene, const std::vector<HeldOut>& heldout, const SearchOptions& options)
       : scene_(scene),
-        coarse_(coarse(scene)),
+        coarse_(coarse(scene, kLook_s)),
         heldout_(heldout),
         held_records_(as_fitted(heldout)),
-        options_(options) {}
+        followed_(scene),
+        between_(heldout),
+        options_(options) {
+    for (HeldOut& held : between_) {
+      if (held.continues < 0) continue;
+      const auto stretch = static_cast<std::size_t>(std::ceil(kBetween_s / held.record.drive.timing.tick_s));
+      Record& record = followed_.records[static_cast<std::size_t>(held.continues)];
+      record.fitted_rows = record.rows();
+      record.half = {held.first, stretch, false};
+      held.record.half = {held.first, stretch, true};
+    }
+    between_records_ = as_fitted(between_);
+  }
 
-  Trial tried(Fit fit) const { return diagnose::tried(scene_, heldout_, held_records_, std::move(fit)); }
+  /// To its end. A null that wanders is known only where it is seen: with its spline every other second of the rows held out of
+  /// the fitted logs is fitted, too, and those between judge.
+  Fit fitted(EffectSet on, const Figures& figures, const std::vector<effects::Start>& start,
+             const FitOptions& options) const {
+    return fit(wanders(options.refined) ? followed_ : scene_, on, figures, start, options);
+  }
+  Trial tried(Fit fit) const {
+    const bool follows = wanders(fit.refined);
+    return diagnose::tried(scene_, follows ? between_ : heldout_, follows ? between_records_ : held_records_,
+                           std::move(fit));
+  }
 
   /// Short fits of one set.
   struct Look {
@@ -157,6 +183,8 @@ class Searcher {
     /// Where the effect changes nothing in the best, the best in which it does: a silencer changes nothing until it is so
     /// narrow that the port before it no longer chokes.
     std::optional<Fit> shown;
+    /// A refinement that did not begin in the best and found more.
+    std::optional<Fit> finer;
     /// Of the best or of its refinement, whose further variables have their price: a null that wanders shows nothing before.
     double squares = std::numeric_limits<double>::infinity();
 
@@ -202,12 +230,37 @@ class Searcher {
     }
     if (refinable(effect)) {
       options.refined |= bit(effect);
-      const Fit finer = fit(coarse_, on, seen.best.figures, seen.best.start, options);
+      Fit finer = fit(coarse_, on, seen.best.figures, seen.best.start, options);
+      if (base.on == 0) {
+        if (effect == effects::kIdNullDrift) {
+          Fit other = grown(effect, options);
+          if (other.rms_Pa() < finer.rms_Pa()) {
+            finer.squares *= std::pow(other.rms_Pa() / finer.rms_Pa(), 2);
+            seen.finer = std::move(other);
+          }
+        }
+      }
       const auto more = static_cast<double>(finer.variables.size() - seen.best.variables.size());
       seen.squares =
           std::min(seen.squares, finer.squares * std::exp(more * std::log(kMostPieces) / kMostPieces));
     }
     return seen;
+  }
+
+  /// Refined over the first seconds, then over more and more: what acts in time is found one stretch after another, where
+  /// a free run over all of it would be far off before the first is known.
+  Fit grown(std::size_t effect, const FitOptions& options) const {
+    double longest_s = 0.0;
+    for (const Record& record : followed_.records) {
+      longest_s = std::max(longest_s, static_cast<double>(record.fitted_rows) * record.drive.timing.tick_s);
+    }
+    Fit found;
+    found.figures = scene_.nominal;
+    for (double seconds = kStretch_s; seconds < std::min(longest_s, kWander_s) + kStretch_s;
+         seconds += kStretch_s) {
+      found = fit(coarse(followed_, seconds), bit(effect), found.figures, found.start, options);
+    }
+    return found;
   }
 
   /// `set` with `member` taken out and each of `which` put in its place while the others stand as they are, where their own
@@ -227,10 +280,10 @@ class Searcher {
     if (!std::isfinite(looked.squares)) return Trial{};
     if (looked.squares > kBehind * best_squares) {
       const Fit& found = looked.best;
-      return tried(fit(scene_, found.on, found.figures, found.start, brief(found.refined)));
+      return tried(fitted(found.on, found.figures, found.start, brief(found.refined)));
     }
     const auto to_its_end = [&](const Fit& found) {
-      return fit(scene_, found.on, found.figures, found.start, finish(found.refined));
+      return fitted(found.on, found.figures, found.start, finish(found.refined));
     };
     Fit found = to_its_end(looked.best);
     if (looked.shown) {
@@ -238,18 +291,23 @@ class Searcher {
       if (other.squares < found.squares) found = std::move(other);
     }
     Trial plain = tried(std::move(found));
-    return plain.valid() ? refined(std::move(plain), effect) : plain;
+    return plain.valid() ? refined(std::move(plain), effect, looked.finer) : plain;
   }
 
-  /// `set` with this effect of it refined, where that pays.
-  Trial refined(Trial set, std::size_t effect) const {
+  /// `set` with this effect of it refined, where that pays, from there or also from `other`.
+  Trial refined(Trial set, std::size_t effect, const std::optional<Fit>& other = {}) const {
     if (!refinable(effect) || (set.fit.refined & bit(effect)) != 0) return set;
-    Trial finer =
-        tried(fit(scene_, set.on, set.fit.figures, set.fit.start, finish(set.fit.refined | bit(effect))));
+    const FitOptions options = finish(set.fit.refined | bit(effect));
+    Fit found = fitted(set.on, set.fit.figures, set.fit.start, options);
+    if (other) {
+      Fit elsewhere = fitted(set.on, other->figures, other->start, options);
+      if (elsewhere.squares < found.squares) found = std::move(elsewhere);
+    }
+    Trial finer = tried(std::move(found));
     if (!finer.valid()) return set;
     // the correlation that is left: that of the plain trial's error is what a refinement explains
     const double correlated = correlation(finer);
-    const bool pays = finer.heldout_squares < set.heldout_squares &&
+    const bool pays = finer.heldout_Pa() < set.heldout_Pa() &&
                       finer.evidence(correlated) > set.evidence(correlated) + kWorthEntering;
     if (pays) return finer;
     return set;
@@ -263,8 +321,8 @@ class Searcher {
 
   /// `base` with this effect taken out.
   Trial without(const Trial& base, std::size_t effect) const {
-    return tried(fit(scene_, base.on & ~bit(effect), neutral(base.fit.figures, effect), base.fit.start,
-                     finish(base.fit.refined & ~bit(effect))));
+    return tried(fitted(base.on & ~bit(effect), neutral(base.fit.figures, effect), base.fit.start,
+                        finish(base.fit.refined & ~bit(effect))));
   }
 
   /// `set` without the effects that are not worth their place beside the others, the least first.
@@ -276,8 +334,7 @@ class Searcher {
         Trial rest = std::popcount(set.on) == 1 ? recalibrated : without(set, member);
         const bool stays = worth_entering(set, rest, correlated) &&
                            (rest.on == 0 || closes_enough(set, rest, options_.noise_Pa));
-        if (!stays && (!least.valid() || rest.heldout_squares < least.heldout_squares))
-          least = std::move(rest);
+        if (!stays && (!least.valid() || rest.heldout_Pa() < least.heldout_Pa())) least = std::move(rest);
       }
       if (!least.valid()) break;
       set = std::move(least);
@@ -367,6 +424,7 @@ class Searcher {
   static FitOptions finish(EffectSet refined) {
     return {.most_iterations = 30, .tolerance = 1e-4, .refined = refined};
   }
+  static bool wanders(EffectSet refined) { return (refined & bit(effects::kIdNullDrift)) != 0; }
   static bool refinable(std::size_t effect) {
     const auto parameters = effects::kCatalogue[effect]->parameters;
     return std::any_of(parameters.begin(), parameters.end(),
@@ -377,6 +435,10 @@ class Searcher {
   Scene coarse_;  ///< for looks
   const std::vector<HeldOut>& heldout_;
   std::vector<Record> held_records_;  ///< the same, for a fit
+  /// The same again for what is followed into the rows held out.
+  Scene followed_;
+  std::vector<HeldOut> between_;
+  std::vector<Record> between_records_;
   const SearchOptions& options_;
   /// By the set that was enlarged, and what of it was refined.
   std::map<std::pair<EffectSet, EffectSet>, std::vector<Trial>> beside_;

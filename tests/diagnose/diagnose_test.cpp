@@ -19,13 +19,15 @@ namespace plenum::host::diagnose {
 namespace {
 
 /// The first case of these effects whose gap is above five times the noise after recalibration, as its label says.
-blind::Case clear_case(const std::vector<std::string>& effects, int tier, std::uint64_t seed) {
+blind::Case clear_case(const std::vector<std::string>& effects, int tier, std::uint64_t seed,
+                       double size = 1.0) {
   for (;; ++seed) {
     blind::Case made = blind::make_case({.effects = effects,
                                          .kind = effects.empty() ? "none" : "one",
                                          .tier = tier,
                                          .seconds = 15.0,
-                                         .seed = seed});
+                                         .seed = seed,
+                                         .size = size});
     if (effects.empty() || made.label.at("recalibrated_gap_Pa").get<double>() >
                                5.0 * made.label.at("noise_floor_Pa").get<double>()) {
       return made;
@@ -48,6 +50,30 @@ TEST(Diagnose, NamesTheEffectThatTheLabelHolds) {
     EXPECT_GT(report.closed_fraction, 0.5) << effect;
     EXPECT_LT(report.with_effects_Pa, report.recalibrated_Pa) << effect;
   }
+}
+
+TEST(Diagnose, NamesTheEffectOfAMachineThatIsMuchSmaller) {
+  // a silencer of some thousand kPa s/g, a hose of less than a millimetre, a vessel of a few cubic centimetres
+  for (const char* effect : {"exhaust_backpressure", "tube_dynamics", "supply_droop"}) {
+    const GapReport report = diagnosed(clear_case({effect}, 1, 11, 0.03));
+    ASSERT_FALSE(report.effects.empty()) << effect << ": " << name_of(report.verdict);
+    EXPECT_EQ(report.effects.front().id, effect);
+    EXPECT_GT(report.closed_fraction, 0.8) << effect;
+  }
+}
+
+TEST(Diagnose, FollowsANullThatWandersIntoTheRowsThatItHoldsOut) {
+  // the last two fifths of the log are held out: what the null did before says nothing of them
+  const blind::Case made = blind::make_case({.effects = {"null_drift"},
+                                             .kind = "one",
+                                             .tier = 1,
+                                             .seconds = 30.0,
+                                             .seed = 10517097185913350119ULL});
+  ASSERT_EQ(made.label.at("effects")[0].at("variant").get<std::string>(), "wander");
+  const GapReport report = diagnose({{"log", made.log}}, {}, made.rig, {});
+  ASSERT_EQ(report.effects.size(), 1U) << name_of(report.verdict);
+  EXPECT_EQ(report.effects.front().id, "null_drift");
+  EXPECT_GT(report.closed_fraction, 0.99);
 }
 
 TEST(Diagnose, ClosesAGapOfHeatToTheNoiseThoughTheGasBeginsWarm) {

@@ -63,6 +63,7 @@ std::vector<double> run_lanes(const Scene& scene, const Record& record, EffectSe
 double lane_squares(const std::vector<double>& readings, const Record& record, std::size_t lane) {
   double sum = 0.0;
   for (std::size_t row = record.settled_rows; row < record.fitted_rows; ++row) {
+    if (!record.counts(row)) continue;
     const double e = readings[row * kLanes + lane] - record.measured_Pa[row];
     sum += e * e;
   }
@@ -157,6 +158,7 @@ class FreeRunSquares {
         if (first > 0) later = run_lanes(scene_, record, on_, beside.runs);
         const std::vector<double>& readings = first == 0 ? first_readings(z, r) : later;
         for (Eigen::Index row = 0; row < rows; ++row) {
+          if (!record.counts(static_cast<std::size_t>(row + settled))) continue;
           const double* at = readings.data() + (row + settled) * kLanes;
           if (first == 0) table(row, n) = at[0] - record.measured_Pa[static_cast<std::size_t>(row + settled)];
           for (std::size_t k = 0; k < beside.columns.size(); ++k) {
@@ -314,8 +316,6 @@ Scene make_scene(const trace::RigDescription& rig) {
   for (std::size_t i = 0; i < kValveFigures.size(); ++i) {
     scene.nominal[i] = rig.valve.*kValveFigures[i].member;
   }
-  scene.noise_Pa = rig.sensor.pressure_noise_Pa;
-  return scene;
   for (std::size_t i = 0; i < effects::kEffects; ++i) {
     if ((scene.known >> i & 1U) != 0) continue;
     std::size_t at = effects::kFirstFigure[i];
@@ -323,10 +323,10 @@ Scene make_scene(const trace::RigDescription& rig) {
       scene.nominal[at++] = p.of(size_of(scene)).neutral();
     }
   }
+  scene.noise_Pa = rig.sensor.pressure_noise_Pa;
+  return scene;
 }
 
-std::vector<Variable> variables_of(const Scene& scene, EffectSet on, EffectSet refined) {
-  const Figures& nominal = scene.nominal;
 effects::Size size_of(const Scene& scene) {
   effects::Size size;
   size.valve = 0.5 * (scene.nominal[effects::kInletGain] + scene.nominal[effects::kExhaustGain]) /
@@ -339,6 +339,8 @@ effects::Size size_of(const Scene& scene) {
   return size;
 }
 
+std::vector<Variable> variables_of(const Scene& scene, EffectSet on, EffectSet refined) {
+  const Figures& nominal = scene.nominal;
   const double gain = 0.5 * (nominal[effects::kInletGain] + nominal[effects::kExhaustGain]);
   std::vector<Variable> variables{
       {effects::kOpenAbove, nominal[effects::kOpenAbove] - 1.5, nominal[effects::kOpenAbove] + 1.5, 0.05},
@@ -349,9 +351,9 @@ effects::Size size_of(const Scene& scene) {
       {effects::kInletLeak, 0.0, 3.0 * gain, 0.02 * gain},
       {effects::kExhaustLeak, 0.0, 3.0 * gain, 0.02 * gain},
       {effects::kTransition, 1e-4 * gain, 3.0 * gain, 0.05 * gain}};
+  const effects::Size size = size_of(scene);
   for (std::size_t i = 0; i < effects::kEffects; ++i) {
     if ((on >> i & 1U) == 0) continue;
-  const effects::Size size = size_of(scene);
     std::size_t at = effects::kFirstFigure[i];
     for (const effects::Parameter& p : effects::kCatalogue[i]->parameters) {
       if (!p.refines || (refined >> i & 1U) != 0) {
@@ -403,7 +405,8 @@ Fit fit(const Scene& scene, EffectSet on, const Figures& figures, const std::vec
   for (std::size_t r = 0; r < begin.size(); ++r) result.start.push_back(squares.start_at(solution.z, r));
   result.squares = solution.squares;
   for (const Record& record : scene.records) {
-    result.rows += record.fitted_rows - record.settled_rows;
+    for (std::size_t row = record.settled_rows; row < record.fitted_rows; ++row)
+      result.rows += record.counts(row);
     if (has_warmth(scene, record, on)) ++result.warmths;
   }
   result.gram = std::move(solution.gram);
@@ -518,6 +521,7 @@ Start estimate_start(const Scene& scene, const Record& record, EffectSet on, con
 Score score(const std::vector<double>& reading_Pa, const Record& record, std::size_t first) {
   Score s;
   for (std::size_t row = std::max(first, record.settled_rows); row < record.rows(); ++row) {
+    if (!record.counts(row)) continue;
     const double e = reading_Pa[row] - record.measured_Pa[row];
     s.squares += e * e;
     ++s.rows;

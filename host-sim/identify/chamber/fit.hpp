@@ -9,6 +9,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -29,8 +30,18 @@ struct Record {
   std::size_t fitted_rows = 0;
   /// Of the machine as it was before whatever is looked for: only the effects as configured act here.
   bool before = false;
+  /// Of the rows from `from` on, every other stretch of so many: the first and third, or where `second` those between.
+  struct Half {
+    std::size_t from = 0, stretch = 1;
+    bool second = false;
+  };
+  /// Only these count there: what wanders in time is known where it is seen, and judged between.
+  std::optional<Half> half = {};
 
   std::size_t rows() const { return measured_Pa.size(); }
+  bool counts(std::size_t row) const {
+    return !half || row < half->from || ((row - half->from) / half->stretch % 2 == 1) == half->second;
+  }
 };
 
 /// The logs of one chamber and what its rig says.
@@ -47,6 +58,9 @@ struct Scene {
 Record make_record(const std::string& name, const trace::Log& log, double fitted_share);
 Scene make_scene(const trace::RigDescription& rig);
 
+/// How large its chamber is: its ports as the rig says, its volume as in the first record.
+effects::Size size_of(const Scene& scene);
+
 /// One variable of a fit: a figure. The starts of the logs are variables besides.
 struct Variable {
   std::size_t figure = 0;
@@ -58,9 +72,6 @@ struct Variable {
 std::vector<Variable> variables_of(const Scene& scene, effects::EffectSet on, effects::EffectSet refined = 0);
 
 struct Fit {
-/// How large its chamber is: its ports as the rig says, its volume as in the first record.
-effects::Size size_of(const Scene& scene);
-
   effects::EffectSet on = 0;
   effects::EffectSet refined = 0;  ///< of these the refining parameters were free, too
   effects::Figures figures{};
@@ -116,7 +127,7 @@ std::vector<double> run(const Scene& scene, const Record& record, effects::Effec
 effects::Start estimate_start(const Scene& scene, const Record& record, effects::EffectSet on,
                               const effects::Figures& figures);
 
-/// Sum of squares and number of the rows that are held out, in `record`, from row `first` on.
+/// Sum of squares and number of the rows that are held out, in `record`, from row `first` on, those that count.
 struct Score {
   double squares = 0.0;
   std::size_t rows = 0;

@@ -94,6 +94,38 @@ Scene warm_scene(double warmth_Pa, double conductance_W_K) {
   return scene;
 }
 
+TEST(ChamberFit, RowsThatDoNotCountSayNothing) {
+  Scene scene = chamber_scene(jumping_V(1500), 30e-6);
+  effects::Figures wrong = scene.nominal;
+  wrong[effects::kInletGain] *= 1.1;
+  Record& record = scene.records[0];
+  record.half = {600, 100, false};
+  for (std::size_t row = 0; row < record.rows(); ++row) {
+    if (!record.counts(row)) record.measured_Pa[row] = 9e9;
+  }
+  const Fit found = fit(scene, 0, wrong, {});
+  EXPECT_NEAR(found.figures[effects::kInletGain] / scene.nominal[effects::kInletGain], 1.0, 1e-3);
+  EXPECT_LT(found.rms_Pa(), 5.0);
+  EXPECT_EQ(found.rows, 600 - record.settled_rows + 500)
+      << "of 900: 100, 300, 500, 700 and the last are fitted";
+  const Score judged = score(run(scene, record, 0, found.figures, found.start[0]), record, 600);
+  EXPECT_EQ(judged.rows, 500U);
+  EXPECT_LT(judged.rms_Pa(), 5.0);
+}
+
+TEST(ChamberFit, TheTwoHalvesAreAllRowsAndNoneTwice) {
+  Record first = chamber_scene(jumping_V(300), 0.0).records[0], second = first;
+  first.half = {130, 7, false};
+  second.half = {130, 7, true};
+  for (std::size_t row = 0; row < 300; ++row) {
+    if (row < 130) {
+      EXPECT_TRUE(first.counts(row) && second.counts(row)) << row;
+    } else {
+      EXPECT_NE(first.counts(row), second.counts(row)) << row;
+    }
+  }
+}
+
 TEST(ChamberFit, FindsHowWarmTheGasBegan) {
   for (const double warmth_Pa : {3e4, -5e4}) {
     const Scene scene = warm_scene(warmth_Pa, 0.05);
