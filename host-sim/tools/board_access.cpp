@@ -36,7 +36,6 @@ void BoardChoice::add_to(Arguments& arguments) {
               "How many times as long to wait for a board on a bus, whatever for: one in an emulator, say, "
               "whose second is longer than this PC's")
       .within(1.0, 1000.0)
-      .type_name("FACTOR")
       .show_default();
   arguments.option("--store", store, "Folder that keeps the models of the simulated board").type_name("DIR");
   rig.add_to(arguments);

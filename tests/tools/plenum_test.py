@@ -121,7 +121,7 @@ class Usage(Plenum):
                     self.refused(2, *command.split(), *needed.get(command, []), f"{option}={number}",
                                  says=[option, number, "expected a finite number"])
         self.assertLessEqual({"blind generate --seconds", "sim --seconds", "identify --stretch", "orifice --from",
-                              "regulate --mean", "monitor --rate", "calibrate --offset"}, seen)
+                              "regulate --mean", "monitor --rate", "calibrate --offset", "info --patience"}, seen)
         self.assertGreater(len(seen), 25)
 
     def test_a_bus_that_is_none_is_refused_by_its_name(self):
