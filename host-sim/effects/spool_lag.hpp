@@ -1,9 +1,10 @@
 // spool_lag: the spool follows its command as a damped mass on a spring.
 //
-//   tau c' = u - c,   v' = w^2 (c - x) - 2 zeta w v,   x' = v/sqrt(1 + (v/S)^2)
+//   tau (1 +- a) c' = u - c,   v' = w^2 (c - x) - 2 zeta w v,   x' = v/sqrt(1 + (v/S)^2)
 //
 // u command, c current of the coil, x effective command [V]; w = 2 pi f natural frequency [rad/s]; zeta damping [-];
-// tau the coil's time constant [s]; S greatest speed of the spool [V/s], that of saturated current and of flow forces.
+// tau the coil's time constant [s], a by how much of it the current rises more slowly (+) than it falls (-): a freewheeling diode, a valve that is
+// pulled open and springs shut; S greatest speed of the spool [V/s], that of saturated current and of flow forces.
 // Assumptions: no stop. Vanishes at f -> infinity with tau = 0 and S -> infinity, which is x'' = w^2 (u - x) - 2 zeta w
 // x'. Numerical treatment: closed form for a command held over a step (second_order.hpp), in which c enters by its mean. What
 // enters is the mean of x over the step, from the equation integrated over it,
@@ -23,26 +24,28 @@
 
 namespace plenum::host::effects {
 
-inline constexpr std::array<Parameter, 4> kSpoolLagParameters{{
+inline constexpr std::array<Parameter, 5> kSpoolLagParameters{{
     {"natural_frequency_Hz", "of the spool on its spring", 2.0, kInfinity, kInfinity, 0.02,
      Coordinate::reciprocal},
     {"damping", "damping ratio", 0.3, 10.0, 0.8, 0.3},
     {"slew_V_s", "S: greatest speed of the spool", 5.0, kInfinity, kInfinity, 2e-5,
      Coordinate::reciprocal_square, true},
     {"coil_s", "tau: time constant of the coil's current", 0.0, 0.05, 0.0, 0.001, Coordinate::linear, true},
+    {"coil_rise", "a: share by which it rises more slowly than it falls", -0.9, 0.9, 0.0, 0.2,
+     Coordinate::linear, true},
 }};
 inline constexpr Effect kSpoolLag{
     "spool_lag",
     Equation::command,
     "the valve's spool follows the command late: a mass on a spring, behind a coil, of limited speed",
-    "x'' = w^2 (c - x) - 2 zeta w x', w = 2 pi f, |x'| < S, tau c' = u - c",
+    "x'' = w^2 (c - x) - 2 zeta w x', w = 2 pi f, |x'| < S, tau (1 +- a) c' = u - c",
     "Electropneumatic servo (1)",
     kSpoolLagParameters};
 
 template <class N>
 class SpoolLag {
  public:
-  /// `x`: 1/f [s], zeta, 1/S^2 [s^2/V^2] and tau; `step_s`: what one call of follow() spans.
+  /// `x`: 1/f [s], zeta, 1/S^2 [s^2/V^2], tau and a; `step_s`: what one call of follow() spans.
   void prepare(const N* x, double step_s, double command_V) {
     const N tau_s = x[0] * x[1] * (1.0 / std::numbers::pi);
     mass_.prepare(tau_s, 1.0 / (x[1] * x[1]), step_s);
@@ -51,8 +54,8 @@ class SpoolLag {
     regain_ = 2.0 * x[1] * each(x[0], [&](double period_s) {
                 return period_s > 0.0 ? 1.0 / (1.0 + period_s / (std::numbers::pi * step_s)) : 0.0;
               });
-    keep_current_ = each(x[3], [&](double tau) { return tau > 0.0 ? std::exp(-step_s / tau) : 0.0; });
-    coil_per_step_ = x[3] * (1.0 / step_s);
+    rising_ = Coil(x[3] * (1.0 + x[4]), step_s);
+    falling_ = Coil(x[3] * (1.0 - x[4]), step_s);
     current_V_ = N(command_V);
     place_V_ = N(command_V);
     speed_V_ = N(0.0);
@@ -60,8 +63,9 @@ class SpoolLag {
 
   /// One step with `command` held; returns the mean of x over it.
   N follow(const N& command) {
-    const N current_end = command + keep_current_ * (current_V_ - command);
-    const N current = command - coil_per_step_ * (current_end - current_V_);
+    const auto rises = current_V_ < command;
+    const N current_end = command + select(rises, rising_.keep, falling_.keep) * (current_V_ - command);
+    const N current = command - select(rises, rising_.per_step, falling_.per_step) * (current_end - current_V_);
     current_V_ = current_end;
     const N off = place_V_ - current;
     const auto end = mass_.after_step({off, speed_V_});
@@ -75,8 +79,19 @@ class SpoolLag {
   }
 
  private:
+  /// What the current keeps of its way over a step, and its time constant in steps.
+  struct Coil {
+    N keep{}, per_step{};
+
+    Coil() = default;
+    Coil(const N& tau_s, double step_s)
+        : keep(each(tau_s, [&](double tau) { return tau > 0.0 ? std::exp(-step_s / tau) : 0.0; })),
+          per_step(tau_s * (1.0 / step_s)) {}
+  };
+
   SecondOrder<N> mass_;
-  N per_slew_{}, regain_{}, keep_current_{}, coil_per_step_{};
+  N per_slew_{}, regain_{};
+  Coil rising_, falling_;
   N current_V_{}, place_V_{}, speed_V_{};  ///< the speed as 2 zeta v/w
 };
 

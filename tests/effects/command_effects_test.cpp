@@ -36,7 +36,7 @@ double mean_step_response(double from_s, double span_s, double frequency_Hz, dou
 }
 
 SpoolLag<double> spool_of(double frequency_Hz, double damping, double step_s) {
-  const double x[] = {1.0 / frequency_Hz, damping, 0.0, 0.0};
+  const double x[] = {1.0 / frequency_Hz, damping, 0.0, 0.0, 0.0};
   SpoolLag<double> spool;
   spool.prepare(x, step_s, 0.0);
   return spool;
@@ -76,7 +76,7 @@ TEST(SpoolLag, SpoolOfLimitedSpeedFollowsARampAsLateAsTheForceForItsSpeedTakes) 
   const double step_s = 1e-4, damping = 0.7, slew_V_s = 40.0, frequency_Hz = 20.0;
   const double omega_1_s = 2.0 * std::numbers::pi * frequency_Hz;
   for (const double rate_V_s : {5.0, 20.0, 36.0}) {
-    const double x[] = {1.0 / frequency_Hz, damping, 1.0 / (slew_V_s * slew_V_s), 0.0};
+    const double x[] = {1.0 / frequency_Hz, damping, 1.0 / (slew_V_s * slew_V_s), 0.0, 0.0};
     SpoolLag<double> spool;
     spool.prepare(x, step_s, 0.0);
     double late_V = 0.0;
@@ -93,7 +93,7 @@ TEST(SpoolLag, SpoolOfLimitedSpeedFollowsARampAsLateAsTheForceForItsSpeedTakes) 
 TEST(SpoolLag, NoSpoolIsFasterThanItsSlew) {
   for (const double frequency_Hz : {10.0, 100.0, 1e4, kInfinity}) {
     const double slew_V_s = 30.0, step_s = 0.001;
-    const double x[] = {1.0 / frequency_Hz, 0.5, 1.0 / (slew_V_s * slew_V_s), 0.0};
+    const double x[] = {1.0 / frequency_Hz, 0.5, 1.0 / (slew_V_s * slew_V_s), 0.0, 0.0};
     SpoolLag<double> spool;
     spool.prepare(x, step_s, 0.0);
     for (int k = 0; k < 100; ++k) {
@@ -107,12 +107,29 @@ TEST(SpoolLag, NoSpoolIsFasterThanItsSlew) {
 
 TEST(SpoolLag, CoilBeforeAFastSpoolIsAFirstOrderLag) {
   const double step_s = 0.002, coil_s = 0.006;
-  const double x[] = {0.0, 0.8, 0.0, coil_s};
+  const double x[] = {0.0, 0.8, 0.0, coil_s, 0.0};
   SpoolLag<double> spool;
   spool.prepare(x, step_s, 0.0);
   for (int k = 0; k < 30; ++k) {
     const double begin = std::exp(-k * step_s / coil_s), end = std::exp(-(k + 1) * step_s / coil_s);
     ASSERT_NEAR(spool.follow(1.0), 1.0 - coil_s / step_s * (begin - end), 1e-12) << "V, step " << k;
+  }
+}
+
+TEST(SpoolLag, CoilThatFallsFasterThanItRisesIsADifferentLagEachWay) {
+  const double step_s = 0.002, coil_s = 0.006, rise = 0.5;
+  const double x[] = {0.0, 0.8, 0.0, coil_s, rise};
+  SpoolLag<double> spool;
+  spool.prepare(x, step_s, 0.0);
+  for (int k = 0; k < 400; ++k) {
+    const double tau_s = coil_s * (1.0 + rise), begin = std::exp(-k * step_s / tau_s);
+    ASSERT_NEAR(spool.follow(1.0), 1.0 - tau_s / step_s * begin * (1.0 - std::exp(-step_s / tau_s)), 1e-12)
+        << "V up, step " << k;
+  }
+  for (int k = 0; k < 20; ++k) {
+    const double tau_s = coil_s * (1.0 - rise), begin = std::exp(-k * step_s / tau_s);
+    ASSERT_NEAR(spool.follow(0.0), tau_s / step_s * begin * (1.0 - std::exp(-step_s / tau_s)), 1e-12)
+        << "V down, step " << k;
   }
 }
 
