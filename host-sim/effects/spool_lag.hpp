@@ -65,7 +65,8 @@ class SpoolLag {
   N follow(const N& command) {
     const auto rises = current_V_ < command;
     const N current_end = command + select(rises, rising_.keep, falling_.keep) * (current_V_ - command);
-    const N current = command - select(rises, rising_.per_step, falling_.per_step) * (current_end - current_V_);
+    const N current =
+        command - select(rises, rising_.per_step, falling_.per_step) * (current_end - current_V_);
     current_V_ = current_end;
     const N off = place_V_ - current;
     const auto end = mass_.after_step({off, speed_V_});

@@ -25,7 +25,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 
-SEED = 20261126
+SEED = 20261128
 SIDE_BY_SIDE = 2
 AT_FLOOR = 1.12  # of the noise floor: within it an answer fits
 TIMED_CASES, TIMED_SECONDS = 3, 100
