@@ -231,13 +231,11 @@ class Searcher {
     if (refinable(effect)) {
       options.refined |= bit(effect);
       Fit finer = fit(coarse_, on, seen.best.figures, seen.best.start, options);
-      if (base.on == 0) {
-        if (effect == effects::kIdNullDrift) {
-          Fit other = grown(effect, options);
-          if (other.rms_Pa() < finer.rms_Pa()) {
-            finer.squares *= std::pow(other.rms_Pa() / finer.rms_Pa(), 2);
-            seen.finer = std::move(other);
-          }
+      if (base.on == 0 && effect == effects::kIdNullDrift) {
+        Fit other = grown(effect, options);
+        if (other.rms_Pa() < finer.rms_Pa()) {  // over other rows
+          finer.squares *= std::pow(other.rms_Pa() / finer.rms_Pa(), 2);
+          seen.finer = std::move(other);
         }
       }
       const auto more = static_cast<double>(finer.variables.size() - seen.best.variables.size());
