@@ -4,8 +4,8 @@
 //
 // p chamber, P_a ambient [Pa]; G conductance of a laminar gap at ambient density [kg/(s Pa)]. Assumptions:
 // isothermal laminar gap flow. Vanishes at G = 0. A leak through a hole, with the flow function of the ports, adds
-// to the exhaust's area at every command: that is an L_r and a threshold u_r that are larger, and calibration takes it. Source: compressible Poiseuille flow; leak
-// curves of plastic and metal parts.
+// to the exhaust's area at every command: that is an L_r and a threshold u_r that are larger, and calibration takes it.
+// Source: compressible Poiseuille flow; leak curves of plastic and metal parts.
 #pragma once
 
 #include <array>

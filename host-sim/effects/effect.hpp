@@ -72,11 +72,11 @@ struct Parameter {
   }
   /// The same, with the bounds of all sizes.
   Parameter of_any_size() const {
-    const Parameter small = of({1.0 / kMostSize, 1.0});
-    const Parameter large = of({kMostSize, 1.0});
     Parameter any = *this;
-    any.low = std::min(small.low, large.low);
-    any.high = std::max(small.high, large.high);
+    if (grows_with == GrowsWith::nothing || grows_with == GrowsWith::volume) return any;
+    const double most = grows_with == GrowsWith::root_of_valve ? std::sqrt(kMostSize) : kMostSize;
+    any.low = low / most;
+    any.high = high * most;
     return any;
   }
 

@@ -3,9 +3,9 @@
 //   tau (1 +- a) c' = u - c,   v' = w^2 (c - x) - 2 zeta w v,   x' = v/sqrt(1 + (v/S)^2)
 //
 // u command, c current of the coil, x effective command [V]; w = 2 pi f natural frequency [rad/s]; zeta damping [-];
-// tau the coil's time constant [s], a by how much of it the current rises more slowly (+) than it falls (-): a freewheeling diode, a valve that is
-// pulled open and springs shut; S greatest speed of the spool [V/s], that of saturated current and of flow forces.
-// Assumptions: no stop. Vanishes at f -> infinity with tau = 0 and S -> infinity, which is x'' = w^2 (u - x) - 2 zeta w
+// tau the coil's time constant [s], a by how much of it the current rises more slowly (+) than it falls (-): a
+// freewheeling diode, a valve that is pulled open and springs shut; S greatest speed of the spool [V/s], that of
+// saturated current and of flow forces. Assumptions: no stop. Vanishes at f -> infinity with tau = 0 and S -> infinity, which is x'' = w^2 (u - x) - 2 zeta w
 // x'. Numerical treatment: closed form for a command held over a step (second_order.hpp), in which c enters by its mean. What
 // enters is the mean of x over the step, from the equation integrated over it,
 //   int (x - u) = -(x1' - x0')/w^2 - 2 zeta (x1 - x0)/w:

@@ -3,6 +3,9 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <stdexcept>
 
 namespace plenum::host::effects {
@@ -27,6 +30,23 @@ TEST(ChamberEffects, FiguresStandWhereTheCatalogueSaysAndTheRestVanishes) {
   expected[kFirstFigure[kIdSpoolLag]] = 1.0 / 20.0;
   expected[kFirstFigure[kIdSensorBias] + 1] = 0.01;
   EXPECT_EQ(effects.figures, expected);
+}
+
+TEST(ChamberEffects, ARigMaySayTheBoundsThatAreTold) {
+  for (const Effect* effect : catalogue()) {
+    for (const Parameter& p : effect->parameters) {
+      for (const double bound : {p.of_any_size().low, p.of_any_size().high}) {
+        if (!std::isfinite(bound)) continue;
+        char told[32];
+        std::snprintf(told, sizeof told, "%g", bound);
+        EXPECT_EQ(refusal([&] {
+                    chamber_effects(
+                        {{std::string(effect->id), {{std::string(p.name), std::strtod(told, nullptr)}}}});
+                  }),
+                  "");
+      }
+    }
+  }
 }
 
 TEST(ChamberEffects, RefusalSaysWhatThereIs) {
