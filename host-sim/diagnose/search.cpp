@@ -408,8 +408,18 @@ class Searcher {
     return all;
   }
 
-  /// `figures` with those of `effect` at the values the rig says.
+  /// `figures` with those of `effect` at the values the rig says. Of a volume the valve takes up what it can, which at rest is
+  /// all: a chamber of twice the volume behind ports of twice the area is the same one.
   Figures neutral(Figures figures, std::size_t effect) const {
+    if (effect == effects::kIdVolumeError) {
+      const std::size_t offset_mL = effects::kFirstFigure[effect];
+      const double logged_mL = size_of(scene_).volume * effects::kSizedForVolume_m3 * 1e6;
+      const double share = (logged_mL + scene_.nominal[offset_mL]) / (logged_mL + figures[offset_mL]);
+      for (const std::size_t area : {effects::kInletGain, effects::kExhaustGain, effects::kInletLeak,
+                                     effects::kExhaustLeak, effects::kTransition}) {
+        figures[area] *= share;
+      }
+    }
     std::copy_n(scene_.nominal.begin() + static_cast<std::ptrdiff_t>(effects::kFirstFigure[effect]),
                 effects::kCatalogue[effect]->parameters.size(),
                 figures.begin() + static_cast<std::ptrdiff_t>(effects::kFirstFigure[effect]));
