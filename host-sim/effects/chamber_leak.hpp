@@ -17,7 +17,7 @@ namespace plenum::host::effects {
 
 inline constexpr std::array<Parameter, 1> kChamberLeakParameters{{
     {"conductance_g_s_MPa", "of the gap, at ambient density", 0.0, 20.0, 0.0, 0.02, Coordinate::linear, false,
-     GrowsWith::valve},
+     kAsTheValve},
 }};
 inline constexpr Effect kChamberLeak{"chamber_leak",
                                      Equation::mass_flow,

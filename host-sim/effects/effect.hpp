@@ -31,8 +31,14 @@ inline constexpr double kSizedForVolume_m3 = 150e-6;
 /// Beyond this the size of a chamber changes nothing more.
 inline constexpr double kMostSize = 100.0;
 
-/// What a figure grows with: a resistance that matters to a valve a tenth as wide is ten times as great.
-enum class GrowsWith { nothing, valve, narrow_valve, root_of_valve, volume };
+/// The powers of a chamber's size with which a figure grows: a resistance that matters to a valve a tenth as wide is ten times as
+/// great.
+struct Growth {
+  double with_valve = 0.0;
+  double with_volume = 0.0;
+};
+inline constexpr Growth kAsTheValve{.with_valve = 1.0}, kAsItsResistance{.with_valve = -1.0},
+    kAsItsDiameter{.with_valve = 0.5}, kAsTheVolume{.with_volume = 1.0};
 
 struct Parameter {
   std::string_view name;  ///< with its unit: natural_frequency_Hz
@@ -43,7 +49,7 @@ struct Parameter {
   double typical_change = 0.0;  ///< of the coordinate: what a search takes as one step
   Coordinate coordinate = Coordinate::linear;
   bool refines = false;  ///< a fit frees it only where the effect's other parameters do not suffice
-  GrowsWith grows_with = GrowsWith::nothing;
+  Growth growth{};
 
   double coordinate_of(double value) const {
     if (coordinate == Coordinate::linear) return value;
@@ -55,28 +61,22 @@ struct Parameter {
   }
   /// As it is for a chamber of this size: with the valve bounds, plain value and typical change, with the volume the last.
   Parameter of(Size size) const {
-    const double valve = std::clamp(size.valve, 1.0 / kMostSize, kMostSize);
-    const double volume = std::clamp(size.volume, 1.0 / kMostSize, kMostSize);
+    const auto times = [](double of, double power) {
+      return std::pow(std::clamp(of, 1.0 / kMostSize, kMostSize), power);
+    };
     Parameter sized = *this;
-    if (grows_with == GrowsWith::nothing) return sized;
-    const double times = grows_with == GrowsWith::valve          ? valve
-                         : grows_with == GrowsWith::narrow_valve ? 1.0 / valve
-                         : grows_with == GrowsWith::volume       ? volume
-                                                                 : std::sqrt(valve);
-    sized.typical_change *= times;
-    if (grows_with == GrowsWith::volume) return sized;
-    sized.low *= times;
-    sized.high *= times;
-    sized.vanishes_at *= times;
+    for (double* const value : {&sized.low, &sized.high, &sized.vanishes_at, &sized.typical_change}) {
+      *value *= times(size.valve, growth.with_valve);
+    }
+    sized.typical_change *= times(size.volume, growth.with_volume);
     return sized;
   }
   /// The same, with the bounds of all sizes.
   Parameter of_any_size() const {
+    const double most = std::pow(kMostSize, std::abs(growth.with_valve));
     Parameter any = *this;
-    if (grows_with == GrowsWith::nothing || grows_with == GrowsWith::volume) return any;
-    const double most = grows_with == GrowsWith::root_of_valve ? std::sqrt(kMostSize) : kMostSize;
-    any.low = low / most;
-    any.high = high * most;
+    any.low /= most;
+    any.high *= most;
     return any;
   }
 

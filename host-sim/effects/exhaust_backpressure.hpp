@@ -22,9 +22,9 @@ namespace plenum::host::effects {
 
 inline constexpr std::array<Parameter, 3> kExhaustBackpressureParameters{{
     {"resistance_kPa_s_per_g", "R: of the silencer", 0.0, 400.0, 0.0, 10.0, Coordinate::linear, false,
-     GrowsWith::narrow_valve},
+     kAsItsResistance},
     {"manifold_mL", "V: volume of the manifold before it", 0.0, 2000.0, 0.0, 20.0, Coordinate::linear, false,
-     GrowsWith::volume},
+     kAsTheVolume},
     {"straight_share", "l: 0 an orifice, 1 a fabric, behind which the pressure rises straight with the flow",
      0.0, 1.0, 0.0, 0.2, Coordinate::linear, true},
 }};

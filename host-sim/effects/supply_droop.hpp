@@ -22,7 +22,7 @@ namespace plenum::host::effects {
 
 inline constexpr std::array<Parameter, 3> kSupplyDroopParameters{{
     {"resistance_kPa_s_per_g", "droop for each gram a second", 0.0, 400.0, 0.0, 2.0, Coordinate::linear,
-     false, GrowsWith::narrow_valve},
+     false, kAsItsResistance},
     {"recovery_s", "time constant", 0.005, 3.0, 0.05, 0.05},
     {"orifice_share", "o: of the resistance; 0 a straight characteristic, 1 an orifice before a vessel", 0.0,
      1.0, 0.0, 0.1, Coordinate::linear, true},

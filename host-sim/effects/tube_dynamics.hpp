@@ -27,8 +27,7 @@ namespace plenum::host::effects {
 
 inline constexpr std::array<Parameter, 2> kTubeDynamicsParameters{{
     {"length_m", "of the hose", 0.0, 15.0, 0.0, 0.3},
-    {"bore_mm", "its inner diameter", 1.5, 12.0, 4.0, 0.5, Coordinate::linear, false,
-     GrowsWith::root_of_valve},
+    {"bore_mm", "its inner diameter", 1.5, 12.0, 4.0, 0.5, Coordinate::linear, false, kAsItsDiameter},
 }};
 inline constexpr Effect kTubeDynamics{"tube_dynamics",
                                       Equation::mass_flow,

@@ -16,7 +16,7 @@ namespace plenum::host::effects {
 
 inline constexpr std::array<Parameter, 1> kVolumeErrorParameters{{
     {"offset_mL", "true volume less the logged one", -5000.0, 5000.0, 0.0, 3.0, Coordinate::linear, false,
-     GrowsWith::volume},
+     kAsTheVolume},
 }};
 inline constexpr Effect kVolumeError{"volume_error",
                                      Equation::energy,

@@ -316,11 +316,12 @@ Scene make_scene(const trace::RigDescription& rig) {
   for (std::size_t i = 0; i < kValveFigures.size(); ++i) {
     scene.nominal[i] = rig.valve.*kValveFigures[i].member;
   }
+  const effects::Size size = size_of(scene);
   for (std::size_t i = 0; i < effects::kEffects; ++i) {
     if ((scene.known >> i & 1U) != 0) continue;
     std::size_t at = effects::kFirstFigure[i];
     for (const effects::Parameter& p : effects::kCatalogue[i]->parameters) {
-      scene.nominal[at++] = p.of(size_of(scene)).neutral();
+      scene.nominal[at++] = p.of(size).neutral();
     }
   }
   scene.noise_Pa = rig.sensor.pressure_noise_Pa;
