@@ -123,21 +123,43 @@ std::vector<Record> as_fitted(const std::vector<HeldOut>& heldout) {
   return records;
 }
 
-Trial tried(const Scene& scene, const std::vector<HeldOut>& heldout, const std::vector<Record>& held_records,
-            Fit fit) {
+/// Which rows are fitted, and which judge.
+struct Split {
+  Scene fitted;
+  std::vector<HeldOut> heldout;
+  std::vector<Record> heldout_as_fitted;
+};
+
+/// Of the rows held out of a fitted log every other second is fitted, too, and those between judge.
+Split followed(Split split) {
+  for (HeldOut& held : split.heldout) {
+    if (held.continues < 0) continue;
+    const auto stretch = static_cast<std::size_t>(std::ceil(kBetween_s / held.record.drive.timing.tick_s));
+    Record& record = split.fitted.records[static_cast<std::size_t>(held.continues)];
+    record.fitted_rows = record.rows();
+    record.half = {held.first, stretch, false};
+    held.record.half = {held.first, stretch, true};
+  }
+  split.heldout_as_fitted = as_fitted(split.heldout);
+  return split;
+}
+
+Trial tried(const Split& rows, Fit fit) {
+  const Scene& scene = rows.fitted;
   Trial trial;
   trial.on = fit.on;
   std::vector<effects::Start> start;
-  for (const HeldOut& held : heldout) {
+  for (const HeldOut& held : rows.heldout) {
     start.push_back(heldout_start(scene, held, fit));
     const Score s =
         score(run(scene, held.record, fit.on, fit.figures, start.back()), held.record, held.first);
     trial.heldout_squares += s.squares;
     trial.heldout_rows += s.rows;
   }
-  trial.joint_squares = joint_squares(scene, fit, held_records, start, heldout.front().continues >= 0);
+  trial.joint_squares =
+      joint_squares(scene, fit, rows.heldout_as_fitted, start, rows.heldout.front().continues >= 0);
   trial.variables = fit.variables.size() + fit.warmths;
-  for (const HeldOut& held : heldout) {
+  for (const HeldOut& held : rows.heldout) {
     if (held.continues < 0 && has_warmth(scene, held.record, fit.on)) ++trial.variables;
   }
   trial.fit = std::move(fit);
@@ -149,32 +171,18 @@ class Searcher {
   Searcher(const Scene& scene, const std::vector<HeldOut>& heldout, const SearchOptions& options)
       : scene_(scene),
         coarse_(coarse(scene, kLook_s)),
-        heldout_(heldout),
-        held_records_(as_fitted(heldout)),
-        followed_(scene),
-        between_(heldout),
-        options_(options) {
-    for (HeldOut& held : between_) {
-      if (held.continues < 0) continue;
-      const auto stretch = static_cast<std::size_t>(std::ceil(kBetween_s / held.record.drive.timing.tick_s));
-      Record& record = followed_.records[static_cast<std::size_t>(held.continues)];
-      record.fitted_rows = record.rows();
-      record.half = {held.first, stretch, false};
-      held.record.half = {held.first, stretch, true};
-    }
-    between_records_ = as_fitted(between_);
-  }
+        before_({scene, heldout, as_fitted(heldout)}),
+        followed_(followed(before_)),
+        options_(options) {}
 
-  /// To its end. A null that wanders is known only where it is seen: with its spline every other second of the rows held out of
-  /// the fitted logs is fitted, too, and those between judge.
+  /// To its end. A null that wanders is known only where it is seen: with its spline it is followed into the rows held out.
   Fit fitted(EffectSet on, const Figures& figures, const std::vector<effects::Start>& start,
              const FitOptions& options) const {
-    return fit(wanders(options.refined) ? followed_ : scene_, on, figures, start, options);
+    return fit(split(options.refined).fitted, on, figures, start, options);
   }
   Trial tried(Fit fit) const {
-    const bool follows = wanders(fit.refined);
-    return diagnose::tried(scene_, follows ? between_ : heldout_, follows ? between_records_ : held_records_,
-                           std::move(fit));
+    const Split& rows = split(fit.refined);
+    return diagnose::tried(rows, std::move(fit));
   }
 
   /// Short fits of one set.
@@ -249,14 +257,14 @@ class Searcher {
   /// a free run over all of it would be far off before the first is known.
   Fit grown(std::size_t effect, const FitOptions& options) const {
     double longest_s = 0.0;
-    for (const Record& record : followed_.records) {
+    for (const Record& record : followed_.fitted.records) {
       longest_s = std::max(longest_s, static_cast<double>(record.fitted_rows) * record.drive.timing.tick_s);
     }
     Fit found;
     found.figures = scene_.nominal;
     for (double seconds = kStretch_s; seconds < std::min(longest_s, kWander_s) + kStretch_s;
          seconds += kStretch_s) {
-      found = fit(coarse(followed_, seconds), bit(effect), found.figures, found.start, options);
+      found = fit(coarse(followed_.fitted, seconds), bit(effect), found.figures, found.start, options);
     }
     return found;
   }
@@ -432,7 +440,9 @@ class Searcher {
   static FitOptions finish(EffectSet refined) {
     return {.most_iterations = 30, .tolerance = 1e-4, .refined = refined};
   }
-  static bool wanders(EffectSet refined) { return (refined & bit(effects::kIdNullDrift)) != 0; }
+  const Split& split(EffectSet refined) const {
+    return (refined & bit(effects::kIdNullDrift)) != 0 ? followed_ : before_;
+  }
   static bool refinable(std::size_t effect) {
     const auto parameters = effects::kCatalogue[effect]->parameters;
     return std::any_of(parameters.begin(), parameters.end(),
@@ -441,12 +451,8 @@ class Searcher {
 
   const Scene& scene_;
   Scene coarse_;  ///< for looks
-  const std::vector<HeldOut>& heldout_;
-  std::vector<Record> held_records_;  ///< the same, for a fit
-  /// The same again for what is followed into the rows held out.
-  Scene followed_;
-  std::vector<HeldOut> between_;
-  std::vector<Record> between_records_;
+  Split before_;  ///< the rows held out begin where those fitted end
+  Split followed_;
   const SearchOptions& options_;
   /// By the set that was enlarged, and what of it was refined.
   std::map<std::pair<EffectSet, EffectSet>, std::vector<Trial>> beside_;
@@ -491,7 +497,7 @@ std::vector<double> heldout_reading(const Scene& scene, const HeldOut& held, con
 }
 
 Trial recalibrated(const Scene& scene, const std::vector<HeldOut>& heldout) {
-  return tried(scene, heldout, as_fitted(heldout),
+  return tried({scene, heldout, as_fitted(heldout)},
                fit(scene, 0, scene.nominal, {}, {.most_iterations = 100}));
 }
 
