@@ -1,6 +1,5 @@
 """The image of board/image: that it boots by itself, what its libiio, libgpiod and can-utils make of the devices, and what plenumd does."""
 
-import base64
 import re
 import socket
 import sys
@@ -62,7 +61,7 @@ class ImageAndFrontEnd(unittest.TestCase):
 
     def check(self):
         """What `plenumd --check` says of the inputs, a line each."""
-        self.board.run(f"echo {base64.b64encode(BOARD.encode()).decode()} | base64 -d >/run/board.toml")
+        self.board.write("/run/board.toml", BOARD)
         _, page = self.board.status("plenumd --config /run/board.toml --check")
         return [line for line in page.decode().splitlines() if "analog input" in line]
 

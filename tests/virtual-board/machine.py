@@ -8,6 +8,7 @@ Every wait is on an event (a line, an answer, an end) and has a limit. A limit t
 the guest's console, never a guess.
 """
 
+import base64
 import json
 import re
 import shutil
@@ -200,6 +201,10 @@ class Machine:
     def run(self, command, limit_s=COMMAND_s):
         """What a line of shell writes that must end well."""
         return self.run_bytes(command, limit_s).decode().strip()
+
+    def write(self, path, text):
+        """A file of the guest."""
+        self.run(f"echo {base64.b64encode(text.encode()).decode()} | base64 -d >{path}")
 
     def power_key(self):
         """Presses the power key: a pulse of 100 ms on line 3 of the gpiochip, which the board takes for its emergency stop."""
