@@ -12,12 +12,8 @@ import tempfile
 import unittest
 from pathlib import Path
 
-from machine import IMAGE, TOP, Machine
+from board import CHAMBERS, CONFIGURATION, NODE, Board
 
-DISK = IMAGE / "plenum-arm64.img"
-PLENUM = TOP / "build/host/bin/plenum"
-NODE = 5
-CHAMBERS = range(8)
 PINS = "/run/virtual-board/pins"
 STALLED = "/sys/module/plenum_frontend/parameters/stalled"
 CONVERTERS = "/sys/bus/platform/drivers/plenum-adc"
@@ -28,42 +24,8 @@ STALE_LIMIT_ticks = 3  # stale_limit_ticks of a chamber
 GUARD_ticks = 5  # guard_ticks of board.toml, left out there
 WATCHDOG_ms = 500  # WatchdogSec of plenumd.service
 RESCUE_ms = 700  # without a guard: for the service manager to see that the program has died, and for its plenumd --safe; with a sandbox it took 840
-DEADLINE_ms = 1000  # of set points: as long as a busy PC may leave the one who sends them without a processor
+DEADLINE_ms = CONFIGURATION["board"]["setpoint_watchdog_ticks"] * TICK_ms
 RESTING = [round(65536 * volts / 10) for volts in (5, 3)]  # codes of null_V and vent_V of a chamber: the valve is shut, or vents
-
-BOARD = f"""
-[can]
-interface = "can0"
-node_id = {NODE}
-
-[analog_input]
-rate_Hz = 1000
-
-[board]
-setpoint_watchdog_ticks = {DEADLINE_ms // TICK_ms}
-
-[gpio]
-valve_power = {{ chip = "gpiochip0", line = "0" }}
-emergency_stop = {{ chip = "gpiochip0", line = "3" }}
-
-[store]
-folder = "/var/lib/plenum"
-
-# Late ticks are no fault here: README.md.
-[real_time]
-overrun = "count"
-"""
-
-# The volumes are those of guest/chambers.cpp: 150 mL, and a tenth of it more each; 10 V are twice that.
-CHAMBER = """
-[[chamber]]
-pressure = {{ device = "pressure", channel = "voltage{0}" }}
-position = {{ device = "position", channel = "voltage{0}" }}
-command = {{ device = "valve", channel = "voltage{0}" }}
-volume_offset_mL = 0.0
-volume_gain_mL_per_V = {1}
-pressure_high_kPa = 700.0
-"""
 
 
 class Pins:
@@ -98,37 +60,8 @@ class BoardAndFaults(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
-        cls.models = cls.make_models()
-        cls.board = cls.enterClassContext(Machine(disk=DISK))
-        cls.board.run("systemctl is-system-running --wait", Machine.BOOT_s)
-        text = BOARD + "".join(CHAMBER.format(c, 2 * 150 * (1 + 0.1 * c) / 10) for c in CHAMBERS)
-        cls.board.write("/etc/plenum/board.toml", text)
-        cls.board.run("systemctl unmask --runtime plenumd && systemctl start plenumd virtual-board-door")
-        cls.bus = f"socketcand:127.0.0.1:{cls.board.door_port()}/can1"
-        cls.plenum("upload", *cls.models)
-
-    @classmethod
-    def make_models(cls):
-        """Identified from a recording of the same chambers and valves, as host-sim simulates them."""
-        logs = cls.folder / "logs"
-        subprocess.run([PLENUM, "sim", "--plant", "thin-plate", "--seconds", "40", "--out", logs], check=True, stdout=subprocess.PIPE)
-        models = [cls.folder / f"model-{c + 1}.json" for c in CHAMBERS]
-        for c, model in zip(CHAMBERS, models):
-            subprocess.run([PLENUM, "identify", "--rig", logs / "rig.toml", logs / f"chamber-{c + 1}.csv", "-o", model], check=True, stdout=subprocess.PIPE)
-        return models
-
-    @classmethod
-    def command(cls, name, *words):
-        """A command of the PC's tool, which is patient: the busier this PC, the longer the guest's second."""
-        return [PLENUM, name, "--bus", cls.bus, "--node", str(NODE), "--patience", "20", *words]
-
-    @classmethod
-    def plenum(cls, name, *words):
-        """What the PC's tool answers, as JSON."""
-        done = subprocess.run([*cls.command(name, *words), "--json", "-"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False, timeout=5 * Machine.COMMAND_s)
-        if done.returncode:
-            raise AssertionError(f"plenum {name} ended with {done.returncode}: {done.stderr.decode()}")
-        return json.loads(done.stdout)
+        cls.board = cls.enterClassContext(Board())
+        cls.board.upload_models()
 
     @classmethod
     def tearDownClass(cls):
@@ -149,7 +82,7 @@ class BoardAndFaults(unittest.TestCase):
     def regulate(self):
         """The PC regulates; the board has been ACTIVE for a second."""
         log = self.enterContext(open(self.folder / "regulate.log", "wb"))
-        self.master = subprocess.Popen(self.command("regulate", "--seconds", "600", "-o", self.folder / "followed"), stdout=log, stderr=log)
+        self.master = subprocess.Popen(self.board.command("regulate", "--seconds", "600", "-o", self.folder / "followed"), stdout=log, stderr=log)
         self.addCleanup(self.end_master)
         self.until(f"candump -n 1 can0,{0x380 + NODE:X}:7FF | grep -q \"  0F 00\"")
         self.board.run(f"sleep 1; : >{PINS}; sleep 0.2")
@@ -157,11 +90,6 @@ class BoardAndFaults(unittest.TestCase):
     def end_master(self):
         self.master.kill()
         self.master.wait()
-
-    def processes(self):
-        """Of plenumd: the loop's, and its guard's."""
-        loop = int(self.board.run("systemctl show -P MainPID plenumd"))
-        return loop, int(self.board.run(f"cat /proc/{loop}/task/{loop}/children"))
 
     def strike(self, command):
         """Does it in the guest, and returns when [us]: not later than it came about. Between the two only the board may have the processor."""
@@ -185,7 +113,7 @@ class BoardAndFaults(unittest.TestCase):
     def told(self):
         """What `plenum scan` finds: this board alone, with its models."""
         self.end_master()
-        nodes = self.plenum("scan")["nodes"]
+        nodes = self.board.plenum("scan")["nodes"]
         self.assertEqual([node["node"] for node in nodes], [NODE])
         self.assertEqual(nodes[0]["board"]["models"], len(CHAMBERS))
         return nodes[0]["board"]
@@ -198,10 +126,10 @@ class BoardAndFaults(unittest.TestCase):
         """Another process than `loop`, and at rest: DISABLED where its master, before it was ended, has missed the stream and taken
         its orders back, as it does when the guest is slow. A chamber that was left open meanwhile may have a fault to tell."""
         self.assertIn(self.told()["state"], ("INIT", "FAULT_INIT", "DISABLED", "FAULT_DISABLED"))
-        self.assertNotEqual(self.processes()[0], loop)
+        self.assertNotEqual(self.board.processes()[0], loop)
 
     def test_it_regulates_each_chamber_with_the_models_that_it_was_given(self):
-        chambers = self.plenum("regulate", "--seconds", "10", "--frequency", "0.1", "--amplitude", "100", "--preview", "2", "-o", self.folder / "followed")["chambers"]
+        chambers = self.board.plenum("regulate", "--seconds", "10", "--frequency", "0.1", "--amplitude", "100", "--preview", "2", "-o", self.folder / "followed")["chambers"]
         self.assertEqual(len(chambers), len(CHAMBERS))
         for chamber in chambers:
             self.assertLess(chamber["rmse_kPa"], 20, f"chamber {chamber['chamber']}: RMS error [kPa] on a sine of 100 kPa, 71 of which are nothing done")
@@ -263,32 +191,32 @@ class BoardAndFaults(unittest.TestCase):
 
     def test_kill(self):
         self.regulate()
-        loop, _ = self.processes()
+        loop, _ = self.board.processes()
         self.assert_safe("kill -9", self.strike(f"kill -9 {loop}"), 3 * TICK_ms)
         self.assert_started_anew(loop)
 
     def test_sigstop(self):
         self.regulate()
-        loop, _ = self.processes()
+        loop, _ = self.board.processes()
         self.assert_safe("SIGSTOP", self.strike(f"kill -STOP {loop}"), (GUARD_ticks + 3) * TICK_ms)
         self.assert_started_anew(loop)
 
     def test_a_guard_that_is_killed(self):
         self.regulate()
-        loop, guard = self.processes()
+        loop, guard = self.board.processes()
         self.assert_safe("guard, kill -9", self.strike(f"kill -9 {guard}"), 3 * TICK_ms)
         self.assert_started_anew(loop)
 
     def test_kill_of_both(self):
         """Each would make the outputs safe before the other can be killed, were it not stopped meanwhile."""
         self.regulate()
-        loop, guard = self.processes()
+        loop, guard = self.board.processes()
         self.assert_safe("both, kill -9", self.strike(f"kill -STOP {loop}; kill -9 {guard} {loop}"), RESCUE_ms)
         self.assert_started_anew(loop)
 
     def test_sigstop_of_both(self):
         self.regulate()
-        loop, guard = self.processes()
+        loop, guard = self.board.processes()
         self.assert_safe("both, SIGSTOP", self.strike(f"kill -STOP {loop} {guard}"), WATCHDOG_ms + RESCUE_ms)
         self.assert_started_anew(loop)
 

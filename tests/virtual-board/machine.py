@@ -83,8 +83,8 @@ class Channel:
 
 class Machine:
     """qemu's machine `virt` with two CAN controllers on one bus. `disk`: a disk image, whose changes are thrown away; none:
-    the guest lives in its initramfs. `firmware`: it boots the disk by UEFI, as a board does, and has no agent. Seconds are of
-    this machine's clock."""
+    the guest lives in its initramfs. `firmware`: it boots the disk by UEFI, as a board does, and has no agent. `plenumd`: it is
+    started at boot; else it leaves the devices to the tests. Seconds are of this machine's clock."""
 
     FIRMWARE = "/usr/share/qemu-efi-aarch64/QEMU_EFI.fd"
 
@@ -92,7 +92,7 @@ class Machine:
     BOOT_s = 600.0
     COMMAND_s = 120.0
 
-    def __init__(self, disk=None, firmware=False, boot_s=BOOT_s):
+    def __init__(self, disk=None, firmware=False, plenumd=False, boot_s=BOOT_s):
         self.folder = Path(tempfile.mkdtemp(prefix="plenum-virtual-board-"))
         release = (IMAGE / "kernel/release").read_text().strip()
         self.console = self.folder / "console"
@@ -112,6 +112,7 @@ class Machine:
         else:
             # gpio_keys would take the line of the power key, which here is the board's emergency stop.
             words = "console=ttyAMA0 panic=-1 modprobe.blacklist=gpio_keys" + (" root=LABEL=plenum net.ifnames=0" if disk else "")
+            words += "" if plenumd else " systemd.mask=plenumd.service"
             command += ["-chardev", f"file,id=serial,path={self.console}"]
             command += ["-kernel", str(IMAGE / f"kernel/tree/boot/vmlinuz-{release}"), "-initrd", str(GUEST / "initramfs.cpio.gz"), "-append", words]
         if disk:

@@ -24,7 +24,7 @@ staged=$work/staged
 rm -rf "$staged"
 mkdir -p "$staged/run-extra/virtual-board" "$staged/run-extra/systemd/system/multi-user.target.wants"
 cp "$here/guest/main" "$staged/"
-cp "$here/guest/agent" "$work/guest/plantd" "$work/guest/can_door" "$staged/run-extra/virtual-board/"
+cp "$here/guest/agent" "$here/guest/board.toml" "$work/guest/plantd" "$work/guest/can_door" "$staged/run-extra/virtual-board/"
 for module in plenum_frontend plenum_bus_off; do
   ${cross}strip --strip-debug -o "$staged/run-extra/virtual-board/$module.ko" "$module_folder/$module.ko"
 done
@@ -37,9 +37,6 @@ done
 # An emulated processor on a busy machine is slow: what its devices take is no reason to give them up.
 mkdir "$staged/run-extra/systemd/system.conf.d"
 printf '[Manager]\nDefaultDeviceTimeoutSec=infinity\nDefaultTimeoutStartSec=infinity\n' >"$staged/run-extra/systemd/system.conf.d/virtual-board.conf"
-
-# These tests want the devices for themselves.
-ln -s /dev/null "$staged/run-extra/systemd/system/plenumd.service"
 
 # Where there is no root file system, the modules come along, with those of the initramfs: depmod's index is one.
 cp -r "$top/build/image/initramfs/lib" "$staged/"
