@@ -21,6 +21,7 @@ using effects::EffectSet;
 using effects::Figures;
 using effects::kEffects;
 using identify::chamber::correlation_rows;
+using identify::chamber::figures_without;
 using identify::chamber::FitOptions;
 using identify::chamber::Score;
 
@@ -276,7 +277,7 @@ class Searcher {
     Fit rest;
     rest.on = set.on & ~bit(member);
     rest.refined = set.fit.refined & ~bit(member);
-    rest.figures = neutral(set.fit.figures, member);
+    rest.figures = figures_without(scene_, set.fit.figures, member);
     rest.start = set.fit.start;
     return finished_best(rest, which, kFinishedInPlace);
   }
@@ -327,8 +328,8 @@ class Searcher {
 
   /// `base` with this effect taken out.
   Trial without(const Trial& base, std::size_t effect) const {
-    return tried(fitted(base.on & ~bit(effect), neutral(base.fit.figures, effect), base.fit.start,
-                        finish(base.fit.refined & ~bit(effect))));
+    return tried(fitted(base.on & ~bit(effect), figures_without(scene_, base.fit.figures, effect),
+                        base.fit.start, finish(base.fit.refined & ~bit(effect))));
   }
 
   /// `set` without the effects that are not worth their place beside the others, the least first.
@@ -414,24 +415,6 @@ class Searcher {
       if (start[at] >= first.least() && start[at] <= first.greatest()) all.push_back(start);
     }
     return all;
-  }
-
-  /// `figures` with those of `effect` at the values the rig says. Of a volume the valve takes up what it can, which at rest is
-  /// all: a chamber of twice the volume behind ports of twice the area is the same one.
-  Figures neutral(Figures figures, std::size_t effect) const {
-    if (effect == effects::kIdVolumeError) {
-      const std::size_t offset_mL = effects::kFirstFigure[effect];
-      const double logged_mL = size_of(scene_).volume * effects::kSizedForVolume_m3 * 1e6;
-      const double share = (logged_mL + scene_.nominal[offset_mL]) / (logged_mL + figures[offset_mL]);
-      for (const std::size_t area : {effects::kInletGain, effects::kExhaustGain, effects::kInletLeak,
-                                     effects::kExhaustLeak, effects::kTransition}) {
-        figures[area] *= share;
-      }
-    }
-    std::copy_n(scene_.nominal.begin() + static_cast<std::ptrdiff_t>(effects::kFirstFigure[effect]),
-                effects::kCatalogue[effect]->parameters.size(),
-                figures.begin() + static_cast<std::ptrdiff_t>(effects::kFirstFigure[effect]));
-    return figures;
   }
 
   static FitOptions brief(EffectSet refined) {

@@ -340,6 +340,20 @@ effects::Size size_of(const Scene& scene) {
   return size;
 }
 
+Figures figures_without(const Scene& scene, Figures figures, std::size_t effect) {
+  const std::size_t first = effects::kFirstFigure[effect];
+  if (effect == effects::kIdVolumeError) {
+    const double logged_mL = size_of(scene).volume * effects::kSizedForVolume_m3 * 1e6;
+    const double share = (logged_mL + scene.nominal[first]) / (logged_mL + figures[first]);
+    for (const std::size_t area : {effects::kInletGain, effects::kExhaustGain, effects::kInletLeak,
+                                   effects::kExhaustLeak, effects::kTransition}) {
+      figures[area] *= share;
+    }
+  }
+  for (std::size_t k = first; k < effects::kFirstFigure[effect + 1]; ++k) figures[k] = scene.nominal[k];
+  return figures;
+}
+
 std::vector<Variable> variables_of(const Scene& scene, EffectSet on, EffectSet refined) {
   const Figures& nominal = scene.nominal;
   const double gain = 0.5 * (nominal[effects::kInletGain] + nominal[effects::kExhaustGain]);

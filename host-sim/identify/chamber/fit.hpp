@@ -61,6 +61,10 @@ Scene make_scene(const trace::RigDescription& rig);
 /// How large its chamber is: its ports as the rig says, its volume as in the first record.
 effects::Size size_of(const Scene& scene);
 
+/// `figures` with those of `effect` at the values the rig says. Of a volume the valve takes up what it can, which at rest is all: a
+/// chamber of twice the volume behind ports of twice the area is the same one.
+effects::Figures figures_without(const Scene& scene, effects::Figures figures, std::size_t effect);
+
 /// One variable of a fit: a figure. The starts of the logs are variables besides.
 struct Variable {
   std::size_t figure = 0;

@@ -227,12 +227,10 @@ class Chooser {
   bool reduced() {
     for (const std::size_t id : kCandidates) {
       if ((best_.fit.on & bit(id)) == 0 || best_.fit.on == bit(id)) continue;
-      Figures start = best_.fit.figures;
-      for (std::size_t k = effects::kFirstFigure[id]; k < effects::kFirstFigure[id + 1]; ++k)
-        start[k] = scene_.nominal[k];
-      Trial without = trial({best_.fit.on & ~bit(id), best_.fit.refined & ~bit(id)}, {start});
-      if (without.heldout_squares < (1.0 + kWorthKeeping) * best_.heldout_squares) {
-        best_ = std::move(without);
+      Trial rest = trial({best_.fit.on & ~bit(id), best_.fit.refined & ~bit(id)},
+                         {figures_without(scene_, best_.fit.figures, id)});
+      if (rest.heldout_squares < (1.0 + kWorthKeeping) * best_.heldout_squares) {
+        best_ = std::move(rest);
         return true;
       }
     }

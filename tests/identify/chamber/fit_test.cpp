@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <random>
 
@@ -42,6 +44,24 @@ TEST(ChamberFit, AnEffectOfTheRigIsInEveryRun) {
       run(plain, plain.records[0], effects::EffectSet{1} << effects::kIdDeadTime, late, {3e5});
   EXPECT_EQ(run(known, plain.records[0], 0, known.nominal, {3e5}), expected);
   EXPECT_NE(run(plain, plain.records[0], 0, plain.nominal, {3e5}), expected);
+}
+
+TEST(ChamberFit, AVolumeThatRestsIsTakenOutWithoutAChange) {
+  const Scene scene = chamber_scene(jumping_V(600), 0.0);
+  const EffectSet volume_error = EffectSet{1} << effects::kIdVolumeError;
+  effects::Figures larger = scene.nominal;
+  larger[effects::kFirstFigure[effects::kIdVolumeError]] = 60.0;  // mL
+  const effects::Figures smaller = figures_without(scene, larger, effects::kIdVolumeError);
+  EXPECT_EQ(smaller[effects::kFirstFigure[effects::kIdVolumeError]], 0.0);
+  const std::vector<double> expected = run(scene, scene.records[0], volume_error, larger, {3e5});
+  const std::vector<double> found = run(scene, scene.records[0], 0, smaller, {3e5});
+  const std::vector<double> kept = run(scene, scene.records[0], 0, scene.nominal, {3e5});
+  double most_Pa = 0.0;
+  for (std::size_t k = 0; k < expected.size(); ++k) {
+    EXPECT_NEAR(found[k], expected[k], 1e-6 * expected[k]);
+    most_Pa = std::max(most_Pa, std::abs(kept[k] - expected[k]));
+  }
+  EXPECT_GT(most_Pa, 1000.0);
 }
 
 TEST(ChamberFit, WithAnEffectOfTheRigTheValveIsFittedAsWithoutIt) {
