@@ -40,9 +40,19 @@ effects::ChamberEffects effects_of(const trace::RigDescription& rig) {
   }
 }
 
+double null_V(const effects::ChamberEffects& of, double at_s) {
+  if ((of.on >> effects::kIdNullDrift & 1U) == 0) return 0.0;
+  constexpr double kTick_s = 0.01;
+  effects::NullDrift<double> drift;
+  drift.prepare(&of.figures[effects::kFirstFigure[effects::kIdNullDrift]], kTick_s);
+  for (double t_s = 0.0; t_s < at_s; t_s += kTick_s) drift.end_tick();
+  return -drift.at(0.0);
+}
+
 }  // namespace
 
-GreyboxModel greybox_of(const trace::RigDescription& rig, std::optional<unsigned> chamber, double volume_m3) {
+GreyboxModel greybox_of(const trace::RigDescription& rig, std::optional<unsigned> chamber, double volume_m3,
+                        double at_s) {
   const effects::ChamberEffects of = effects_of(rig);
   const auto figure = [&](effects::Id id, std::size_t place) {
     return of.figures[effects::kFirstFigure[id] + place];
@@ -62,8 +72,8 @@ GreyboxModel greybox_of(const trace::RigDescription& rig, std::optional<unsigned
   GreyboxModel made;
   made.file.kind = "greybox";
   made.file.chamber = chamber;
-  made.file.parameters = {rig.valve.open_above_V,
-                          rig.valve.exhaust_below_V,
+  made.file.parameters = {rig.valve.open_above_V + null_V(of, at_s),
+                          rig.valve.exhaust_below_V + null_V(of, at_s),
                           conductance(rig.valve.inlet_area_per_V_m2),
                           conductance(rig.valve.exhaust_area_per_V_m2),
                           conductance(rig.valve.inlet_leak_m2),

@@ -34,9 +34,10 @@ struct GreyboxModel {
 
 /// Carries area_shape, flow_function, volume_error, chamber_leak, dead_time, spool_lag, valve_hysteresis and sensor_lag, without
 /// the parameters that refine them, and tube_dynamics as above, of a chamber of `volume_m3` [m3] in the mean. A spool's coil, and
-/// damping beyond the board's range, become a longer period: it is as late in all as the rig's. Throws trace::InputError when an effect is not the catalogue's, or a
+/// damping beyond the board's range, become a longer period: it is as late in all as the rig's. A null that drifts stands where it
+/// is `at_s` [s] after a log's first row. Throws trace::InputError when an effect is not the catalogue's, or a
 /// figure beyond what a board takes.
 GreyboxModel greybox_of(const trace::RigDescription& rig, std::optional<unsigned> chamber = std::nullopt,
-                        double volume_m3 = std::numeric_limits<double>::infinity());
+                        double volume_m3 = std::numeric_limits<double>::infinity(), double at_s = 0.0);
 
 }  // namespace plenum::host::identify

@@ -7,10 +7,13 @@
 #include <functional>
 #include <memory>
 #include <utility>
+#include <vector>
 
 #include "host-sim/diagnose/found_rig.hpp"
 #include "host-sim/diagnose/gap_json.hpp"
 #include "host-sim/diagnose/log_check.hpp"
+#include "host-sim/identify/chamber/fit.hpp"
+#include "host-sim/identify/chamber/next_tick.hpp"
 #include "host-sim/identify/greybox.hpp"
 #include "host-sim/tools/command.hpp"
 #include "host-sim/tools/diagnose_report.hpp"
@@ -101,12 +104,20 @@ void print_calibration(const Options& options, const trace::RigDescription& foun
       found.ambient.pressure_Pa / 1e3);
 }
 
-void save_model(const Options& options, const trace::RigDescription& found, double volume_m3) {
-  const identify::GreyboxModel model =
-      identify::greybox_of(found, chamber_in_name(options.logs.front()), volume_m3);
+void save_model(const Options& options, const trace::RigDescription& found,
+                const std::vector<trace::NamedLog>& logs) {
+  identify::GreyboxModel model =
+      identify::greybox_of(found, chamber_in_name(options.logs.front()), logs.front().log.mean_volume_m3(),
+                           logs.back().log.time_s.back() - logs.back().log.time_s.front());
+  identify::chamber::Scene scene = identify::chamber::make_scene(found);
+  for (const trace::NamedLog& log : logs)
+    scene.records.push_back(identify::chamber::make_record(log.name, log.log, 1.0));
+  model.file.fit["rms_one_step_kPa"] = 1e-3 * identify::chamber::tick_change_rms_Pa(scene);
   trace::write_model(options.save_model, model.file);
   options.output.print("model: {}{}\n", options.save_model,
                        model.left_out.empty() ? "" : ", without " + listed(model.left_out, "and"));
+  if (found.effects.contains("null_drift"))
+    options.output.print("its null is where it stood at the end of the last log\n");
   print_calibration(options, found);
 }
 
@@ -137,7 +148,7 @@ int run(const Options& options) {
     trace::write_rig(options.save_rig, report.found);
     options.output.print("rig: {}\n", options.save_rig);
   }
-  if (!options.save_model.empty()) save_model(options, report.found, logs.front().log.mean_volume_m3());
+  if (!options.save_model.empty()) save_model(options, report.found, logs);
   if (!options.report.empty()) {
     diagnose_page(report).write(options.report);
     options.output.print("report: {}\n", options.report);

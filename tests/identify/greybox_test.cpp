@@ -175,6 +175,17 @@ TEST(GreyboxOfARig, NamesTheEffectsThatItDoesNotCarry) {
   EXPECT_THROW(greybox_of(rig), trace::InputError);
 }
 
+TEST(GreyboxOfARig, HasTheNullWhereADriftHasTakenItByThen) {
+  trace::RigDescription rig;
+  rig.effects["null_drift"] = {{"drift_at_60_s_V", 1.2}, {"time_constant_s", 20.0}};
+  const double half_minute_V = 1.2 * (1.0 - std::exp(-30.0 / 20.0)) / (1.0 - std::exp(-60.0 / 20.0));
+  for (const auto& [at_s, null_V] : {std::pair{0.0, 0.0}, {30.0, half_minute_V}, {60.0, 1.2}}) {
+    const GreyboxModel made = greybox_of(rig, {}, 1e-4, at_s);
+    EXPECT_NEAR(of_model(made, "open_above_V") - rig.valve.open_above_V, null_V, 1e-3) << at_s << " s";
+    EXPECT_NEAR(of_model(made, "exhaust_below_V") - rig.valve.exhaust_below_V, null_V, 1e-3) << at_s << " s";
+  }
+}
+
 TEST(GreyboxOfARig, SaysWhichChamberItIsOf) {
   EXPECT_EQ(greybox_of({}, 3).file.chamber, 3U);
   EXPECT_EQ(greybox_of({}).file.kind, "greybox");

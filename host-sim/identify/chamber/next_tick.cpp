@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <vector>
 
 namespace plenum::host::identify::chamber {
 namespace {
@@ -39,6 +40,22 @@ double next_tick_rms_Pa(const Scene& scene, effects::EffectSet on, const effects
       }
       const double error = readings[2 * std::size_t{effects::kLanes}] - record.measured_Pa[k + 1];
       squares += error * error;
+      rows += 1.0;
+    }
+  }
+  return std::sqrt(squares / rows);
+}
+
+double tick_change_rms_Pa(const Scene& scene) {
+  double squares = 0.0;
+  double rows = 0.0;
+  for (const Record& record : scene.records) {
+    const effects::Start start = estimate_start(scene, record, 0, scene.nominal);
+    const std::vector<double> reading_Pa = run(scene, record, 0, scene.nominal, start);
+    for (std::size_t k = record.settled_rows; k < record.fitted_rows; ++k) {
+      const double change_Pa =
+          reading_Pa[k] - record.measured_Pa[k] - (reading_Pa[k - 1] - record.measured_Pa[k - 1]);
+      squares += change_Pa * change_Pa;
       rows += 1.0;
     }
   }

@@ -14,4 +14,8 @@ namespace plenum::host::identify::chamber {
 /// RMS of prediction minus measurement over the fitted rows [Pa].
 double next_tick_rms_Pa(const Scene& scene, effects::EffectSet on, const effects::Figures& figures);
 
+/// By how much the error of a free run of the rig as it is described changes from one tick to the next, RMS over the settled rows
+/// [Pa]: near the error of the next tick's prediction where the run is near, and for effects with memory, too.
+double tick_change_rms_Pa(const Scene& scene);
+
 }  // namespace plenum::host::identify::chamber
