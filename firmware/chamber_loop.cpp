@@ -10,6 +10,10 @@ using config::kPascal_per_kPa;
 
 /// From an estimate of the volume to its measurement, in ranges of the sensor: no motion takes the observer that far.
 constexpr float kFarthest = 10.0F;
+/// Weight of the newest tick in the mean of what the model misses: the last five seconds or so of regulation count.
+constexpr float kDriftForgetting = 1.0F / 512.0F;
+/// No model is taken to fit better: sensors are noisier on one day than on another.
+constexpr float kLeastFit_kPa = 0.2F;
 constexpr numeric::Scalar kHalfTick_s = numeric::Scalar(0.5F * config::kTick_s);
 
 }  // namespace
@@ -63,6 +67,9 @@ void ChamberLoop::take_over(const config::ModelParameters& parameters) noexcept 
   model_seal_.close(known_.memory());
   const control::ModelPaths paths = control::paths_of(parameters, valve_delay_ticks_);
   regulator_.take_over(paths.valve, paths.sensor_lag_ticks);
+  drift_kPa_ = 0;
+  fit_error_kPa_ =
+      parameters.fit_error_kPa > 0.0F ? numeric::max(parameters.fit_error_kPa, kLeastFit_kPa) : 0.0F;
   if (pressure_seen_) {
     regulator_.go_on(pressure_now_kPa);  // no bump
   } else {
@@ -89,6 +96,15 @@ void ChamberLoop::begin_anew() noexcept {
   residual_kPa_ = 0;
 }
 
+void ChamberLoop::observe_pressure(const control::PressureModel& model) noexcept {
+  residual_kPa_ = static_cast<float>(regulator_.observe(model, pressure_kPa_, volume_.past()));
+  // At rest a chamber says little, and whoever excites it may be after another model.
+  if (!was_regulating_) return;
+  const float missed_kPa = numeric::abs(static_cast<float>(regulator_.missed_kPa()));
+  const float mean_kPa = drift_kPa_ + kDriftForgetting * (missed_kPa - drift_kPa_);
+  drift_kPa_ = numeric::is_finite(mean_kPa) ? mean_kPa : 0.0F;
+}
+
 safety::FaultSet ChamberLoop::measure(const Measured& readings, bool regulation_asked,
                                       bool model_needed) noexcept {
   const safety::ChamberMonitor::Output seen =
@@ -97,6 +113,8 @@ safety::FaultSet ChamberLoop::measure(const Measured& readings, bool regulation_
                                 .position_V = readings.position.mean_V,
                                 .position_fresh = readings.position.fresh,
                                 .residual_kPa = residual_kPa_,
+                                .drift_kPa = drift_kPa_,
+                                .fit_error_kPa = fit_error_kPa_,
                                 .command_V = command_V_,
                                 .driven = was_regulating_ || was_exciting_,
                                 .regulation_asked = regulation_asked,
@@ -114,8 +132,7 @@ safety::FaultSet ChamberLoop::measure(const Measured& readings, bool regulation_
     pressure_kPa_ = seen.pressure_kPa;
     if (!pressure_seen_) regulator_.reset(pressure_kPa_, command_V_);
     pressure_seen_ = true;
-    if (model != nullptr)
-      residual_kPa_ = static_cast<float>(regulator_.observe(*model, pressure_kPa_, volume_.past()));
+    if (model != nullptr) observe_pressure(*model);
   } else if (pressure_seen_ && model != nullptr) {
     regulator_.coast(*model, volume_.past());
   }
@@ -144,6 +161,7 @@ float ChamberLoop::command(const Order& order, canopen::ChamberImage& image) noe
   image.command_V = command_V;
   image.feedback_V = command_V - image.feedforward_V;
   image.residual_Pa = residual_kPa_ * kPascal_per_kPa;
+  image.drift_Pa = drift_kPa_ * kPascal_per_kPa;
   return command_V;
 }
 

@@ -72,6 +72,7 @@ class ChamberLoop {
   void rest_by_settings() noexcept;
   void observe_volume(numeric::Scalar measured_mL) noexcept;
   void begin_anew() noexcept;
+  void observe_pressure(const control::PressureModel& model) noexcept;
 
   config::ChamberSettings settings_;
   config::ChamberSettings
@@ -91,6 +92,8 @@ class ChamberLoop {
   float pressure_kPa_ = 0;           ///< last usable measurement
   control::ChamberMotion motion_;    ///< of the tick at hand
   float residual_kPa_ = 0;
+  float drift_kPa_ = 0;             ///< 2210h:5
+  float fit_error_kPa_ = 0;         ///< of the model in force, as far as a drift goes
   float command_V_ = 0;             ///< held over the tick just past
   bool rests_by_settings_ = false;  ///< resting_ is settings_
   bool has_commanded_ = false;      ///< an output stands, and no setting alone moves it

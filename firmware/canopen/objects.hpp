@@ -60,7 +60,7 @@ inline constexpr std::uint16_t kPreviewTicks = 0x2160;
 inline constexpr std::uint16_t kHealth = 0x2200;
 inline constexpr std::uint16_t kLatency = 0x2201;  ///< + 1 + bin of telemetry/latency_histogram.hpp
 inline constexpr std::uint16_t kRegulator =
-    0x2210;  ///< + chamber {feedforward V, feedback V, command V, residual Pa}
+    0x2210;  ///< + chamber {feedforward V, feedback V, command V, residual Pa, drift Pa}
 inline constexpr std::uint16_t kCodes = 0x2220;          ///< + chamber {command code, volume code}
 inline constexpr std::uint16_t kCodeScale = 0x2228;      ///< {command LSB V, volume LSB m3}
 inline constexpr std::uint16_t kCapture = 0x2300;        ///< {order, chamber, length, state, rows}

@@ -35,6 +35,7 @@ struct ChamberImage {
   float feedforward_V = 0.0F;  ///< 2210h:1
   float feedback_V = 0.0F;     ///< 2210h:2
   float residual_Pa = 0.0F;    ///< 2210h:4, measured minus predicted pressure of this tick
+  float drift_Pa = 0.0F;  ///< 2210h:5, mean magnitude of what the model alone misses of a tick's pressure
 
   friend bool operator==(const ChamberImage&, const ChamberImage&) noexcept = default;
 };

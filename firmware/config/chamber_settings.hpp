@@ -42,8 +42,10 @@ struct ChamberSettings {
   float vent_V = 3.0F;          ///< exhaust port open
   SafeOutput safe_output = SafeOutput::null;
 
-  float residual_alarm_kPa = 60.0F;       ///< fault FF02h when measured minus predicted exceeds this ...
-  std::uint16_t residual_ticks = 50;      ///< ... for this many ticks on end; 0: not watched
+  float residual_alarm_kPa = 60.0F;   ///< fault FF02h when measured minus predicted exceeds this ...
+  std::uint16_t residual_ticks = 50;  ///< ... for this many ticks on end; 0: not watched
+  /// Warning FF0Bh when the model alone misses, in the mean, this many times its fit error of a tick's pressure [1]; 0: not watched.
+  float drift_alarm_ratio = 4.0F;
   std::uint16_t over_pressure_ticks = 2;  ///< over-pressure must last this long [ticks]
   std::uint16_t stale_limit_ticks = 3;  ///< this many ticks on end without a fresh sample are a fault [ticks]
   std::uint16_t stuck_ticks =

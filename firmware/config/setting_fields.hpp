@@ -35,6 +35,7 @@ inline constexpr SettingField<ChamberSettings, float> kChamberFloats[] = {
     {"null_V", &ChamberSettings::null_V, 0.0F, 10.0F},
     {"vent_V", &ChamberSettings::vent_V, 0.0F, 10.0F},
     {"residual_alarm_kPa", &ChamberSettings::residual_alarm_kPa, 0.01F, 2000.0F},
+    {"drift_alarm_ratio", &ChamberSettings::drift_alarm_ratio, 0.0F, 1000.0F},
 };
 
 inline constexpr SettingField<ChamberSettings, std::uint16_t> kChamberTicks[] = {

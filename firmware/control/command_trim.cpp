@@ -30,10 +30,13 @@ CommandTrim::Place CommandTrim::place(Scalar model_V) const noexcept {
   return {.below = below, .above_share = at - static_cast<Scalar>(below)};
 }
 
+Scalar CommandTrim::at(const Place& place) const noexcept {
+  const Scalar below_V = correction_V_[place.below];
+  return below_V + place.above_share * (correction_V_[place.below + 1] - below_V);
+}
+
 Scalar CommandTrim::at(Scalar model_V) const noexcept {
-  const Place here = place(model_V);
-  const Scalar below_V = correction_V_[here.below];
-  return below_V + here.above_share * (correction_V_[here.below + 1] - below_V);
+  return at(place(model_V));
 }
 
 Scalar CommandTrim::reach(const Place& at) noexcept {

@@ -40,6 +40,7 @@ class CommandTrim {
     Scalar above_share;  ///< how far it is to the next one
   };
   Place place(Scalar model_V) const noexcept;
+  Scalar at(const Place& place) const noexcept;
 
   /// The sum of the squares of the two nodes' shares in the correction there: how much of it one learning step of unit size moves.
   static Scalar reach(const Place& at) noexcept;

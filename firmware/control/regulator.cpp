@@ -69,6 +69,7 @@ void Regulator::forget(Scalar pressure_kPa) noexcept {
   steady_kPa_ = Scalar(0);
   residual_level_kPa_ = Scalar(0);
   compression_ = Scalar(0);
+  missed_kPa_ = Scalar(0);
   planned_ = false;
 }
 
@@ -99,7 +100,7 @@ Scalar Regulator::observe(const PressureModel& model, Scalar measured_kPa,
   const Scalar compression_kPa = pressure_kPa_ * compressed(past);
   const Prediction predicted = past_tick(model, past, compression_kPa);
   const SensorLag::Reading reading = sensor_.observe(pressure_kPa_, predicted, measured_kPa);
-  learn(reading.above_kPa, compression_kPa);
+  missed_kPa_ = reading.missed_kPa + learn(reading.above_kPa, compression_kPa);
   residual_level_kPa_ += kResidualForgetting * (numeric::abs(reading.above_kPa) - residual_level_kPa_);
   // what a sensor says that lags is weighed already
   const Scalar gain = sensor_.lags() ? Scalar(1) : config_.pressure_gain;
@@ -110,10 +111,11 @@ Scalar Regulator::observe(const PressureModel& model, Scalar measured_kPa,
 void Regulator::coast(const PressureModel& model, const ChamberMotion& past) noexcept {
   const Prediction predicted = past_tick(model, past, pressure_kPa_ * compressed(past));
   sensor_.pass(pressure_kPa_, predicted);
+  missed_kPa_ = Scalar(0);
   pressure_kPa_ = believable_kPa(predicted.end_kPa);
 }
 
-void Regulator::learn(Scalar residual_kPa, Scalar compression_kPa) noexcept {
+Scalar Regulator::learn(Scalar residual_kPa, Scalar compression_kPa) noexcept {
   const Scalar by_compression = kMeanOfEnd * compression_kPa;
   const SentCommands::Sent& acted = sent_.acted();
   const Scalar by_trim = acted.planned ? -kMeanOfEnd * acted.by_command_kPa_V : Scalar(0);
@@ -123,12 +125,14 @@ void Regulator::learn(Scalar residual_kPa, Scalar compression_kPa) noexcept {
   const Scalar spread = weights_.noise_and_steady + compression_moves * by_compression +
                         trim_moves * by_trim * CommandTrim::reach(place);
   const Scalar share = numeric::near_ratio(residual_kPa, spread);
+  const Scalar learned_kPa = kMeanOfEnd * disturbance_kPa(compression_kPa) + by_trim * trim_.at(place);
 
   const Scalar steady_limit = config_.disturbance_limit_kPa;
   steady_kPa_ = clamp(steady_kPa_ + weights_.steady_moves * share, -steady_limit, steady_limit);
   const Scalar compression_limit = config_.compression_limit;
   compression_ = clamp(compression_ + compression_moves * share, -compression_limit, compression_limit);
   trim_.move(place, trim_moves * share);
+  return learned_kPa;
 }
 
 Regulator::Span Regulator::acting_span(const ReferenceShaper::Reference& reference) const noexcept {

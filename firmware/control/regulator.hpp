@@ -108,6 +108,10 @@ class Regulator {
 
   Scalar pressure_kPa() const noexcept { return pressure_kPa_; }
 
+  /// By how much the reading of the last observe() lies above what the model alone predicts, with nothing of what has been learned
+  /// since: to first order, [kPa]. 0 after coast().
+  Scalar missed_kPa() const noexcept { return missed_kPa_; }
+
   /// The estimates after the last observe() or coast() are numbers; what bounds them makes none of what is not.
   bool knows_numbers() const noexcept {
     return numeric::is_finite(pressure_kPa_ + steady_kPa_ + residual_level_kPa_ + compression_);
@@ -133,7 +137,8 @@ class Regulator {
   Prediction past_tick(const PressureModel& model, const ChamberMotion& past,
                        Scalar compression_kPa) noexcept;
   void forget(Scalar pressure_kPa) noexcept;
-  void learn(Scalar residual_kPa, Scalar compression_kPa) noexcept;
+  /// What the estimates make of a tick's mean and the model alone does not, before they are moved [kPa].
+  Scalar learn(Scalar residual_kPa, Scalar compression_kPa) noexcept;
 
   /// Of the estimates, as they learn: m_i^2 and what is made of it alone.
   struct Weights {
@@ -153,9 +158,10 @@ class Regulator {
   Scalar steady_kPa_ = 0;          ///< d
   Scalar residual_level_kPa_ = 0;  ///< mean magnitude of the residuals of late
   Scalar compression_ = 0;         ///< theta
-  Scalar planned_V_ = 0;           ///< valve command that regulate() answered this tick ...
-  Inverse plan_;                   ///< ... and what the model says behind it
-  bool planned_ = false;           ///< regulate() was called this tick, and no limit came between
+  Scalar missed_kPa_ = 0;
+  Scalar planned_V_ = 0;  ///< valve command that regulate() answered this tick ...
+  Inverse plan_;          ///< ... and what the model says behind it
+  bool planned_ = false;  ///< regulate() was called this tick, and no limit came between
 };
 
 }  // namespace plenum::control

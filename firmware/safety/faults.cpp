@@ -57,6 +57,8 @@ constexpr std::array<FaultSpec, kFaults> kFaultSpecs = {{
      "bus load, queue length"},
     {Fault::can_passive, "CAN error passive", 0x8120, kComm, Reaction::none, Scope::board, Clears::by_itself,
      "CAN cable, termination, bit rate"},
+    {Fault::model_drift, "model drift", 0xFF0B, kOwn, Reaction::none, Scope::chamber, Clears::by_itself,
+     "log of the chamber (2301h), diagnosed: what has changed of valve, supply, hose or sensor; drift_alarm_ratio"},
 }};
 // clang-format on
 

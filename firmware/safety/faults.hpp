@@ -38,9 +38,10 @@ enum class Fault : std::uint8_t {
   store_failing,
   can_overrun,
   can_passive,
+  model_drift,
 };
 
-inline constexpr std::size_t kFaults = 22;
+inline constexpr std::size_t kFaults = 23;
 
 /// A set of faults, bit f for fault f.
 using FaultSet = std::uint32_t;

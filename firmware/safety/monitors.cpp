@@ -78,6 +78,10 @@ ChamberMonitor::Output ChamberMonitor::step(const config::ChamberSettings& setti
   // Written so that a residual that is not a number counts as too large.
   const bool residual_small = numeric::abs(in.residual_kPa) <= settings.residual_alarm_kPa;
   out.causes |= if_so(lasts(residual_.step(!residual_small), settings.residual_ticks), Fault::model_residual);
+  const float drift_limit_kPa = settings.drift_alarm_ratio * in.fit_error_kPa;
+  drifted_ =
+      drift_limit_kPa > 0.0F && in.drift_kPa > (drifted_ ? kDriftGone * drift_limit_kPa : drift_limit_kPa);
+  out.causes |= if_so(drifted_, Fault::model_drift);
   out.causes |= if_so(in.regulation_asked && !in.model_ready, Fault::no_model);
   return out;
 }

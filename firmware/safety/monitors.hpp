@@ -32,6 +32,9 @@ class TickCount {
 /// any, as in a simulation, a chamber that is at rest has a command at rest, or one that stays within a valve's dead band.
 inline constexpr float kStuckMoved = 0.125F;
 
+/// A model has drifted until it misses less than this share of what raised the warning.
+inline constexpr float kDriftGone = 0.7F;
+
 class ChamberMonitor {
  public:
   struct Input {
@@ -41,8 +44,11 @@ class ChamberMonitor {
     bool position_fresh = false;
     float residual_kPa =
         0.0F;                ///< measured minus predicted, as known a tick ago; 0 while nothing is predicted
-    float command_V = 0.0F;  ///< held over the tick
-    bool driven = false;     ///< regulated or excited over the tick
+    float drift_kPa = 0.0F;  ///< mean magnitude of what the model alone misses of a tick's pressure ...
+    float fit_error_kPa =
+        0.0F;  ///< ... and what it missed when it was fitted; 0: not stated, and no drift is told
+    float command_V = 0.0F;         ///< held over the tick
+    bool driven = false;            ///< regulated or excited over the tick
     bool regulation_asked = false;  ///< 6040h asks for HOLD or ACTIVE
     bool model_ready = false;       ///< this chamber has a model, or the control mode needs none
   };
@@ -62,6 +68,7 @@ class ChamberMonitor {
   float lowest_V_ = 0.0F, highest_V_ = 0.0F;  ///< commands while it stood still
   TickCount still_;
   bool over_pressure_tripped_ = false;
+  bool drifted_ = false;
 };
 
 class BoardMonitor {

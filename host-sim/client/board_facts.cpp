@@ -171,6 +171,10 @@ std::vector<LatencyBin> read_latency(Session& session) {
   return bins;
 }
 
+double read_drift_Pa(Session& session, std::uint8_t chamber) {
+  return session.read<float>(static_cast<std::uint16_t>(object::kRegulator + chamber), 5);
+}
+
 ModelSet read_model_set(Session& session, std::uint8_t chamber) {
   const auto state = static_cast<std::uint16_t>(object::kSetState + chamber);
   return {.phase = static_cast<SetPhase>(session.read<std::uint8_t>(state, 1)),

@@ -82,6 +82,9 @@ struct ModelSet {
   std::uint32_t generation = 0;
   std::vector<std::uint8_t> image;  ///< empty when no model is in force
 };
+/// Of the last seconds in which its valve was driven: the mean of what the chamber's model, with nothing learned since, misses of
+/// a tick's pressure [Pa].
+double read_drift_Pa(Session& session, std::uint8_t chamber);
 ModelSet read_model_set(Session& session, std::uint8_t chamber);
 
 }  // namespace plenum::host::client

@@ -68,11 +68,14 @@ Json latency(client::Session& session, const Output& output) {
 
 Json models(client::Session& session, const Output& output) {
   Json list = Json::array();
-  output.print("models\n  {:>7}  {:<9}  {:<9}  {:>10}  {:<10}  {:>15}  {:>20}  {:>12}  {:>13}\n", "chamber",
-               "state", "CRC", "generation", "fitted", "fit error [kPa]", "in fixed point [kPa]",
-               "valve serial", "sensor serial");
+  output.print("models\n  {:>7}  {:<9}  {:<9}  {:>10}  {:<10}  {:>15}  {:>12}  {:>20}  {:>12}  {:>13}\n",
+               "chamber", "state", "CRC", "generation", "fitted", "fit error [kPa]", "misses [kPa]",
+               "in fixed point [kPa]", "valve serial", "sensor serial");
   const auto serial = [](std::uint32_t value) {
     return value == 0 ? std::string("-") : fmt::format("{}", value);
+  };
+  const auto stated = [](double value_kPa) {
+    return value_kPa > 0 ? fmt::format("{:.3g}", value_kPa) : std::string("-");
   };
   const auto bound = [](double value_kPa) {
     return value_kPa > 0 ? fmt::format("{:.2g}", value_kPa) : std::string("-");
@@ -87,12 +90,14 @@ Json models(client::Session& session, const Output& output) {
       output.print("  {:>7}  {}\n", chamber + 1, client::phase_name(set.phase));
     } else {
       const client::ModelOrigin origin = client::decode_model(set.image).origin;
-      output.print("  {:>7}  {:<9}  {:<9}  {:>10}  {:<10}  {:>15.3g}  {:>20}  {:>12}  {:>13}\n", chamber + 1,
-                   client::phase_name(set.phase), hex(set.crc, 8), set.generation,
-                   date_text(origin.fit_date_s), origin.fit_error_kPa, bound(origin.fixed_error_kPa),
-                   serial(origin.valve_serial), serial(origin.sensor_serial));
+      const double misses_kPa = client::read_drift_Pa(session, chamber) / 1e3;
+      output.print("  {:>7}  {:<9}  {:<9}  {:>10}  {:<10}  {:>15}  {:>12.3g}  {:>20}  {:>12}  {:>13}\n",
+                   chamber + 1, client::phase_name(set.phase), hex(set.crc, 8), set.generation,
+                   date_text(origin.fit_date_s), stated(origin.fit_error_kPa), misses_kPa,
+                   bound(origin.fixed_error_kPa), serial(origin.valve_serial), serial(origin.sensor_serial));
       one["fit_date_s"] = origin.fit_date_s;
       one["fit_error_kPa"] = origin.fit_error_kPa;
+      one["misses_kPa"] = misses_kPa;
       one["fixed_error_kPa"] = origin.fixed_error_kPa > 0 ? Json(origin.fixed_error_kPa) : Json(nullptr);
       one["valve_serial"] = origin.valve_serial;
       one["sensor_serial"] = origin.sensor_serial;

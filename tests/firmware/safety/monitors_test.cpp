@@ -168,6 +168,28 @@ TEST(ChamberMonitor, RaisesALastingResidualOfEitherSignOrNotANumber) {
   EXPECT_EQ(chamber_tick(Fault::model_residual, in, settings), 0) << "switched off";
 }
 
+TEST(ChamberMonitor, WarnsOfADriftThatIsLargeBesideTheFitUntilItIsSmall) {
+  config::ChamberSettings settings;
+  settings.drift_alarm_ratio = 3.0F;
+  auto in = healthy();
+  in.fit_error_kPa = 2.0F;
+  ChamberMonitor monitor;
+  const auto told = [&](float drift_kPa) {
+    in.drift_kPa = drift_kPa;
+    return holds(monitor.step(settings, in).causes, Fault::model_drift);
+  };
+  EXPECT_FALSE(told(5.9F));
+  EXPECT_TRUE(told(6.1F));
+  EXPECT_TRUE(told(4.3F));
+  EXPECT_FALSE(told(4.1F));
+  EXPECT_FALSE(told(5.9F));
+  in.fit_error_kPa = 0.0F;
+  EXPECT_FALSE(told(100.0F)) << "nobody has said what is usual";
+  in.fit_error_kPa = 2.0F;
+  settings.drift_alarm_ratio = 0.0F;
+  EXPECT_FALSE(told(100.0F)) << "switched off";
+}
+
 TEST(ChamberMonitor, RaisesAMissingModelOnlyWhenRegulationIsAsked) {
   auto in = healthy();
   in.model_ready = false;
