@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "firmware/canopen/objects.hpp"
+#include "firmware/config/greybox_parameters.hpp"
 #include "host-sim/client/session.hpp"
 #include "host-sim/client/shortest_decimal.hpp"
 
@@ -77,6 +78,10 @@ DecodedModel decode_model(std::span<const std::uint8_t> image) {
   for (std::size_t i = 0; i < model.count; ++i)
     decoded.parameters.push_back(shortest_decimal(model.value[i]));
   return decoded;
+}
+
+double sensor_lag_s(const DecodedModel& model) {
+  return model.kind == "greybox" ? model.parameters.at(plenum::config::kSensorLag) : 0.0;
 }
 
 }  // namespace plenum::host::client

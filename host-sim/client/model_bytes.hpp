@@ -34,4 +34,7 @@ std::vector<std::uint8_t> encode_model(std::string_view kind, std::span<const do
 /// Throws ProtocolError saying what is wrong with the image.
 DecodedModel decode_model(std::span<const std::uint8_t> image);
 
+/// By how much the chamber's pressure sensor lags [s], as its model says; 0 where it says nothing of it.
+double sensor_lag_s(const DecodedModel& model);
+
 }  // namespace plenum::host::client

@@ -19,6 +19,27 @@ constexpr std::size_t kRandomSines = 12;
 constexpr double kSettled = 0.01;  ///< of span
 constexpr double kStep = 0.05;     ///< of span
 
+/// tau y' = r - y of a reference r that goes straight from one tick to the next.
+class LaggingSensor {
+ public:
+  LaggingSensor(double at_Pa, double lag_s)
+      : shown_Pa_(at_Pa), lag_s_(lag_s), left_(lag_s > 0.0 ? std::exp(-kCycle_s / lag_s) : 0.0) {}
+
+  /// Its mean over a tick.
+  double mean_Pa(double from_Pa, double to_Pa) {
+    const double behind_Pa = lag_s_ / kCycle_s * (to_Pa - from_Pa);
+    const double shown_Pa = to_Pa - behind_Pa + (shown_Pa_ - from_Pa + behind_Pa) * left_;
+    const double mean_Pa = 0.5 * (from_Pa + to_Pa) - lag_s_ / kCycle_s * (shown_Pa - shown_Pa_);
+    shown_Pa_ = shown_Pa;
+    return mean_Pa;
+  }
+
+ private:
+  double shown_Pa_;
+  double lag_s_;
+  double left_;
+};
+
 void require_possible(const ReferenceShape& shape) {
   const double low_Pa = shape.mean_Pa - std::abs(shape.amplitude_Pa);
   const double high_Pa = shape.mean_Pa + std::abs(shape.amplitude_Pa);
@@ -97,7 +118,8 @@ std::vector<std::vector<double>> references(const ReferenceShape& shape, unsigne
   return result;
 }
 
-Tracking tracking(std::span<const CapturedRow> rows, std::size_t chamber, double span_Pa) {
+Tracking tracking(std::span<const CapturedRow> rows, std::size_t chamber, double span_Pa,
+                  double sensor_lag_s) {
   if (rows.size() < kOnsetRows + 2) {
     throw std::invalid_argument(
         fmt::format("{} rows, expected at least {} to judge tracking", rows.size(), kOnsetRows + 2));
@@ -105,9 +127,11 @@ Tracking tracking(std::span<const CapturedRow> rows, std::size_t chamber, double
   const auto reference = [&](std::size_t k) { return rows[k].reference_Pa[chamber]; };
   const auto pressure = [&](std::size_t k) { return rows[k].sample[chamber].actual_Pa; };
   Tracking result;
+  LaggingSensor sensor(reference(0), sensor_lag_s);
   double sum = 0.0;
-  for (std::size_t k = kOnsetRows; k < rows.size(); ++k) {
-    const double error_Pa = pressure(k) - 0.5 * (reference(k - 1) + reference(k));
+  for (std::size_t k = 1; k < rows.size(); ++k) {
+    const double error_Pa = pressure(k) - sensor.mean_Pa(reference(k - 1), reference(k));
+    if (k < kOnsetRows) continue;
     sum += error_Pa * error_Pa;
     result.worst_Pa = std::max(result.worst_Pa, std::abs(error_Pa));
   }

@@ -49,7 +49,9 @@ inline constexpr std::size_t kOnsetRows =
 inline constexpr std::size_t kPreviewRows =
     8;  ///< before a step: a board that knows of it begins early, so these are left out of its settling
 
-/// Of the rows of follow(). Throws std::invalid_argument for fewer than kOnsetRows + 2 rows.
-Tracking tracking(std::span<const CapturedRow> rows, std::size_t chamber, double span_Pa);
+/// Of the rows of follow(). `sensor_lag_s`: what the sensor lags by, as the chamber's model says; its readings are held against what
+/// it would show of the reference, RMS and worst; 0 for a prompt one. Throws std::invalid_argument for fewer than kOnsetRows + 2 rows.
+Tracking tracking(std::span<const CapturedRow> rows, std::size_t chamber, double span_Pa,
+                  double sensor_lag_s = 0.0);
 
 }  // namespace plenum::host::client

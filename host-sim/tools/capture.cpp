@@ -1,5 +1,6 @@
 #include "host-sim/client/capture.hpp"
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -20,13 +21,38 @@ struct Options {
   double seconds = 60.0;
   bool closed_loop = false;
   bool last = false;
+  double pressure_low_kPa = client::CaptureOptions{}.pressure_low_Pa / 1e3;
+  double pressure_high_kPa = client::CaptureOptions{}.pressure_high_Pa / 1e3;
+  double command_low_V = client::CaptureOptions{}.command_low_V;
+  double command_high_V = client::CaptureOptions{}.command_high_V;
+  double largest_volume_L = client::CaptureOptions{}.largest_volume_m3 * 1e3;
   std::string out = "capture";
   Output output;
 };
 
 constexpr std::size_t kLeastRows = 2;  ///< of a log: fewer tell no rate
 
+void require_order(const char* low, double low_value, const char* high, double high_value) {
+  if (low_value < high_value) return;
+  throw std::invalid_argument(
+      fmt::format("{} {:g}, {} {:g}: expected low below high", low, low_value, high, high_value));
+}
+
+/// Of random references: where a rig's valves can take them, and within what is asked for.
+SetpointRange reference_range(const Options& options, const trace::RigDescription& description) {
+  const SetpointRange able = setpoint_range(description);
+  const SetpointRange range{std::max(able.low_Pa, options.pressure_low_kPa * 1e3),
+                            std::min(able.high_Pa, options.pressure_high_kPa * 1e3)};
+  if (range.low_Pa < range.high_Pa) return range;
+  throw std::invalid_argument(fmt::format(
+      "--pressure-low {:g} kPa, --pressure-high {:g} kPa: expected some of what the rig can be led to, {:g} "
+      "to {:g} kPa",
+      options.pressure_low_kPa, options.pressure_high_kPa, able.low_Pa / 1e3, able.high_Pa / 1e3));
+}
+
 int run(const Options& options) {
+  require_order("--pressure-low", options.pressure_low_kPa, "--pressure-high", options.pressure_high_kPa);
+  require_order("--command-low", options.command_low_V, "--command-high", options.command_high_V);
   const trace::RigDescription description = options.board.rig.description();
   if (options.closed_loop || !options.board.store.empty()) options.board.require_stored();
   BoardAccess board(options.board);
@@ -49,17 +75,26 @@ int run(const Options& options) {
               : fmt::format("as the board remembers them; {} from before a pause are left out", log.before);
     rows = std::move(log.rows);
   } else if (options.closed_loop) {
-    const SetpointRange range = setpoint_range(description);
+    const SetpointRange range = reference_range(options, description);
     Progress progress("recording in closed loop");
     rows = client::follow(
         board.session(),
         client::random_references(chambers, options.seconds, range.low_Pa, range.high_Pa, seed),
-        {.chambers = chambers, .stopped = stopped}, std::ref(progress));
+        {.largest_volume_m3 = options.largest_volume_L / 1e3, .chambers = chambers, .stopped = stopped},
+        std::ref(progress));
   } else {
     Progress progress("recording");
-    rows = client::capture(
-        board.session(), {.seconds = options.seconds, .seed = seed, .chambers = chambers, .stopped = stopped},
-        std::ref(progress));
+    rows = client::capture(board.session(),
+                           {.seconds = options.seconds,
+                            .seed = seed,
+                            .command_low_V = static_cast<float>(options.command_low_V),
+                            .command_high_V = static_cast<float>(options.command_high_V),
+                            .pressure_low_Pa = options.pressure_low_kPa * 1e3,
+                            .pressure_high_Pa = options.pressure_high_kPa * 1e3,
+                            .largest_volume_m3 = options.largest_volume_L / 1e3,
+                            .chambers = chambers,
+                            .stopped = stopped},
+                           std::ref(progress));
   }
   if (stopped()) {
     if (rows.size() < kLeastRows) {
@@ -102,12 +137,36 @@ Command add_capture(Program& program) {
             "Drive nothing: read what the board remembers of the last 10 s in which it drove its valves, "
             "after a fault, say (default: off)")
       .excludes("--closed-loop");
+  arguments
+      .option("--pressure-low", options->pressure_low_kPa,
+              "The valve is turned before a pressure leaves these limits, or those of the board's settings "
+              "where they are "
+              "narrower [kPa, absolute]")
+      .within(0.0, 2000.0)
+      .show_default();
+  arguments.option("--pressure-high", options->pressure_high_kPa, "Likewise [kPa, absolute]")
+      .within(0.0, 2000.0)
+      .show_default();
+  arguments
+      .option("--command-low", options->command_low_V,
+              "Lowest command of the excitation, or that of the board's settings where it is higher [V]")
+      .within(0.0, 10.0)
+      .show_default();
+  arguments.option("--command-high", options->command_high_V, "Highest, likewise [V]")
+      .within(0.0, 10.0)
+      .show_default();
+  arguments
+      .option("--largest-volume", options->largest_volume_L,
+              "Of a chamber [L]: what the recording's volumes have room for, in steps of a 65535th of it")
+      .within(0.01, 1000.0)
+      .show_default();
   arguments.option("-o,--out", options->out, "Folder for chamber-N.csv and rig.toml")
       .type_name("DIR")
       .show_default();
   options->output.add_to(arguments);
   arguments.footer(example(
       "  plenum capture --seconds 60 -o first                            # valves excited at random\n"
+      "  plenum capture --bus can:can0 --pressure-high 400 -o soft       # of an actuator good for 4 bar\n"
       "  plenum capture --store board --closed-loop --seed 2 -o second   # regulated to random references\n"
       "  plenum capture --bus can:can0 --last -o fault                   # what led to a fault"));
   return {arguments, [options] { return run(*options); }};

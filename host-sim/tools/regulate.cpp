@@ -68,18 +68,39 @@ int run(const Options& options) {
   write_recording(options.out, rows, chambers, true, description);
 
   Json list = Json::array();
-  options.output.print("{:>7}  {:>10}  {:>12}  {:>21}  {:>12}\n", "chamber", "RMSE [kPa]", "worst [kPa]",
-                       "overshoot [% of span]", "settling [s]");
+  std::string lagging;
+  options.output.print("{:>7}  {:>10}  {:>12}  {:>21}  {:>12}  {:>24}\n", "chamber", "RMSE [kPa]",
+                       "worst [kPa]", "overshoot [% of span]", "settling [s]", "model misses [kPa/tick]");
   for (unsigned c = 0; c < chambers; ++c) {
-    const client::Tracking tracking = client::tracking(rows, c, span_Pa);
-    options.output.print("{:7}  {:10.2f}  {:12.2f}  {:>21}  {:>12}\n", c + 1, tracking.rmse_Pa / 1e3,
-                         tracking.worst_Pa / 1e3, shown(tracking.overshoot_Pa, 100.0 / span_Pa),
-                         shown(tracking.settling_s, 1.0));
+    const auto chamber = static_cast<std::uint8_t>(c);
+    const double lag_s = client::sensor_lag_s(client::decode_model(board.session().download_model(chamber)));
+    const client::Tracking tracking = client::tracking(rows, c, span_Pa, lag_s);
+    const double drift_Pa = client::read_drift_Pa(board.session(), chamber);
+    if (lag_s > 0.0)
+      lagging += fmt::format("{}{} by {:.0f} ms", lagging.empty() ? "" : ", ", c + 1, 1e3 * lag_s);
+    options.output.print("{:7}  {:10.2f}  {:12.2f}  {:>21}  {:>12}  {:24.2f}\n", c + 1,
+                         tracking.rmse_Pa / 1e3, tracking.worst_Pa / 1e3,
+                         shown(tracking.overshoot_Pa, 100.0 / span_Pa), shown(tracking.settling_s, 1.0),
+                         drift_Pa / 1e3);
     list.push_back({{"chamber", c + 1},
                     {"rmse_kPa", tracking.rmse_Pa / 1e3},
                     {"worst_kPa", tracking.worst_Pa / 1e3},
                     {"overshoot_percent_of_span", number(100.0 * tracking.overshoot_Pa / span_Pa)},
-                    {"settling_s", number(tracking.settling_s)}});
+                    {"settling_s", number(tracking.settling_s)},
+                    {"sensor_lag_s", lag_s},
+                    {"model_misses_kPa_per_tick", drift_Pa / 1e3}});
+  }
+  if (!lagging.empty()) {
+    options.output.print(
+        "readings that lag as the model says are held against what they would be of the reference: chamber "
+        "{}\n",
+        lagging);
+  }
+  if (const auto fault = client::read_fault(board.session())) {
+    for (const auto* spec : client::fault_specs(*fault)) {
+      options.output.print("the board reports {} ({:04X}h), chamber {}: look at {}\n", spec->name, spec->code,
+                           fault->chamber, spec->blame);
+    }
   }
   options.output.print("the first half second is left out; {}recorded in {}\n",
                        stop.asked() ? fmt::format("stopped by hand after {} rows, ", rows.size()) : "",

@@ -311,6 +311,20 @@ class Line(Plenum):
         self.write("far.json", model(3))
         self.refused(2, "upload", "--store", "board", *SMALL, "far.json", says=["far.json", "chamber 3", "1 to 2"])
 
+    def test_a_capture_stays_within_the_limits_it_was_given(self):
+        self.done("capture", *SMALL, "--seconds", 20, "--pressure-low", 180, "--pressure-high", 320, "--command-low", 4.2,
+                  "--command-high", 6.1, "-o", "soft")
+        for chamber in (1, 2):
+            rows = self.rows(f"soft/chamber-{chamber}.csv")
+            commands_V = [float(row["command_V"]) for row in rows]
+            self.assertGreaterEqual(min(commands_V), 4.2 - 1e-3)
+            self.assertLessEqual(max(commands_V), 6.1 + 1e-3)
+            pressures_kPa = [float(row["pressure_Pa"]) / 1e3 for row in rows[300:]]  # once it has come there from the ambient's
+            self.assertGreater(min(pressures_kPa), 180 - 30, "a tick of a valve that was open")
+            self.assertLess(max(pressures_kPa), 320 + 30)
+        self.refused(2, "capture", *SMALL, "--pressure-low", 400, "--pressure-high", 300, says=["--pressure-low 400", "low below high"])
+        self.refused(2, "capture", *SMALL, "--command-low", 7, "--command-high", 3, says=["--command-low 7", "low below high"])
+
     def test_from_capture_to_regulation(self):
         self.done("capture", *SMALL, "--seconds", 20, "-o", "first")
         self.assertEqual(len(self.rows("first/chamber-2.csv")), 2000)
