@@ -39,6 +39,7 @@ void Board::tick(const TickTiming& timing) noexcept {
   inputs.timing = timing;
   inputs.stored_set_lost = keeper_.take_loss();
   inputs.store_failing = keeper_.failing();
+  inputs.configuration_refused = (configuration_refused_ | configuration_refused_.second()) != 0;
 
   const Outputs outputs = controller_.step(inputs);
   outputs_ok_ = drivers_.analog_out.write(outputs.command_V);

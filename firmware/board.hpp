@@ -8,6 +8,7 @@
 //   store_changed()    after each tick: a piece of storing, of at most one write or one sync
 #pragma once
 
+#include "firmware/config/twice.hpp"
 #include "firmware/controller.hpp"
 #include "firmware/parameter_keeper.hpp"
 #include "firmware/ports/analog.hpp"
@@ -33,7 +34,10 @@ class Board {
  public:
   /// The drivers must outlive the board.
   Board(const Settings& settings, const Drivers& drivers) noexcept
-      : controller_(settings), drivers_(drivers), keeper_(drivers.store) {}
+      : controller_(settings),
+        drivers_(drivers),
+        keeper_(drivers.store),
+        configuration_refused_(settings.configuration_refused ? 1 : 0) {}
   Board(const Board&) = delete;
   Board& operator=(const Board&) = delete;
 
@@ -63,6 +67,7 @@ class Board {
   Controller controller_;
   Drivers drivers_;
   ParameterKeeper keeper_;
+  config::Twice<std::uint8_t> configuration_refused_;  ///< 1: it is, if either copy says so
   bool outputs_ok_ = true;
   std::uint32_t lost_before_ = 0;  ///< frames the driver had lost at the last tick
   ports::CanFrame unsent_{};

@@ -6,6 +6,13 @@
 namespace plenum {
 namespace {
 
+/// An output that refuses its safe value holds the last one: without power the valve is safe all the same. Power that an emergency
+/// stop has taken comes back by a reset, not when the circuit closes. And settings that stand in for others may be wrong about
+/// the valves.
+constexpr safety::FaultSet kWithoutPower = safety::only(safety::Fault::hardware) |
+                                           safety::only(safety::Fault::emergency_stop) |
+                                           safety::only(safety::Fault::configuration_refused);
+
 /// Each chamber is excited by a sequence of its own.
 std::uint32_t chamber_seed(std::uint32_t board_seed, std::size_t chamber) noexcept {
   constexpr std::uint32_t kGoldenRatio = 0x9E3779B9U;
@@ -92,12 +99,8 @@ Outputs Controller::step(const Inputs& inputs) noexcept {
                                                              .ready = true,
                                                              .model_ready = models_ready,
                                                              .reaction = report.reaction});
-  // An output that refuses its safe value holds the last one: without power the valve is safe all the same. And power that an
-  // emergency stop has taken comes back by a reset, not when the circuit closes.
-  const safety::FaultSet standing = faults_.standing_on_board();
-  const bool valve_power = order.state != safety::State::not_ready &&
-                           !safety::holds(standing, safety::Fault::hardware) &&
-                           !safety::holds(standing, safety::Fault::emergency_stop);
+  const bool valve_power =
+      order.state != safety::State::not_ready && (faults_.standing_on_board() & kWithoutPower) == 0;
   Outputs outputs = drive(order.drive, valve_power);
   outputs.digital = {.valve_power = valve_power, .fault_lamp = report.any};
   last_drive_ = order.drive;
@@ -127,6 +130,7 @@ safety::FaultReport Controller::judge(const Inputs& inputs, bool upset) noexcept
       monitor_.step(settings_.board(), {.emergency_stop = inputs.digital.emergency_stop,
                                         .outputs_ok = inputs.outputs_ok,
                                         .memory_upset = upset,
+                                        .configuration_refused = inputs.configuration_refused,
                                         .tick_late = inputs.timing.overrun == Overrun::fault,
                                         .supply_V = inputs.supply.mean_V,
                                         .supply_fresh = inputs.supply.fresh,

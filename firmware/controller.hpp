@@ -41,6 +41,8 @@ struct Settings {
   std::array<config::ChamberSettings, config::kChambers> chamber{};
   control::Regulator::Config regulator;
   control::VolumeObserver::Config volume;
+  /// The installer's were refused, and these, accepted before, stand in for them: a fault for as long as the board runs.
+  bool configuration_refused = false;
 };
 
 /// What the drivers know at the start of a tick.
@@ -55,6 +57,7 @@ struct Inputs {
   TickTiming timing;             ///< of this tick
   bool stored_set_lost = false;  ///< in the first tick: the stored set, or a newer one, was found damaged
   bool store_failing = false;    ///< the parameter store refuses again and again
+  bool configuration_refused = false;  ///< Settings::configuration_refused
 };
 
 /// What the drivers do until the next tick.

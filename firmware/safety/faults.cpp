@@ -21,6 +21,8 @@ constexpr std::array<FaultSpec, kFaults> kFaultSpecs = {{
      "over_pressure_kPa, supply regulator, pressure sensor calibration"},
     {Fault::memory_upset, "memory upset", 0xFF09, kOwn, Reaction::safe, Scope::board, Clears::by_reset,
      "start the board again, or write the settings and upload the models anew; if it comes back, the board's memory"},
+    {Fault::configuration_refused, "configuration refused", 0x6320, kProfile, Reaction::safe, Scope::board, Clears::by_reset,
+     "board.toml: plenumd's journal says what is wrong in it; mend it and start plenumd again"},
     {Fault::tick_overrun, "tick overrun", 0xFF01, kOwn, Reaction::safe, Scope::board, Clears::by_reset,
      "overrun_limit_ticks, load of the processor, priority of the loop"},
     {Fault::pressure_not_finite, "pressure not finite", 0xFF04, kOwn, Reaction::safe, Scope::chamber, Clears::by_reset,

@@ -20,6 +20,7 @@ enum class Fault : std::uint8_t {
   hardware,
   over_pressure,
   memory_upset,
+  configuration_refused,
   tick_overrun,
   pressure_not_finite,
   pressure_out_of_range,
@@ -41,7 +42,7 @@ enum class Fault : std::uint8_t {
   model_drift,
 };
 
-inline constexpr std::size_t kFaults = 23;
+inline constexpr std::size_t kFaults = 24;
 
 /// A set of faults, bit f for fault f.
 using FaultSet = std::uint32_t;

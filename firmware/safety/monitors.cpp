@@ -98,6 +98,7 @@ FaultSet BoardMonitor::step(const config::BoardSettings& settings, const Input& 
   causes |= if_so(in.emergency_stop, Fault::emergency_stop);
   causes |= if_so(!in.outputs_ok, Fault::hardware);
   causes |= if_so(in.memory_upset, Fault::memory_upset);
+  causes |= if_so(in.configuration_refused, Fault::configuration_refused);
   causes |= if_so(lasts(late_.step(in.tick_late), settings.overrun_limit_ticks), Fault::tick_overrun);
   causes |= if_so(in.bus_off, Fault::bus_off);
   causes |= if_so(in.heartbeat_lost, Fault::heartbeat_lost);

@@ -74,12 +74,13 @@ class ChamberMonitor {
 class BoardMonitor {
  public:
   struct Input {
-    bool emergency_stop = false;  ///< its circuit is open
-    bool outputs_ok = true;       ///< every output took the last write
-    bool memory_upset = false;    ///< a bit has flipped in what decides what may move
-    bool tick_late = false;       ///< this tick began later than its deadline
-    float supply_V = 0.0F;        ///< mean at the supply sensor's pin
-    bool supply_fresh = true;     ///< a sample arrived in the tick; an old one vouches for no supply
+    bool emergency_stop = false;         ///< its circuit is open
+    bool outputs_ok = true;              ///< every output took the last write
+    bool memory_upset = false;           ///< a bit has flipped in what decides what may move
+    bool configuration_refused = false;  ///< the settings stand in for ones that were refused
+    bool tick_late = false;              ///< this tick began later than its deadline
+    float supply_V = 0.0F;               ///< mean at the supply sensor's pin
+    bool supply_fresh = true;            ///< a sample arrived in the tick; an old one vouches for no supply
     bool bus_off = false;
     bool error_passive = false;
     bool frames_lost = false;          ///< a receive queue overflowed since the last tick

@@ -17,6 +17,7 @@ constexpr std::array kOfBoard = std::to_array<Row>({
     {0x3412, "supply low"},
     {0x5000, "hardware"},
     {0x6300, "no valid model, stored set damaged, or stored set cannot be written"},
+    {0x6320, "configuration refused"},
     {0x8110, "CAN overrun"},
     {0x8120, "CAN error passive"},
     {0x8130, "heartbeat lost"},

@@ -320,6 +320,38 @@ TEST(BoardFault, ExcitationEndsWithTheMastersSync) {
   EXPECT_THAT(bench.analog_out.held_V, Each(5.0F)) << "V: the safe output of every chamber";
 }
 
+TEST(BoardFault, AConfigurationThatStandsInForARefusedOneIsToldOnTheBusAndNothingCanBeCommanded) {
+  Settings settings = bench_settings();
+  settings.configuration_refused = true;
+  Bench bench(settings);
+  bench.store_models();
+  bench.board.start();
+  bench.put(0, {1, 0});
+  bench.tick();
+  bench.tick();
+  EXPECT_THAT(bench.take_emergencies(),
+              testing::Contains(testing::Field(&host::client::Emergency::code, 0x6320)));
+  bench.streaming = true;
+  for (const auto mode : {canopen::ControlMode::excitation, canopen::ControlMode::pressure_open_loop,
+                          canopen::ControlMode::pressure_closed_loop}) {
+    bench.session.write(object::kControlMode, 0, static_cast<std::int8_t>(mode));
+    for (const std::uint16_t word : Words{0x0, 0x1, 0x9, 0x1, 0x3, 0xB, 0x7, 0xF, 0x8, 0x0, 0x9, 0x3, 0x7}) {
+      bench.control(word);
+      for (int i = 0; i < 5; ++i) {
+        bench.tick();
+        EXPECT_EQ(bench.session.read<std::uint16_t>(object::kErrorCode, 0), 0x6320) << "word " << word;
+        EXPECT_THAT(bench.state(), testing::AnyOf(State::fault_init, State::fault_disabled))
+            << "word " << word;
+        EXPECT_THAT(bench.analog_out.held_V, Each(5.0F))
+            << "V: the safe output of every chamber, word " << word;
+        EXPECT_FALSE(bench.digital.outputs.valve_power) << "word " << word;
+      }
+    }
+  }
+  bench.reset(canopen::NmtCommand::reset_node);
+  EXPECT_EQ(bench.session.read<std::uint16_t>(object::kErrorCode, 0), 0x6320) << "after a reset of the node";
+}
+
 TEST(BoardFault, ExcitationWithoutAFreshPressureShutsTheValveForThatTick) {
   Bench bench;
   bench.board.start();

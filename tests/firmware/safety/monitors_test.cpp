@@ -222,10 +222,11 @@ TEST(BoardMonitor, PassesLinesAndBusStatesOnAtOnce) {
   in.frames_lost = true;
   in.heartbeat_lost = true;
   in.setpoint_lost = true;
-  EXPECT_EQ(BoardMonitor{}.step({}, in), only(Fault::emergency_stop) | only(Fault::hardware) |
-                                             only(Fault::bus_off) | only(Fault::can_passive) |
-                                             only(Fault::can_overrun) | only(Fault::heartbeat_lost) |
-                                             only(Fault::setpoint_timeout));
+  in.configuration_refused = true;
+  EXPECT_EQ(BoardMonitor{}.step({}, in), only(Fault::configuration_refused) | only(Fault::emergency_stop) |
+                                             only(Fault::hardware) | only(Fault::bus_off) |
+                                             only(Fault::can_passive) | only(Fault::can_overrun) |
+                                             only(Fault::heartbeat_lost) | only(Fault::setpoint_timeout));
 }
 
 TEST(BoardMonitor, RaisesLateTicksOnEndInTheTickOfTheirLimit) {
