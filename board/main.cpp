@@ -3,14 +3,18 @@
 #include <plenum_version.hpp>  // written by the build
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <exception>
 #include <memory>
 #include <string>
+#include <string_view>
+#include <thread>
 
 #include "board/check.hpp"
 #include "board/config/board_file.hpp"
+#include "board/config/last_accepted.hpp"
 #include "board/linux_hardware.hpp"
 #include "board/plenumd.hpp"
 #include "board/rt/only_one.hpp"
@@ -41,8 +45,17 @@ void sum_up(const plenum::canopen::ProcessImage& image) {
       image.tick_count, image.overrun_count, image.latency.max_us(), image.latency.p999_us()));
 }
 
+/// A line each.
+void tell(std::string_view lines) {
+  while (!lines.empty()) {
+    const std::size_t end = std::min(lines.find('\n'), lines.size());
+    say(fmt::format("plenumd: {}\n", lines.substr(0, end)));
+    lines.remove_prefix(std::min(end + 1, lines.size()));
+  }
+}
+
 int refuse(ExitCode code, const char* why) {
-  say(fmt::format("plenumd: {}\n", why));
+  tell(why);
   return code;
 }
 
@@ -57,6 +70,14 @@ void compare_bit_rates(const config::BoardFile& file, unsigned stored_kbit) {
   }
 }
 
+/// A disk may take long: no tick waits for it.
+std::jthread keep_in_background(const std::string& text) {
+  return std::jthread([&text] {
+    const std::string trouble = config::keep_accepted(text, config::state_folder());
+    if (!trouble.empty()) warn(trouble);
+  });
+}
+
 int run(const config::BoardFile& file) {
   rt::block_stop_signals();
   const auto latest = std::chrono::steady_clock::now() + kPatience;
@@ -66,6 +87,8 @@ int run(const config::BoardFile& file) {
   const auto board = std::make_unique<plenum::Board>(file.settings, hardware.drivers());
   board->start();
   compare_bit_rates(file, board->lss().bit_rate_kbit);
+  std::jthread keeper;
+  if (!file.settings.configuration_refused) keeper = keep_in_background(file.text);
   for (const std::string& refusal : rt::enter_real_time(file.real_time.priority, file.real_time.cpu))
     warn(refusal);
   Plenumd loop(file.real_time, *board, hardware.events(), hardware);
@@ -95,8 +118,8 @@ int main(int argc, char** argv) {
                 "Set the outputs to their safe values and switch the valve power off, then end")
       ->excludes(check_flag);
   program.footer(
-      "Exit codes: 0 done, or stopped by SIGTERM; 1 a device failed, or the guard; 2 bad usage or "
-      "configuration.\n"
+      "Exit codes: 0 done, or stopped by SIGTERM; 1 a device failed, or the guard; 2 bad usage, or a "
+      "configuration that is refused while none accepted before stands in for it.\n"
       "The valves lose their power when the program ends.\n"
       "\nExample:\n  plenumd --config board.toml --check");
   try {
@@ -107,10 +130,15 @@ int main(int argc, char** argv) {
     return refuse(kBadInput, error.what());
   }
   try {
-    const config::BoardFile file = config::read_board(path);
-    if (only_check) return check(file) ? kDone : kFailed;
-    if (only_safe) return make_safe(file) ? kDone : kFailed;
-    return run(file);
+    if (only_check) return check(config::read_board(path)) ? kDone : kFailed;
+    const config::ChosenBoard chosen = config::choose_board(path, config::state_folder());
+    if (only_safe) {
+      const bool safe = make_safe(chosen.board);
+      tell(chosen.refusal);  // last: who reads it may let it wait
+      return safe ? kDone : kFailed;
+    }
+    tell(chosen.refusal);
+    return run(chosen.board);
   } catch (const config::ConfigError& error) {
     return refuse(kBadInput, error.what());
   } catch (const std::exception& error) {

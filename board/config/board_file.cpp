@@ -244,6 +244,7 @@ BoardFile parse_board(std::string_view text, const std::string& file) {
   const toml::table parsed = parse_toml(text, file);
   TomlTable document(parsed, file);
   BoardFile board;
+  board.text = text;
   board.analog_in.channels.resize(kAnalogInputs);
   board.analog_out.channels.resize(kChambers);
   board.analog_out.safe_V.resize(kChambers);

@@ -31,6 +31,7 @@ struct RealTime {
 };
 
 struct BoardFile {
+  std::string text;       ///< as it was read
   std::string interface;  ///< of CAN: "can0"
   drivers::IioInputConfig analog_in;
   drivers::IioOutputConfig analog_out;

@@ -7,10 +7,12 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import zlib
 from pathlib import Path
 
 PROGRAM = sys.argv.pop(1)
 LIMIT_S = 60  # no wait is without end
+BY_HAND = {name: value for name, value in os.environ.items() if name not in ("STATE_DIRECTORY", "RUNTIME_DIRECTORY", "WATCHDOG_PID")}
 
 # The devices of no machine.
 BOARD = """
@@ -33,8 +35,8 @@ guard_ticks = 1000 # a busy machine is no failure here
 """
 
 
-def run(*arguments):
-    return subprocess.run([PROGRAM, *arguments], capture_output=True, text=True, timeout=LIMIT_S)
+def run(*arguments, **environment):
+    return subprocess.run([PROGRAM, *arguments], env=dict(BY_HAND, **environment), capture_output=True, text=True, timeout=LIMIT_S)
 
 
 class Mistakes(unittest.TestCase):
@@ -56,7 +58,7 @@ class Mistakes(unittest.TestCase):
         self.assertEqual(done.returncode, 0)
 
 
-class WithoutDevices(unittest.TestCase):
+class NoDevices(unittest.TestCase):
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
@@ -65,16 +67,17 @@ class WithoutDevices(unittest.TestCase):
         self.interface = f"none{os.getpid()}"  # a second run of this test is no second plenumd
         self.board.write_text(BOARD.format(folder=self.folder, interface=self.interface), encoding="utf-8")
 
-    def start(self):
+    def start(self, **more):
         """The program, and the socket of its service manager."""
         manager = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
         self.addCleanup(manager.close)
         manager.bind(str(self.folder / "notify"))
         manager.settimeout(LIMIT_S)
-        environment = dict(os.environ, NOTIFY_SOCKET=str(self.folder / "notify"), WATCHDOG_USEC="300000")
-        environment.pop("WATCHDOG_PID", None)
+        environment = dict(BY_HAND, NOTIFY_SOCKET=str(self.folder / "notify"), WATCHDOG_USEC="300000", **more)
         return subprocess.Popen([PROGRAM, "--config", str(self.board)], env=environment, stderr=subprocess.PIPE, text=True), manager
 
+
+class WithoutDevices(NoDevices):
     def test_check_names_each_thing_on_a_line_of_its_own_and_ends_with_1(self):
         done = run("--config", str(self.board), "--check")
         self.assertEqual([[line[:4].strip(), line[6:19].strip()] for line in done.stdout.splitlines()],
@@ -165,6 +168,99 @@ class WithoutDevices(unittest.TestCase):
             board.kill()
         self.assertIn("guard of the outputs", said[-1])
         self.assertEqual(board.returncode, 1)
+
+
+class WhileTheFileIsRefused(NoDevices):
+    """What was accepted last stands in for it."""
+
+    SAID = r"plenumd: {board}: line 4: can.speed is no key of this file, .*\nplenumd: {accepted}: was accepted last, and stands in for it: .*"
+
+    def setUp(self):
+        super().setUp()
+        self.state = self.folder / "state"
+        self.state.mkdir()
+        self.accepted = self.state / "board.toml.accepted"
+        self.said = self.SAID.format(board=self.board, accepted=self.accepted)
+
+    def live(self):
+        """All that one says that makes ticks and is asked to stop."""
+        board, manager = self.start(STATE_DIRECTORY=str(self.state))
+        try:
+            self.assertEqual(manager.recv(64), b"READY=1")
+            board.send_signal(signal.SIGTERM)
+            said = board.communicate(timeout=LIMIT_S)[1]
+        finally:
+            board.kill()
+            board.communicate()
+        manager.close()
+        (self.folder / "notify").unlink()
+        self.assertEqual(board.returncode, 0, said)
+        return said
+
+    def keep_and_spoil(self):
+        text = self.board.read_text(encoding="utf-8")
+        self.accepted.write_text(f"{text}\n# CRC-32 of the lines above: {zlib.crc32(text.encode()):08X}\n", encoding="utf-8")
+        self.board.write_text(text.replace("node_id", "speed = 1\nnode_id"), encoding="utf-8")
+
+    def once(self, *arguments):
+        return run("--config", str(self.board), *arguments, STATE_DIRECTORY=str(self.state))
+
+    def test_the_file_that_was_run_by_last_is_kept_and_written_only_when_it_is_another(self):
+        self.live()
+        text = self.board.read_text(encoding="utf-8")
+        seal = f"\n# CRC-32 of the lines above: {zlib.crc32(text.encode()):08X}\n"
+        self.assertEqual(self.accepted.read_text(encoding="utf-8"), text + seal)
+        first = self.accepted.stat()
+        self.live()
+        self.assertEqual((self.accepted.stat().st_ino, self.accepted.stat().st_mtime_ns), (first.st_ino, first.st_mtime_ns))
+        self.board.write_text(text + "# another\n", encoding="utf-8")
+        self.live()
+        self.assertTrue(self.accepted.read_text(encoding="utf-8").startswith(text + "# another\n"))
+
+    def test_it_runs_by_that_one_says_why_and_keeps_it(self):
+        self.keep_and_spoil()
+        kept = self.accepted.read_bytes()
+        self.assertRegex(self.live(), self.said)
+        self.assertEqual(self.accepted.read_bytes(), kept)
+        self.board.unlink()
+        self.assertIn(f"plenumd: {self.board}: No such file or directory", self.live())
+
+    def test_without_one_it_ends_with_2(self):
+        self.keep_and_spoil()
+        self.accepted.unlink()
+        for arguments in (), ("--safe",):
+            done = self.once(*arguments)
+            self.assertEqual((len(done.stderr.splitlines()), done.returncode), (1, 2), done.stderr)
+        self.assertEqual(list(self.state.iterdir()), [])
+
+    def test_one_that_is_damaged_is_told_of_beside_the_refusal_and_ends_it_with_2(self):
+        self.keep_and_spoil()
+        kept = self.accepted.read_text(encoding="utf-8")
+        self.accepted.write_text(kept.replace("node_id = 5", "node_id = 7"), encoding="utf-8")
+        for arguments in (), ("--safe",):
+            done = self.once(*arguments)
+            self.assertRegex(done.stderr, rf"^plenumd: {self.board}: line 4: .*\nplenumd: {self.accepted}: is damaged, expected .*\n$")
+            self.assertEqual(done.returncode, 2)
+
+    def test_safe_tries_the_outputs_of_that_one_and_ends_as_with_a_file_that_is_right(self):
+        self.keep_and_spoil()
+        done = self.once("--safe")
+        self.assertRegex(done.stderr, r"(?s)^plenumd --safe: .*\nplenumd --safe: .*\n" + self.said)
+        self.assertEqual(done.returncode, 1)
+
+    def test_check_asks_for_the_file_itself(self):
+        self.keep_and_spoil()
+        done = self.once("--check")
+        self.assertRegex(done.stderr, rf"^plenumd: {self.board}: line 4: .*\n$")
+        self.assertEqual((done.stdout, done.returncode), ("", 2))
+
+    def test_a_folder_that_takes_no_copy_is_told_of_and_stops_nothing(self):
+        self.state.rmdir()
+        self.assertIn(f"plenumd: {self.accepted}: No such file or directory, expected a folder", self.live())
+
+    def test_started_by_hand_it_keeps_nothing_and_takes_nothing(self):
+        self.keep_and_spoil()
+        self.assertEqual(run("--config", str(self.board)).returncode, 2)
 
 
 unittest.main()
