@@ -27,6 +27,27 @@ constexpr std::int64_t kAny32 = 0xFFFF'FFFF;
 constexpr unsigned kHighestRate_Hz = 100'000;
 constexpr double kHighestOutput_V = 10.0;
 
+/// Gathers what is wrong in one part after the other, so that it can be mended at one go.
+class Mistakes {
+ public:
+  template <class Read>
+  void of(Read&& read) {
+    try {
+      read();
+    } catch (const ConfigError& error) {
+      if (!all_.empty()) all_ += '\n';
+      all_ += error.what();
+    }
+  }
+  /// Throws where there is any.
+  void end() const {
+    if (!all_.empty()) throw ConfigError(all_);
+  }
+
+ private:
+  std::string all_;
+};
+
 /// Every place that is named may be named once.
 class Places {
  public:
@@ -72,18 +93,22 @@ drivers::GpioLine read_line(TomlTable& parent, std::string_view key, Places& pla
 template <typename Settings, typename Number, std::size_t count>
 void read_fields(TomlTable& table, const plenum::config::SettingField<Settings, Number> (&fields)[count],
                  Settings& settings) {
+  Mistakes mistakes;
   for (const auto& field : fields) {
     const auto low = static_cast<double>(field.low);
     const auto high = static_cast<double>(field.high);
-    if constexpr (std::is_same_v<Number, float>) {
-      if (const auto value = table.number(field.name, low, high))
-        settings.*field.member = static_cast<float>(*value);
-    } else {
-      if (const auto value =
-              table.whole(field.name, static_cast<std::int64_t>(low), static_cast<std::int64_t>(high)))
-        settings.*field.member = static_cast<Number>(*value);
-    }
+    mistakes.of([&] {
+      if constexpr (std::is_same_v<Number, float>) {
+        if (const auto value = table.number(field.name, low, high))
+          settings.*field.member = static_cast<float>(*value);
+      } else {
+        if (const auto value =
+                table.whole(field.name, static_cast<std::int64_t>(low), static_cast<std::int64_t>(high)))
+          settings.*field.member = static_cast<Number>(*value);
+      }
+    });
   }
+  mistakes.end();
 }
 
 void require(const TomlTable& table, const plenum::config::SettingVerdict& verdict) {
@@ -156,37 +181,42 @@ void read_chamber_settings(TomlTable& table, ChamberSettings& settings) {
   if (safe) settings.safe_output = *safe == 0 ? SafeOutput::null : SafeOutput::vent;
 }
 
+void read_chamber(TomlTable& table, std::size_t c, BoardFile& board, Places& inputs, Places& outputs) {
+  ChamberSettings& settings = board.settings.chamber[c];
+  settings.in_use = table.flag("in_use").value_or(true);
+  const auto channel = [&](std::string_view key, Places& places) {
+    return settings.in_use ? need_channel(table, key, places) : read_channel(table, key, places);
+  };
+  board.analog_in.channels[c] = channel("pressure", inputs);
+  board.analog_in.channels[kChambers + c] = channel("position", inputs);
+  board.analog_out.channels[c] = channel("command", outputs);
+  read_chamber_settings(table, settings);
+  const auto safe_V = table.number("safe_V", 0.0, kHighestOutput_V);
+  board.safe_V_stated[c] = safe_V.has_value();
+  if (safe_V)
+    board.analog_out.safe_V[c] = static_cast<float>(*safe_V);
+  else
+    board.analog_out.safe_V[c] =
+        settings.in_use && settings.safe_output == SafeOutput::vent ? settings.vent_V : settings.null_V;
+  table.end();
+  require(table, plenum::config::validate(settings));
+}
+
 void read_chambers(TomlTable& document, BoardFile& board, Places& inputs) {
   Places outputs;
   std::vector<TomlTable> tables = document.tables("chamber", kChambers);
   if (tables.empty())
     document.refuse("chamber", "is missing", fmt::format("1 to {} tables [[chamber]]", kChambers));
+  Mistakes mistakes;
   for (std::size_t c = 0; c < kChambers; ++c) {
-    ChamberSettings& settings = board.settings.chamber[c];
-    settings.in_use = c < tables.size();
     if (c < tables.size()) {
-      TomlTable& table = tables[c];
-      settings.in_use = table.flag("in_use").value_or(true);
-      const auto channel = [&](std::string_view key, Places& places) {
-        return settings.in_use ? need_channel(table, key, places) : read_channel(table, key, places);
-      };
-      board.analog_in.channels[c] = channel("pressure", inputs);
-      board.analog_in.channels[kChambers + c] = channel("position", inputs);
-      board.analog_out.channels[c] = channel("command", outputs);
-      read_chamber_settings(table, settings);
-      const auto safe_V = table.number("safe_V", 0.0, kHighestOutput_V);
-      board.safe_V_stated[c] = safe_V.has_value();
-      if (safe_V)
-        board.analog_out.safe_V[c] = static_cast<float>(*safe_V);
-      else
-        board.analog_out.safe_V[c] =
-            settings.in_use && settings.safe_output == SafeOutput::vent ? settings.vent_V : settings.null_V;
-      table.end();
-      require(table, plenum::config::validate(settings));
+      mistakes.of([&] { read_chamber(tables[c], c, board, inputs, outputs); });
     } else {
-      board.analog_out.safe_V[c] = settings.null_V;
+      board.settings.chamber[c].in_use = false;
+      board.analog_out.safe_V[c] = board.settings.chamber[c].null_V;
     }
   }
+  mistakes.end();
 }
 
 void read_gpio(TomlTable& document, BoardFile& board) {
@@ -249,14 +279,16 @@ BoardFile parse_board(std::string_view text, const std::string& file) {
   board.analog_out.channels.resize(kChambers);
   board.analog_out.safe_V.resize(kChambers);
   Places inputs;
-  read_can(document, board);
-  read_analog_input(document, board);
-  read_board_settings(document, board, inputs);
-  read_chambers(document, board, inputs);
-  read_gpio(document, board);
-  read_store(document, board);
-  read_real_time(document, board);
-  document.end();
+  Mistakes mistakes;
+  mistakes.of([&] { read_can(document, board); });
+  mistakes.of([&] { read_analog_input(document, board); });
+  mistakes.of([&] { read_board_settings(document, board, inputs); });
+  mistakes.of([&] { read_chambers(document, board, inputs); });
+  mistakes.of([&] { read_gpio(document, board); });
+  mistakes.of([&] { read_store(document, board); });
+  mistakes.of([&] { read_real_time(document, board); });
+  mistakes.of([&] { document.end(); });
+  mistakes.end();
   return board;
 }
 

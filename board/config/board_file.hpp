@@ -44,7 +44,7 @@ struct BoardFile {
   Settings settings;               ///< have passed firmware/config's validate()
 };
 
-/// Throws ConfigError with the name `file`.
+/// Throws ConfigError with the name `file`: of each table its first mistake at least, its unknown keys when all else is right.
 BoardFile parse_board(std::string_view text, const std::string& file);
 
 /// Throws ConfigError, also for a file that cannot be read.

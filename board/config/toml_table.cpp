@@ -176,11 +176,14 @@ std::optional<std::size_t> TomlTable::choice(std::string_view key,
 }
 
 void TomlTable::end() const {
+  std::string unknown;
   for (const auto& [key, node] : *table_) {
     if (std::find(asked_.begin(), asked_.end(), key.str()) != asked_.end()) continue;
-    throw ConfigError(fmt::format("{}: line {}: {} is no key of this file, expected {}", file_,
-                                  key.source().begin.line, name_of(key.str()), fmt::join(asked_, ", ")));
+    if (!unknown.empty()) unknown += '\n';
+    unknown += fmt::format("{}: line {}: {} is no key of this file, expected {}", file_,
+                           key.source().begin.line, name_of(key.str()), fmt::join(asked_, ", "));
   }
+  if (!unknown.empty()) throw ConfigError(unknown);
 }
 
 }  // namespace plenum::board::config

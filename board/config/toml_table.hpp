@@ -14,7 +14,7 @@
 
 namespace plenum::board::config {
 
-/// "FILE: line N: TABLE.KEY ...: found, expected ...".
+/// "FILE: line N: TABLE.KEY ...: found, expected ...", a line each where there are several.
 struct ConfigError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -46,7 +46,7 @@ class TomlTable {
     return *std::move(value);
   }
 
-  /// Refuses the first key that was not asked for.
+  /// Refuses every key that was not asked for.
   void end() const;
 
   /// Throws: at the line of the key, or of the table where the key is not there.

@@ -45,6 +45,16 @@ class Mistakes(unittest.TestCase):
         self.assertEqual(done.stderr, "plenumd: /nowhere/board.toml: No such file or directory, expected a board.toml\n")
         self.assertEqual(done.returncode, 2)
 
+    def test_every_mistake_of_a_file_has_a_line_of_its_own(self):
+        with tempfile.NamedTemporaryFile("w", suffix=".toml") as file:
+            file.write("[can]\ninterface = 0\n[analog_input]\nrate_Hz = 1\n[store]\nfolder = 2\n[[chamber]]\nin_use = false\n")
+            file.flush()
+            done = run("--config", file.name, "--check")
+        self.assertEqual([line.split(" is ")[0].split(" = ")[0] for line in done.stderr.splitlines()],
+                         [f"plenumd: {file.name}: line {line}: {key}"
+                          for line, key in ((2, "can.interface"), (4, "analog_input.rate_Hz"), (6, "store.folder"))])
+        self.assertEqual(done.returncode, 2)
+
     def test_an_option_that_is_none_ends_with_2(self):
         self.assertEqual(run("--chekc").returncode, 2)
 

@@ -209,8 +209,47 @@ INSTANTIATE_TEST_SUITE_P(
                 "board.toml: line 11: a character beyond ASCII, expected those in comments only"}));
 
 TEST(BoardFile, ATableThatIsMissingOrTextThatIsNoTomlIsNamed) {
-  EXPECT_EQ(refusal(""), "board.toml: can is missing, expected a table [can]");
+  EXPECT_EQ(refusal(""),
+            "board.toml: can is missing, expected a table [can]\n"
+            "board.toml: analog_input is missing, expected a table [analog_input]\n"
+            "board.toml: chamber is missing, expected 1 to 8 tables [[chamber]]\n"
+            "board.toml: store is missing, expected a table [store]");
   EXPECT_THAT(refusal("[can\n"), AllOf(StartsWith("board.toml: line 1: "), HasSubstr("expected TOML")));
+}
+
+TEST(BoardFile, WhatIsWrongInEachTableIsToldAtOnce) {
+  EXPECT_EQ(
+      refusal(R"([can]
+interface = "can0"
+speed = 1
+rate = 2
+[analog_input]
+rate_Hz = "fast"
+[[chamber]]
+in_use = false
+null_V = 11
+over_pressure_kPa = "much"
+[[chamber]]
+in_use = 1
+[store]
+folder = "here"
+[real_time]
+pacing = "adc"
+priority = 99
+[reel_time]
+)"),
+      "board.toml: line 4: can.rate is no key of this file, expected interface, node_id, bit_rate_kbit, "
+      "vendor_id, product_code, revision, serial\n"
+      "board.toml: line 3: can.speed is no key of this file, expected interface, node_id, bit_rate_kbit, "
+      "vendor_id, product_code, revision, serial\n"
+      "board.toml: line 6: analog_input.rate_Hz is a string, expected a whole number from 0 to 100000\n"
+      "board.toml: line 10: chamber[1].over_pressure_kPa is a string, expected a number from 0 to 2000\n"
+      "board.toml: line 9: chamber[1].null_V = 11, expected a number from 0 to 10\n"
+      "board.toml: line 12: chamber[2].in_use is a whole number, expected true or false\n"
+      "board.toml: line 14: store.folder = 'here', expected a path that begins with /\n"
+      "board.toml: line 17: real_time.priority = 99, expected a whole number from 0 to 98\n"
+      "board.toml: line 18: reel_time is no key of this file, expected can, analog_input, board, chamber, "
+      "gpio, store, real_time");
 }
 
 TEST(BoardFile, AKeyOfMorePartsThanAnyOfThisFileIsRefusedHoweverManyTheyAre) {
