@@ -10,6 +10,7 @@
 
 #include "host-sim/identify/box_solver.hpp"
 #include "host-sim/identify/cannot_identify.hpp"
+#include "host-sim/identify/excitation.hpp"
 #include "host-sim/identify/squares.hpp"
 #include "host-sim/identify/ticks.hpp"
 
@@ -173,22 +174,11 @@ Coordinates coordinates_of(const Ticks& ticks, const trace::RigDescription& rig,
   return coordinates;
 }
 
-void check_excitation(const Ticks& ticks, const Bench& bench) {
+void require_length(const Bench& bench) {
   const std::size_t rows = count_rows(Error::one_step, bench).rows;
   if (rows < kFewestErrors) {
     throw CannotIdentify(
         fmt::format("too short: {} pressures to predict, expected at least {}", rows, kFewestErrors));
-  }
-  if (!(mean(ticks.volume_mL) > 0.0)) {
-    throw CannotIdentify(fmt::format("volume is {} mL in the mean, expected above 0", mean(ticks.volume_mL)));
-  }
-  if (deviation(ticks.command_V) < 1e-6) {
-    throw CannotIdentify(
-        fmt::format("no excitation: the command is {:.6g} V throughout", ticks.command_V.front()));
-  }
-  if (deviation(ticks.pressure_kPa) < 1e-9) {
-    throw CannotIdentify(
-        fmt::format("no excitation: the pressure is {:.6g} kPa throughout", ticks.pressure_kPa.front()));
   }
 }
 
@@ -258,7 +248,19 @@ BoxSolution<kFree> explore(const Coordinates& coordinates, const Tassa9& given, 
   return best;
 }
 
-/// Fills in everything that follows from the minimum: errors, covariance, bounds, condition.
+/// By z: c7/(1 + c6 V) is a logarithm there, so that its error is relative.
+void require_rate(const ParameterFit& rate, double variance_of_log) {
+  if (rate.at_bound == Bound::low) {
+    throw CannotIdentify("these logs show no rate: c7_per_V_s is at its lower bound");
+  }
+  if (rate.at_bound == Bound::none && !(variance_of_log < 1.0)) {
+    throw CannotIdentify(fmt::format(
+        "these logs do not tell the rate: the standard error of c7_per_V_s is {:.2g} times its value",
+        std::sqrt(variance_of_log)));
+  }
+}
+
+/// Fills in everything that follows from the minimum: errors, covariance, bounds, condition. Throws CannotIdentify.
 void report(const Coordinates& coordinates, Error error, const BoxSolution<kFree>& solution, const Held& held,
             Tassa9Fit& fit) {
   const Bench& bench = coordinates.bench;
@@ -335,6 +337,7 @@ void report(const Coordinates& coordinates, Error error, const BoxSolution<kFree
           variance * inverse_unit(i, j) / (scale[i] * scale[j]);
     }
   }
+  require_rate(fit.parameters[6], covariance_z(6, 6));
   const Matrix9 slope = model_by_shape(q, bench.mean_volume_mL) * coordinates.shape_slope(solution.z);
   fit.covariance = slope * covariance_z * slope.transpose();
   for (const Eigen::Index i : free) {
@@ -363,7 +366,8 @@ Tassa9Fit fit_tassa9(const std::vector<trace::Log>& logs, const trace::RigDescri
                      const FitOptions& options) {
   const Ticks ticks = lay_out(logs);
   const Coordinates coordinates = coordinates_of(ticks, rig, options);
-  check_excitation(ticks, coordinates.bench);
+  require_length(coordinates.bench);
+  require_excitation(ticks);
   const Held held = held_by(ticks, options.form);
   Tassa9 start = options.start.value_or(start_of(ticks, coordinates, held));
   if (held[kC4]) start.c[kC4] = 0.0;

@@ -4,6 +4,7 @@ import csv
 import html
 import json
 import math
+import random
 import re
 import subprocess
 import sys
@@ -182,6 +183,14 @@ class BadInput(Plenum):
         self.write("still.csv", LOG + "".join(f"{k / 100},5,200000,0.001\n" for k in range(300)))
         self.refused(3, "identify", "still.csv", says=["no excitation", "command"])
         self.refused(3, "identify", "--model", "greybox", "still.csv", says=["no excitation", "command"])
+
+    def test_a_log_of_noise_is_exit_3_with_any_model(self):
+        draw = random.Random(1)
+        commands_V = [draw.uniform(3, 7) for _ in range(200)]
+        self.write("noise.csv", LOG + "".join(f"{k / 100},{commands_V[k // 10]},{draw.gauss(300e3, 100)},1e-4\n" for k in range(2000)))
+        for kind in ["tassa9", "tassa9r", "greybox"]:
+            self.refused(3, "identify", "--model", kind, "noise.csv", "-o", "model.json", "--report", "page.html",
+                         says=["no excitation", "pressure", "noise of 0."])
 
     def test_a_rig_is_named_with_line_and_key(self):
         self.write("text.toml", '[sampling]\nrate_Hz = "fast"\n')

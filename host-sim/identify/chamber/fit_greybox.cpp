@@ -13,6 +13,7 @@
 #include "host-sim/identify/chamber/next_tick.hpp"
 #include "host-sim/identify/chamber/noise.hpp"
 #include "host-sim/identify/chamber/valve_figures.hpp"
+#include "host-sim/identify/excitation.hpp"
 #include "host-sim/identify/greybox.hpp"
 #include "host-sim/identify/ticks.hpp"
 
@@ -66,26 +67,12 @@ Scene scene_of(const std::vector<trace::Log>& logs, const trace::RigDescription&
   return scene;
 }
 
-void require_excitation(const std::vector<trace::Log>& logs) {
+void require_learnable(const std::vector<trace::Log>& logs) {
   const Ticks ticks = lay_out(logs);
   if (ticks.size() < kFewestTicks) {
     throw CannotIdentify(fmt::format("too short: {} rows, expected at least {}", ticks.size(), kFewestTicks));
   }
-  const auto still = [](const std::vector<double>& values, double least) {
-    const auto [low, high] = std::minmax_element(values.begin(), values.end());
-    return *high - *low < least;
-  };
-  if (still(ticks.command_V, 1e-6)) {
-    throw CannotIdentify(
-        fmt::format("no excitation: the command is {:.6g} V throughout", ticks.command_V.front()));
-  }
-  if (still(ticks.pressure_kPa, 1e-9)) {
-    throw CannotIdentify(
-        fmt::format("no excitation: the pressure is {:.6g} kPa throughout", ticks.pressure_kPa.front()));
-  }
-  if (const auto low = std::min_element(ticks.volume_mL.begin(), ticks.volume_mL.end()); !(*low > 0.0)) {
-    throw CannotIdentify(fmt::format("volume is {} mL, expected above 0", *low));
-  }
+  require_excitation(ticks);
 }
 
 /// Errors over the fitted rows [Pa].
@@ -282,11 +269,27 @@ void put_figures(const Fit& fit, double correlated_rows, GreyboxFit& into) {
   }
 }
 
+/// One port alone may be in doubt: few commands do not part its gain from its threshold, and yet give its areas.
+void require_gains(const GreyboxFit& fit) {
+  const auto told = [](const FigureFit& gain) {
+    return gain.at_bound == Bound::none && gain.standard_error <= gain.value;
+  };
+  const auto doubt = [](const FigureFit& gain) {
+    return gain.at_bound != Bound::none ? fmt::format("{} is {}", gain.name, bound_in_words(gain.at_bound))
+                                        : fmt::format("{} has a standard error of {:.2g} times its value",
+                                                      gain.name, gain.standard_error / gain.value);
+  };
+  const FigureFit& inlet = fit.parameters[effects::kInletGain];
+  const FigureFit& exhaust = fit.parameters[effects::kExhaustGain];
+  if (told(inlet) || told(exhaust)) return;
+  throw CannotIdentify(fmt::format("these logs do not tell the valve: {}, {}", doubt(inlet), doubt(exhaust)));
+}
+
 }  // namespace
 
 GreyboxFit fit_greybox(const std::vector<trace::Log>& logs, const trace::RigDescription& rig,
                        const std::function<void(double done)>& progress) {
-  require_excitation(logs);
+  require_learnable(logs);
   Chooser chooser(scene_of(logs, rig, kFittedShare), progress);
   chooser.choose();
   const Trial& chosen = chooser.best();
@@ -306,6 +309,7 @@ GreyboxFit fit_greybox(const std::vector<trace::Log>& logs, const trace::RigDesc
     if ((last.on & bit(id)) != 0) result.kept.emplace_back(effects::kCatalogue[id]->id);
   }
   put_figures(last, correlation_rows(errors), result);
+  require_gains(result);
   result.noise_kPa = 1e-3 * white_noise(errors);
   result.rms_next_tick_kPa = 1e-3 * next_tick_rms_Pa(scene, last.on, last.figures);
   result.rms_free_run_kPa = 1e-3 * last.rms_Pa();

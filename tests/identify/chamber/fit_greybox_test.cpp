@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <random>
 #include <vector>
 
 #include "host-sim/identify/cannot_identify.hpp"
@@ -127,6 +128,11 @@ TEST(FitGreybox, RefusesLogsWithNothingToLearnFrom) {
   trace::Log flat = log;
   std::fill(flat.pressure_Pa.begin(), flat.pressure_Pa.end(), 3e5);
   says(flat, "the pressure is 300 kPa throughout");
+  trace::Log noise = log;
+  std::mt19937_64 random(1);
+  std::normal_distribution<double> pressure_Pa(3e5, 100.0);
+  for (double& p : noise.pressure_Pa) p = pressure_Pa(random);
+  says(noise, "does not move with the command beyond its noise of 0.1");
   says(record_chamber(4, Motion::violent, 100), "100 rows, expected at least 200");
   EXPECT_THROW(fit_greybox({}, {}), CannotIdentify);
 }
