@@ -2,6 +2,9 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <sstream>
+#include <string>
+#include <string_view>
 
 #include "host-sim/reproduce/findings_json.hpp"
 #include "host-sim/reproduce/papers.hpp"
@@ -35,13 +38,38 @@ std::vector<const Paper*> chosen(std::optional<int> number) {
   return all;
 }
 
+/// Words in lines of 100 columns at most, unless one word is longer, each indented by two.
+std::string wrapped(const std::string& text) {
+  constexpr std::size_t kColumns = 100;
+  constexpr std::string_view kIndent = "  ";
+  std::string lines;
+  std::size_t column = 0;
+  std::istringstream words(text);
+  for (std::string word; words >> word;) {
+    const auto width = static_cast<std::size_t>(std::count_if(
+        word.begin(), word.end(), [](char c) { return (static_cast<unsigned char>(c) >> 6U) != 2U; }));
+    const bool first = column == 0;
+    if (first || column + 1 + width > kColumns) {
+      lines += first ? "" : "\n";
+      lines += kIndent;
+      column = kIndent.size() + width;
+    } else {
+      lines += ' ';
+      column += 1 + width;
+    }
+    lines += word;
+  }
+  return lines;
+}
+
 void print(const Output& output, const Part& part) {
-  output.print("\n  {}\n", part.title);
+  output.print("\n  {}\n{}\n", part.title, wrapped(part.text));
   for (const Finding& of : part.findings) {
     const Verdict verdict = reproduce::verdict(of);
     output.print("    {:<14} {}\n", of.item, of.quantity);
-    output.print("    {:<14} {}{}, ours {}: {}{}\n", "", paper_text(of), unit_text(of), number_text(of.ours),
-                 name_of(verdict), verdict == Verdict::kReproduced ? "" : fmt::format(". {}", of.why));
+    output.print("    {:<14} {}{}, ours {}, difference {}: {}{}\n", "", paper_text(of), unit_text(of),
+                 number_text(of.ours), number_text(difference(of)), name_of(verdict),
+                 verdict == Verdict::kReproduced ? "" : fmt::format(". {}", of.why));
   }
 }
 

@@ -451,8 +451,13 @@ class Reproduce(Plenum):
         findings = [one for part in paper["parts"] for one in part["findings"]]
         self.assertGreater(len(findings), 10)
         page = html.unescape((self.folder / "papers.html").read_text())
+        said_in_words = " ".join(text.split())
+        for part in paper["parts"]:
+            self.assertIn(" ".join(part["text"].split()), said_in_words)
+        self.assertLessEqual(max(len(line) for line in text.split("\n") if line.startswith("  ") and line[2:3].strip()), 100)
         for one in findings:
             self.assertIn(one["quantity"], text)
+            self.assertIn(f"difference {one['difference']:.5g}: {one['verdict']}", text)
             self.assertIn(one["quantity"], page)
             self.assertEqual(one["verdict"] == "reproduced", agrees(one), one)
             self.assertTrue(one["verdict"] == "reproduced" or one["why"], one)
