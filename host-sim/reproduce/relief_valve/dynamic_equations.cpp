@@ -31,6 +31,21 @@ double flow_rate_l_min_s(double t) {
   return 750.0 * std::cos(30.0 * t) + 1100.0 * std::cos(110.0 * t);
 }
 
+/// From rest at one pressure, held at another: the opening's largest difference from k1 P + k3 + (a_0 - k1 P - k3) e^(-t/lag), of
+/// the whole change [%]. The lag is k2 of (4.3), or k2/P of (4.4).
+double off_the_closed_form_percent(const GreyBoxConfig& config, double lag_s, double from_Pa, double to_Pa) {
+  GreyBoxValve held(config, from_Pa);
+  const double start_m2 = held.opening_m2();
+  const double end_m2 = config.k1_m2_Pa * to_Pa + config.k3_m2;
+  double worst = 0.0;
+  for (int k = 1; k <= kRows; ++k) {
+    held.drive_pressure(to_Pa, to_Pa, kStep_s);
+    const double closed_m2 = end_m2 + (start_m2 - end_m2) * std::exp(-kStep_s * k / lag_s);
+    worst = greater_of(worst, std::abs((held.opening_m2() - closed_m2) / (end_m2 - start_m2)));
+  }
+  return 100.0 * worst;
+}
+
 }  // namespace
 
 Part dynamic_equations() {
@@ -82,17 +97,23 @@ Part dynamic_equations() {
   }
   const double P = 1000.0 * kPsi_Pa;
   const double at_rest = (config.k1_m2_Pa * P + config.k3_m2) * std::sqrt(2.0 * P / config.density_kg_m3);
-  Part part{.title = "(3.14) to (3.17), (4.6): dynamic model, driven by flow and by pressure",
-            .text =
-                "The bracket of (3.14), (Q' sqrt(P) - Q P'/(2 sqrt(P)))/P, is the rate of the equivalent "
-                "opening Q/sqrt(P). The model "
-                "is thus a first-order lag of the opening behind its static line, and is run with the "
-                "opening as the state: driven by flow "
-                "(in place of (3.16)) or by pressure ((3.17)), no measurement differentiated. Beside it "
-                "(3.16) is integrated as printed, "
-                "with the exact derivative of the flow. The valve is RV-22 of the dynamic tests with a lag "
-                "of 20 ms.",
-            .findings = {}};
+  GreyBoxConfig over_pressure = config;  // (4.4)
+  over_pressure.damping = Damping::kOverPressure;
+  over_pressure.lag_pressure_Pa = 980.0 * kPsi_Pa;
+  const double k2_Pa_s = over_pressure.lag_s * over_pressure.lag_pressure_Pa;
+  Part part{
+      .title = "(3.14) to (3.17), (4.3), (4.4), (4.6): dynamic model, driven by flow and by pressure",
+      .text =
+          "The bracket of (3.14), (Q' sqrt(P) - Q P'/(2 sqrt(P)))/P, is the rate of the equivalent "
+          "opening Q/sqrt(P). The model "
+          "is thus a first-order lag of the opening behind its static line, and is run with the "
+          "opening as the state: driven by flow "
+          "(in place of (3.16)) or by pressure ((3.17)), no measurement differentiated. Beside it "
+          "(3.16) is integrated as printed, "
+          "with the exact derivative of the flow. The valve is RV-22 of the dynamic tests with a lag "
+          "of 20 ms. At a held pressure the lag of (4.3) and the lag k2/P of (4.4), 20 ms at 980 psi, give "
+          "an exponential each: from rest at 980 psi the pressure is raised to 1960 psi.",
+      .findings = {}};
   part.findings = {
       {.item = "(3.16)",
        .quantity = "largest difference between the opening as state and (3.16) as printed",
@@ -124,6 +145,21 @@ Part dynamic_equations() {
        .tolerance = 1e-6,
        .source = Source::kPapersOwnEquation,
        .why = "(3.15) is not the rest of (3.14)"},
+      {.item = "(4.3)",
+       .quantity = "opening at a held pressure against its closed form, lag k2, of the whole change",
+       .unit = "%",
+       .paper = 0.0,
+       .ours = off_the_closed_form_percent(config, config.lag_s, 980.0 * kPsi_Pa, 1960.0 * kPsi_Pa),
+       .tolerance = 0.01,
+       .why = "the model's lag is not k2"},
+      {.item = "(4.4)",
+       .quantity = "opening at a held pressure against its closed form, lag k2/P, of the whole change",
+       .unit = "%",
+       .paper = 0.0,
+       .ours = off_the_closed_form_percent(over_pressure, k2_Pa_s / (1960.0 * kPsi_Pa), 980.0 * kPsi_Pa,
+                                           1960.0 * kPsi_Pa),
+       .tolerance = 0.01,
+       .why = "the model's lag is not k2/P"},
   };
   part.charts = {
       report::LineChart{.title = "Flow-driven: pressure difference",

@@ -47,6 +47,11 @@ TEST(ReliefValveFindings, GreyBoxPredictsSuddenChangesWithin15PercentAndEndsWith
     EXPECT_LE(finding.ours, 5.0) << finding.quantity;
 }
 
+TEST(ReliefValveFindings, BothLagsGiveTheirExponentialAtAHeldPressure) {
+  for (const Finding& finding : about("opening at a held pressure against its closed form", 2))
+    EXPECT_LT(finding.ours, 1e-6) << finding.quantity << " [%]";
+}
+
 TEST(ReliefValveFindings, ErrorsOnTableFiveAreSharesOfTheSwing) {
   for (const Finding& finding : about("largest transient error of the swing", 7)) {
     EXPECT_GT(finding.ours, 10.0) << finding.quantity;
