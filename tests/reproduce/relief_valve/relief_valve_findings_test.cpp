@@ -47,6 +47,16 @@ TEST(ReliefValveFindings, GreyBoxPredictsSuddenChangesWithin15PercentAndEndsWith
     EXPECT_LE(finding.ours, 5.0) << finding.quantity;
 }
 
+TEST(ReliefValveFindings, WhereAConstantPressureMeetsTheBoundThisIsSaid) {
+  std::vector<std::string> misses;
+  for (const Finding& finding : about("largest error of a constant pressure, test sudden", 3)) {
+    if (verdict(finding) == Verdict::kDiffers) misses.push_back(finding.quantity);
+  }
+  EXPECT_EQ(misses, (std::vector<std::string>{
+                        "largest error of a constant pressure, test sudden, 89 to 60 l/min",
+                        "largest error of a constant pressure, test sudden, 200 to 240 l/min"}));
+}
+
 TEST(ReliefValveFindings, LeastSquaresDoesNotFindTheCrackingPressureOfAFlatValve) {
   for (const Finding& finding : about("cracking pressure from points with a gauge error", 3)) {
     if (finding.quantity.find("RV-22") == std::string::npos) continue;
@@ -62,8 +72,7 @@ TEST(ReliefValveFindings, BothLagsGiveTheirExponentialAtAHeldPressure) {
 
 TEST(ReliefValveFindings, ErrorsOnTableFiveAreSharesOfTheSwing) {
   for (const Finding& finding : about("largest transient error of the swing", 7)) {
-    EXPECT_GT(finding.ours, 10.0) << finding.quantity;
-    EXPECT_LT(finding.ours, 30.0) << finding.quantity;
+    EXPECT_LT(finding.ours, 30.0) << finding.quantity << "; a constant pressure errs by 100 %";
     EXPECT_FALSE(finding.instead.empty()) << finding.quantity;
   }
   about("error at the end of the swing", 7);
