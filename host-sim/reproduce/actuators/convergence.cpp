@@ -76,7 +76,7 @@ Part convergence(const Study& study, const Progress& progress) {
        .unit = "%",
        .paper = 100.0,
        .ours = percent(counts, 0, moving),
-       .why = "chambers that move by 20 to 40 % have a second minimum, 4 to 30 % higher, with the null "
+       .why = "chambers that move by 20 to 40 % have a second minimum, with the null "
               "command half a volt off. The paper's starts are not told; Plenum's fit tries 12 of its own"}};
   return part;
 }

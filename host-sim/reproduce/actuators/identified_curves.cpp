@@ -191,7 +191,7 @@ Part identified_curves(const Study& study) {
           "root of (2).",
       .findings = {}};
   std::size_t falls = 0;
-  std::vector<double> off_at_rest, off_moving, with_area, time_s;
+  std::vector<double> off_at_rest, off_moving, with_area, time_s, tilts;
   for (std::size_t i = 0; i < study.at_rest.size(); ++i) {
     const Curves curves = identified(study.at_rest[i]);
     falls += falling_steps(curves.steady_kPa);
@@ -200,7 +200,9 @@ Part identified_curves(const Study& study) {
     with_area.push_back(correlation(curves.rate_per_s, total_areas_mm2(study.at_rest[i])));
     time_s.push_back(1.0 / curves.rate_per_s.front());
     time_s.push_back(1.0 / curves.rate_per_s.back());
+    tilts.push_back(study.at_rest[i].one_step.model.c[7]);
   }
+  const auto [least_tilt, most_tilt] = std::minmax_element(tilts.begin(), tilts.end());
   part.findings.push_back({.item = "III.A, (10c)",
                            .quantity = "falling steps of the identified s(u), 76 chambers",
                            .paper = 0.0,
@@ -235,9 +237,11 @@ Part identified_curves(const Study& study) {
        .ours = median(with_area),
        .expect = Expect::kAtLeast,
        .instead = "our reading of \"roughly corresponds\"",
-       .why = "both ports of the plant have one B, but the fits tilt the rate by c_8 (0.10 to 0.22) and "
-              "shift its null with c_1, below the valve's: (6) has to serve rates of (2) that depend on "
-              "the pressure. Without tilt and shift the correlation is 0.999"});
+       .why = fmt::format(
+           "both ports of the plant have one B, but the fits tilt the rate by c_8 ({:.2f} to {:.2f}) and "
+           "shift "
+           "its null with c_1, below the valve's: (6) has to serve rates of (2) that depend on the pressure",
+           *least_tilt, *most_tilt)});
   part.findings.push_back(
       {.item = "I",
        .quantity =

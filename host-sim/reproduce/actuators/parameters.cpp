@@ -78,9 +78,8 @@ Part parameters(const Study& study) {
                            .paper = 0.0,
                            .ours = mean(over(study.at_rest, off_middle)),
                            .tolerance = 0.05,
-                           .why = "at c_1 the sigmoid is at (P_c + P_r)/2, which the plant reaches 0.18 "
-                                  "V below (U_c + U_r)/2 in the mean: at the middle it rests nearer to "
-                                  "P_c (see Fig. 7)"});
+                           .why = "at c_1 the sigmoid is at (P_c + P_r)/2, which the plant reaches "
+                                  "below (U_c + U_r)/2: at the middle it rests nearer to P_c (see Fig. 7)"});
   part.findings.push_back(
       {.item = "Table I",
        .quantity = "c_1 - (U_c + U_r)/2, mean of the magnitudes, fits on moving volumes",

@@ -142,8 +142,7 @@ Part free_run_part(const Progress& progress) {
                            .why = "The paper makes no such claim of a free run. The network is trained one "
                                   "step ahead on three past positions, which do not hold "
                                   "the two pressures; over 8 s the "
-                                  "position integrates what it misses. Noise is not the cause: without it "
-                                  "four seeds scored 56 to 74 %."});
+                                  "position integrates what it misses."});
   part.findings.push_back({.item = "Fig. 5",
                            .quantity = "NARX of ten sigmoids in free run; beside it the ARX model's",
                            .unit = "%",

@@ -24,6 +24,14 @@ std::vector<std::vector<SlidingRow>> records() {
   return all;
 }
 
+double samples() {
+  double sum = 0.0;
+  for (const std::vector<PulledMean>& record : kMeasuredFriction) {
+    for (const PulledMean& mean : record) sum += mean.samples;
+  }
+  return sum;
+}
+
 }  // namespace
 
 Part measured_friction_part() {
@@ -39,13 +47,13 @@ Part measured_friction_part() {
   part.text = fmt::format(
       "A 25 mm O-ring piston pulled at four pressures (not of the paper; "
       "EvaZillen/3D-printed-pneumatic-actuator, CC0): means over 1 mm/s of "
-      "28 900 sliding samples. Coulomb friction for each pressure: {:.1f}, {:.1f}, {:.1f}, {:.1f} N at 1, 3, "
+      "{:.0f} sliding samples. Coulomb friction for each pressure: {:.1f}, {:.1f}, {:.1f}, {:.1f} N at 1, 3, "
       "5, 7 bar; area {:.0f} mm2, force "
-      "zero {:.1f} N; the means are met within {:.2f} N RMS (single samples 0.59 N). The bench pulls at 5 to "
+      "zero {:.1f} N; the means are met within {:.2f} N RMS. The bench pulls at 5 to "
       "10 mm/s one way and 11 to 14 the "
       "other and imposes the motion: viscous, Stribeck and breakaway friction cannot be told.",
-      fit.coulomb_N[0], fit.coulomb_N[1], fit.coulomb_N[2], fit.coulomb_N[3], 1e6 * fit.area_m2, fit.zero_N,
-      fit.rms_N);
+      samples(), fit.coulomb_N[0], fit.coulomb_N[1], fit.coulomb_N[2], fit.coulomb_N[3], 1e6 * fit.area_m2,
+      fit.zero_N, fit.rms_N);
   part.findings.push_back({.item = "(23)",
                            .quantity = "least Coulomb friction of the four pressures: opposes motion",
                            .unit = "N",
