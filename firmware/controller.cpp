@@ -25,8 +25,9 @@ Controller::Controller(const Settings& settings) noexcept
     : regulator_(settings.regulator),
       volume_(settings.volume),
       settings_(settings.board, settings.chamber),
+      inverse_run_(settings_),
       shadow_run_(recorder_, settings.regulator.valve_delay_ticks),
-      slots_(&shadow_run_),
+      slots_(&shadow_run_, &inverse_run_),
       node_(settings.node, image_, slots_, settings_, recorder_) {
   configure(0xFF);
   for (std::size_t c = 0; c < config::kChambers; ++c) {
@@ -38,6 +39,7 @@ Controller::Controller(const Settings& settings) noexcept
 config::ImageVerdict Controller::restore(std::uint8_t chamber, std::span<const std::uint8_t> image) noexcept {
   const config::ImageVerdict verdict = slots_.stage(chamber, image);
   if (!verdict) return verdict;
+  slots_.prove(chamber, {}, {});  // it was in force before
   const std::uint32_t crc = config::trailing_crc(image);
   slots_.commit(static_cast<std::uint8_t>(1U << chamber), config::commit_crc({&crc, 1}), config::kForceKey);
   take_over(slots_.apply_at_tick_edge());
@@ -114,7 +116,7 @@ Outputs Controller::step(const Inputs& inputs) noexcept {
   ++image_.tick_count;
   // What led to a fault stays, though in HOLD the valves are driven on.
   if (report.reaction == safety::Reaction::none) record(order.drive);
-  shadow_run_.step(slots_);
+  if (!inverse_run_.step(slots_)) shadow_run_.step(slots_);
   image_.overrun_count += inputs.timing.overrun != Overrun::none ? 1U : 0U;
   image_.latency.add(inputs.timing.latency_us);
   image_.scan_age_us = inputs.timing.scan_age_us;

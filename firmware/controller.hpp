@@ -21,6 +21,7 @@
 #include "firmware/config/limits.hpp"
 #include "firmware/config/parameter_slots.hpp"
 #include "firmware/config/settings_desk.hpp"
+#include "firmware/inverse_run.hpp"
 #include "firmware/ports/analog.hpp"
 #include "firmware/ports/can_bus.hpp"
 #include "firmware/ports/digital_io.hpp"
@@ -122,6 +123,7 @@ class Controller {
   config::SettingsDesk settings_;
   canopen::ProcessImage image_;
   telemetry::Recorder recorder_;
+  InverseRun inverse_run_;
   ShadowRun shadow_run_;
   config::ParameterSlots slots_;
   canopen::Node node_;

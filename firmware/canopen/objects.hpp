@@ -51,7 +51,7 @@ inline constexpr std::uint16_t kStagedSet =
     0x2122;                                         ///< {images (DOMAIN, write only), outcome}: model_set.hpp
 inline constexpr std::uint8_t kSetUnderWay = 0xFF;  ///< outcome of a set that is still being staged
 /// + chamber {state, reason, CRC, generation, parameter, value, low, high, shadow run, RMS Pa staged, RMS Pa active,
-/// CRC staged, serial expected}
+/// CRC staged, serial expected, failing point: pressure Pa, volume m3, command V, pressure wanted Pa, that came Pa}
 inline constexpr std::uint16_t kSetState = 0x2128;
 inline constexpr std::uint16_t kStoredSet =
     0x2130;  ///< {phase, found at start, generation, rows skipped, first of them, failures}

@@ -24,13 +24,15 @@ enum class SetPhase : std::uint8_t {
   staged = 2,     ///< a checked image waits for its commit (an older one may still be in force)
   committed = 3,  ///< the staged image is taken over at the next tick's edge
   refused = 4,    ///< the last image handed in was refused; what was in force before still is
-  checking = 5,   ///< a staged image is being compared with the one in force; a commit has to wait
-  doubted = 6,    ///< staged, but the board objects (SetState::refusal): only kForceKey commits it
+  checking =
+      5,  ///< a staged image's inverse is being checked, or it is being compared with the one in force; a commit has to
+  ///< wait
+  doubted = 6,  ///< staged, but the board objects (SetState::refusal): only kForceKey commits it
 };
 
 /// How a staged image has been compared with the one in force, over the log that the board has of the chamber.
 enum class Trial : std::uint8_t {
-  none = 0,  ///< nothing staged
+  none = 0,  ///< nothing staged, or its inverse is still being checked
   running = 1,
   not_compared = 2,  ///< no model in force, or no log that would tell two models apart
   passed = 3,
@@ -43,6 +45,15 @@ struct TrialResult {
   float active_rms_kPa = 0.0F;
 };
 
+/// Where a model has failed on the grid of its chamber (control/inverse_check.hpp): from `pressure_kPa`, in a tick.
+struct ModelPoint {
+  float pressure_kPa = 0.0F;
+  float volume_mL = 0.0F;
+  float command_V = 0.0F;
+  float wanted_kPa = 0.0F;  ///< the pressure asked for, or due
+  float came_kPa = 0.0F;    ///< and the one that came
+};
+
 /// State of one chamber's parameter set, as object 2128h+c shows it.
 struct SetState {
   SetPhase phase = SetPhase::empty;
@@ -52,6 +63,7 @@ struct SetState {
   TrialResult trial;                  ///< of the image staged last
   std::uint32_t staged_crc = 0;       ///< last four bytes of the image staged; 0: none
   std::uint32_t expected_serial = 0;  ///< of `wrong_serial`: the one that the settings name
+  ModelPoint point;                   ///< of `inverse_fails` and `no_authority`
 };
 
 enum class CommitResult : std::uint8_t {
@@ -60,7 +72,7 @@ enum class CommitResult : std::uint8_t {
   wrong_crc,
   nothing_staged,  ///< the mask is empty or names a chamber without a staged image
   not_now,         ///< the state of the device forbids it
-  checking,        ///< a staged image is still being compared
+  checking,        ///< a staged image is still being checked or compared
   doubted          ///< the board objects to a staged image, and the key was not kForceKey
 };
 
@@ -84,7 +96,7 @@ class ModelDesk {
   /// and never touches the one in force. `chamber` < kChambers.
   virtual ImageVerdict stage(std::uint8_t chamber, std::span<const std::uint8_t> image) noexcept = 0;
   /// Stages the images of several chambers (model_set.hpp): all of them or, when one is refused, none. Keeps a copy, and
-  /// stages one image at each tick's edge; until then nothing else is staged and nothing is committed.
+  /// stages one image at each tick's edge; until the last has been checked nothing else is staged and nothing is committed.
   virtual SetHandIn hand_in(std::span<const std::uint8_t> set) noexcept = 0;
   virtual SetProgress set_progress() const noexcept = 0;
   /// The image in force; empty when there is none. Valid until the next tick's edge.

@@ -184,17 +184,36 @@ ImageVerdict validate_tassa9r(const ModelParameters& parameters) noexcept {
   return validate_curve(parameters, kTassa9r, kTassa9rCurve);
 }
 
+constexpr int kOpenings = 10;  // at which a port is looked at
+constexpr float opening_V(int i) noexcept {
+  return kLeastOpening_V * static_cast<float>(i) / kOpenings;
+}
+
+/// The least q with which o m(o) (valve_curve.hpp) rises from each opening to the next; it is linear in q but for the bound of m,
+/// with which it rises all the more.
+float least_slope(float curve, float bend) noexcept {
+  float least = kGreybox[kInletSlope].low;
+  float by_slope_before_V = 0.0F, rest_before_V = 0.0F;
+  for (int i = 1; i <= kOpenings; ++i) {
+    const float o = opening_V(i);
+    const float g = o / (o + 2.0F);
+    const float by_slope_V = o * g;
+    const float rest_V = o * (1.0F + g * g * (curve + g * bend));
+    least = std::max(least, -(rest_V - rest_before_V) / (by_slope_V - by_slope_before_V));
+    by_slope_before_V = by_slope_V;
+    rest_before_V = rest_V;
+  }
+  return least;
+}
+
 /// `slope`: the parameter to blame.
 ImageVerdict validate_port(const ValveCurve& port, GreyboxParameter slope) noexcept {
-  constexpr int kSteps = 10;
-  constexpr float kStep_V = kLeastOpening_V / kSteps;
   numeric::Scalar before_V = 0;
-  for (int i = 1; i <= kSteps; ++i) {
-    const float opening_V = kStep_V * static_cast<float>(i);
-    const numeric::Scalar bent_V = port.bent_V(opening_V);
+  for (int i = 1; i <= kOpenings; ++i) {
+    const numeric::Scalar bent_V = port.bent_V(opening_V(i));
     if (!(bent_V > before_V)) {
-      return {ImageError::not_admissible, slope, static_cast<float>(port.slope), opening_V - kStep_V,
-              opening_V};
+      const float low = least_slope(static_cast<float>(port.curve), static_cast<float>(port.bend));
+      return {ImageError::not_admissible, slope, static_cast<float>(port.slope), low, kGreybox[slope].high};
     }
     before_V = bent_V;
   }
@@ -288,6 +307,10 @@ const char* describe(ImageError error) noexcept {
       return "is of another valve or sensor than the board's settings name";
     case ImageError::staged_by_another:
       return "came while another master's upload session stands";
+    case ImageError::inverse_fails:
+      return "has an inverse that misses what it is asked for";
+    case ImageError::no_authority:
+      return "has a valve that does not act within the chamber's commands";
   }
   return "is refused for an unknown reason";
 }
@@ -316,6 +339,20 @@ ImageVerdict validate(const ModelParameters& parameters) noexcept {
     }
   }
   return known->validate(parameters);
+}
+
+ImageVerdict validate_volume(const ModelParameters& parameters, float volume_mL) noexcept {
+  if (parameters.kind != ModelKind::greybox) return {};
+  const float dead_mL = parameters.value[kDeadVolume];
+  if (volume_mL + dead_mL > 0.0F) return {};
+  return {ImageError::not_admissible, kDeadVolume, dead_mL, -volume_mL, kGreybox[kDeadVolume].high};
+}
+
+SupplyPressures supply_of(const ModelParameters& parameters) noexcept {
+  static_assert(supply + 2 == kTassa9Count && ambient == supply + 1);
+  static_assert(kSupply + 2 == kGreyboxParameters && kAmbient == kSupply + 1);
+  return {.supply_kPa = parameters.value[parameters.count - 2U],
+          .ambient_kPa = parameters.value[parameters.count - 1U]};
 }
 
 std::size_t encode(const ModelParameters& parameters, std::span<std::uint8_t> bytes) noexcept {

@@ -69,7 +69,9 @@ enum class ImageError : std::uint8_t {
   no_such_chamber,  ///< the board has no chamber of that number
   predicts_worse,   ///< than the model in force, over the log that the board has of the chamber
   wrong_serial,     ///< the image is of another valve or sensor than the settings name
-  staged_by_another  ///< another master's upload session stands (see UploadSession), or its set is being staged
+  staged_by_another,  ///< another master's upload session stands (see UploadSession), or its set is being staged
+  inverse_fails,      ///< the model's inverse misses what it was asked for (control/inverse_check.hpp)
+  no_authority  ///< by the model no command in the chamber's range raises the pressure, or none lowers it (likewise)
 };
 
 /// ImageVerdict::parameter when an error of the header is to blame, which is no parameter of the schema.
@@ -120,9 +122,22 @@ inline constexpr float kCommandSpan_V = 10.0F;
 ///  - supply_kPa > ambient_kPa;
 ///  - cracking_ratio above critical_ratio by at least 0.05;
 ///  - each port (valve_curve.hpp) opens the farther the farther its command goes beyond its opening voltage, for
-///    kLeastOpening_V at least: checked at each 0.1 V, the answer blames the port's slope and tells in `low` and `high` the
-///    opening [V] from and to which it falls. Farther on a curve that falls counts as saturated.
+///    kLeastOpening_V at least: checked at each 0.1 V, the answer blames the port's slope, and `low` is the least that its
+///    curve and bend leave it. Farther on a curve that falls counts as saturated.
 ImageVerdict validate(const ModelParameters& parameters) noexcept;
+
+/// Of validated parameters, for a chamber of `volume_mL` by its sensor: a grey-box model's dead volume leaves it a volume above
+/// zero. Answered as a joint condition.
+ImageVerdict validate_volume(const ModelParameters& parameters, float volume_mL) noexcept;
+
+/// Pressures of the supply and of the ambient [kPa].
+struct SupplyPressures {
+  float supply_kPa;
+  float ambient_kPa;
+};
+
+/// Of validated parameters of any kind but none.
+SupplyPressures supply_of(const ModelParameters& parameters) noexcept;
 
 /// Writes the image. Returns its size; 0 when `bytes` is too small, the kind is unknown or the count is not
 /// the kind's. Values are not judged: that is the reader's part.

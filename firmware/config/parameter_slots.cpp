@@ -17,13 +17,15 @@ ImageVerdict ParameterSlots::stage(std::uint8_t chamber, std::span<const std::ui
   if (chamber >= kChambers) return {.error = ImageError::no_such_chamber};
   Slot& slot = slots_[chamber];
   slot.refusal = check_and_stage(slot, names(pending_, chamber), image);
-  if (slot.refusal) doubt_or_try(slot, chamber);
+  if (!slot.refusal) return slot.refusal;
+  staged_of_set_ = 0;  // it was whole before this one was let in
+  prove_or_try(slot, chamber);
   return slot.refusal;
 }
 
 ImageVerdict ParameterSlots::check_and_stage(Slot& slot, bool pending,
                                              std::span<const std::uint8_t> image) noexcept {
-  if (!session_.admit() || set_.left() != 0) return {.error = ImageError::staged_by_another};
+  if (!session_.admit() || staging_set()) return {.error = ImageError::staged_by_another};
   // The commit's CRC was taken over the staged image, so that image may not change before it is active.
   if (pending) return {.error = ImageError::commit_pending};
   return stage_checked(slot, image);
@@ -40,7 +42,7 @@ ImageVerdict ParameterSlots::stage_checked(Slot& slot, std::span<const std::uint
 }
 
 SetHandIn ParameterSlots::hand_in(std::span<const std::uint8_t> set) noexcept {
-  if (!session_.admit() || set_.left() != 0) return SetHandIn::not_now;
+  if (!session_.admit() || staging_set()) return SetHandIn::not_now;
   if (!set_.take(set)) return SetHandIn::malformed;
   staged_of_set_ = 0;
   refused_of_set_ = 0;
@@ -51,23 +53,66 @@ void ParameterSlots::stage_next_of_set() noexcept {
   const ModelSet::One one = set_.next();
   Slot& slot = slots_[one.chamber];
   slot.refusal = stage_checked(slot, one.image);
-  if (slot.refusal) {
-    doubt_or_try(slot, one.chamber);
-    staged_of_set_ = static_cast<std::uint8_t>(staged_of_set_ | 1U << one.chamber);
+  if (!slot.refusal) {
+    refuse_set(one.chamber);
     return;
   }
-  set_.clear();
-  refused_of_set_ = static_cast<std::uint8_t>(one.chamber + 1);
+  staged_of_set_ = static_cast<std::uint8_t>(staged_of_set_ | 1U << one.chamber);
+  prove_or_try(slot, one.chamber);
+}
+
+/// Until the last of its images is staged and proved, so that its outcome is that of all.
+bool ParameterSlots::staging_set() const noexcept {
+  bool under_way = set_.left() != 0;
   for (std::size_t chamber = 0; chamber < kChambers; ++chamber) {
-    if (names(staged_of_set_, chamber)) discard_staged(slots_[chamber]);
+    under_way = under_way || (names(staged_of_set_, chamber) && slots_[chamber].proving);
   }
+  return under_way;
+}
+
+/// Because of this chamber's image: none of it is staged.
+void ParameterSlots::refuse_set(std::size_t chamber) noexcept {
+  set_.clear();
+  refused_of_set_ = static_cast<std::uint8_t>(chamber + 1);
+  for (std::size_t one = 0; one < kChambers; ++one) {
+    if (names(staged_of_set_, one)) discard_staged(slots_[one]);
+  }
+  staged_of_set_ = 0;
 }
 
 void ParameterSlots::discard_staged(Slot& slot) noexcept {
   slot.staged_set().size = 0;
+  slot.proving = false;
   slot.doubt = {};
   slot.trial = {};
   slot.expected_serial = 0;
+}
+
+void ParameterSlots::prove_or_try(Slot& slot, std::uint8_t chamber) noexcept {
+  slot.proving = proof_ != nullptr;
+  if (slot.proving) {
+    proof_->begin(chamber);
+  } else {
+    doubt_or_try(slot, chamber);
+  }
+}
+
+void ParameterSlots::prove(std::size_t chamber, const ImageVerdict& verdict,
+                           const ModelPoint& point) noexcept {
+  if (!proving(chamber)) return;
+  Slot& slot = slots_[chamber];
+  slot.proving = false;
+  if (verdict) {
+    doubt_or_try(slot, static_cast<std::uint8_t>(chamber));
+    return;
+  }
+  slot.refusal = verdict;
+  slot.point = point;
+  if (names(staged_of_set_, chamber)) {
+    refuse_set(chamber);
+  } else {
+    discard_staged(slot);
+  }
 }
 
 void ParameterSlots::doubt_or_try(Slot& slot, std::uint8_t chamber) noexcept {
@@ -88,7 +133,8 @@ void ParameterSlots::doubt_or_try(Slot& slot, std::uint8_t chamber) noexcept {
 }
 
 bool ParameterSlots::checking(std::size_t chamber) const noexcept {
-  return !names(pending_, chamber) && phase_of(slots_[chamber]) == SetPhase::checking;
+  const Slot& slot = slots_[chamber];
+  return !names(pending_, chamber) && !slot.proving && phase_of(slot) == SetPhase::checking;
 }
 
 void ParameterSlots::judge(std::size_t chamber, const TrialResult& result) noexcept {
@@ -106,16 +152,19 @@ std::span<const std::uint8_t> ParameterSlots::active_image(std::uint8_t chamber)
 CommitResult ParameterSlots::commit(std::uint8_t mask, std::uint32_t crc, std::uint32_t key) noexcept {
   if (key != kCommitKey && key != kForceKey) return CommitResult::wrong_key;
   if (mask == 0) return CommitResult::nothing_staged;
-  if (pending_ != 0 || set_.left() != 0) return CommitResult::not_now;
+  if (pending_ != 0 || staging_set()) return CommitResult::not_now;
   std::array<std::uint32_t, kChambers> image_crcs{};
   std::size_t count = 0;
+  bool proving = false;
   for (std::size_t chamber = 0; chamber < kChambers; ++chamber) {
     if (!names(mask, chamber)) continue;
     const Set& staged = slots_[chamber].staged_set();
     if (staged.size == 0) return CommitResult::nothing_staged;
+    proving = proving || slots_[chamber].proving;
     image_crcs[count++] = trailing_crc(staged.bytes());
   }
   if (commit_crc(std::span(image_crcs).first(count)) != crc) return CommitResult::wrong_crc;
+  if (proving) return CommitResult::checking;
   if (key != kForceKey) {
     bool checking = false, doubted = false;
     for (std::size_t chamber = 0; chamber < kChambers; ++chamber) {
@@ -156,6 +205,7 @@ const ModelParameters& ParameterSlots::active(std::size_t chamber) const noexcep
 /// the set.
 SetPhase ParameterSlots::phase_of(const Slot& slot) noexcept {
   if (slot.staged_set().size != 0) {
+    if (slot.proving) return SetPhase::checking;
     if (!slot.doubt) return SetPhase::doubted;
     return slot.trial.outcome == Trial::running ? SetPhase::checking : SetPhase::staged;
   }
@@ -176,6 +226,7 @@ SetState ParameterSlots::state(std::uint8_t chamber) const noexcept {
   state.trial = slot.trial;
   state.staged_crc = trailing_crc(slot.staged_set().bytes());
   state.expected_serial = slot.expected_serial;
+  state.point = slot.point;
   return state;
 }
 

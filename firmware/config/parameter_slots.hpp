@@ -1,11 +1,11 @@
 // The parameter sets of a board: for each chamber an active set and a staged one, swapped at a tick's edge.
 //
-//   stage(image): checked, decoded, staged, and compared with the active one by a ModelTrial
+//   stage(image): checked, decoded, staged, its inverse checked by a ModelProof, and compared with the active one by a ModelTrial
 //   hand_in(set): the same with the images of several chambers, one at each tick's edge; all are staged or none
 //     -> commit(mask, crc, key): pending -> apply_at_tick_edge(): active
 //
-// Invariants: an active set has passed every check of decode(), and was not doubted when it was committed, or was
-// forced; the sets of one commit become active in the same tick or not at all; nothing that is refused touches an
+// Invariants: an active set has passed every check of decode() and, where there is one, of the ModelProof, and was not doubted
+// when it was committed, or was forced; the sets of one commit become active in the same tick or not at all; nothing that is refused touches an
 // active set. Only whole images are taken: the caller collects the segments of an upload, so an upload that breaks
 // off never reaches this class. All calls come from one thread.
 #pragma once
@@ -23,6 +23,16 @@
 #include "firmware/config/twice.hpp"
 
 namespace plenum::config {
+
+/// Who checks that a staged model's inverse holds, before anything else is done with it (firmware/inverse_run.hpp).
+class ModelProof {
+ public:
+  /// An image has been staged; ParameterSlots::prove() is told the result.
+  virtual void begin(std::uint8_t chamber) noexcept = 0;
+
+ protected:
+  ~ModelProof() = default;
+};
 
 /// Who compares a staged model with the one in force before it may be committed (firmware/shadow_run.hpp).
 class ModelTrial {
@@ -43,8 +53,9 @@ struct Serials {
 
 class ParameterSlots final : public ModelDesk {
  public:
-  /// Without a trial nothing is compared. It must outlive the slots.
-  explicit ParameterSlots(ModelTrial* trial = nullptr) noexcept : trial_(trial) {
+  /// Without a trial nothing is compared, without a proof no inverse is checked. Both must outlive the slots.
+  explicit ParameterSlots(ModelTrial* trial = nullptr, ModelProof* proof = nullptr) noexcept
+      : trial_(trial), proof_(proof) {
     for (Slot& slot : slots_) slot.seal.close(slot.active_memory());
   }
 
@@ -53,16 +64,21 @@ class ParameterSlots final : public ModelDesk {
 
   ImageVerdict stage(std::uint8_t chamber, std::span<const std::uint8_t> image) noexcept override;
   SetHandIn hand_in(std::span<const std::uint8_t> set) noexcept override;
-  SetProgress set_progress() const noexcept override { return {set_.left() != 0, refused_of_set_}; }
+  SetProgress set_progress() const noexcept override { return {staging_set(), refused_of_set_}; }
   std::span<const std::uint8_t> active_image(std::uint8_t chamber) const noexcept override;
   CommitResult commit(std::uint8_t mask, std::uint32_t crc, std::uint32_t key) noexcept override;
   SetState state(std::uint8_t chamber) const noexcept override;
   UploadSession& upload_session() noexcept override { return session_; }
   const UploadSession& upload_session() const noexcept override { return session_; }
 
+  /// A check that the proof has begun is still wanted. `chamber` < kChambers.
+  bool proving(std::size_t chamber) const noexcept { return slots_[chamber].proving; }
+  /// The proof's result; what is refused is no longer staged, nor is the set that it came with. Without effect when it is no longer
+  /// wanted. `point`: where it failed, if anywhere.
+  void prove(std::size_t chamber, const ImageVerdict& verdict, const ModelPoint& point) noexcept;
   /// A comparison that the trial has begun is still wanted. `chamber` < kChambers.
   bool checking(std::size_t chamber) const noexcept;
-  /// The staged set, while checking().
+  /// The staged set, while proving() or checking().
   const ModelParameters& staged(std::size_t chamber) const noexcept {
     return slots_[chamber].staged_set().parameters;
   }
@@ -106,6 +122,8 @@ class ParameterSlots final : public ModelDesk {
     ImageVerdict refusal;  // of the image handed in last
     ImageVerdict doubt;    // of the image staged
     TrialResult trial;     // of the image staged last
+    ModelPoint point;      // where the image handed in last has failed
+    bool proving = false;  // what is staged
     Serials serials;
     std::uint32_t expected_serial = 0;
 
@@ -120,15 +138,19 @@ class ParameterSlots final : public ModelDesk {
   ImageVerdict check_and_stage(Slot& slot, bool pending, std::span<const std::uint8_t> image) noexcept;
   static ImageVerdict stage_checked(Slot& slot, std::span<const std::uint8_t> image) noexcept;
   void stage_next_of_set() noexcept;
+  bool staging_set() const noexcept;
+  void refuse_set(std::size_t chamber) noexcept;
   static void discard_staged(Slot& slot) noexcept;
+  void prove_or_try(Slot& slot, std::uint8_t chamber) noexcept;
   void doubt_or_try(Slot& slot, std::uint8_t chamber) noexcept;
   static SetPhase phase_of(const Slot& slot) noexcept;
 
   ModelTrial* trial_;
+  ModelProof* proof_;
   UploadSession session_;
   std::array<Slot, kChambers> slots_;
   ModelSet set_;
-  std::uint8_t staged_of_set_ = 0;  // mask: staged so far
+  std::uint8_t staged_of_set_ = 0;  // mask: staged so far of the set handed in last
   std::uint8_t refused_of_set_ = 0;
   Twice<std::uint8_t> pending_{0};  // mask of the accepted commit that waits for the tick's edge
   std::uint32_t generation_ = 0;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <random>
 
 #include "host-sim/client/abort_text.hpp"
@@ -43,12 +44,23 @@ std::string where(const Session& session, const ModelUpload& upload) {
   return fmt::format("node {} chamber {}", session.node_id(), upload.chamber + 1);
 }
 
+/// Where a model has failed on the grid of its chamber: sub-indices 14 to 18 of its state.
+struct FailingPoint {
+  double pressure_kPa, volume_mL, command_V, wanted_kPa, came_kPa;
+};
+
+FailingPoint failing_point(Session& session, std::uint16_t state) {
+  const auto number = [&](std::uint8_t sub) { return static_cast<double>(session.read<float>(state, sub)); };
+  return {number(14) / 1e3, number(15) * 1e6, number(16), number(17) / 1e3, number(18) / 1e3};
+}
+
 /// Why the board does not take the image: a clause for a person.
 std::string refusal(Session& session, const ModelUpload& upload, ImageError error) {
   const std::uint16_t state = chamber_index(object::kSetState, upload.chamber);
   switch (error) {
     case ImageError::out_of_range:
     case ImageError::not_finite:
+    case ImageError::not_admissible:
       return fmt::format("{} is {:g}, expected {:g}..{:g}",
                          parameter_name(upload.image, session.read<std::uint8_t>(state, 5)),
                          session.read<float>(state, 6), session.read<float>(state, 7),
@@ -59,6 +71,21 @@ std::string refusal(Session& session, const ModelUpload& upload, ImageError erro
           "with "
           "{:.2f} kPa",
           session.read<float>(state, 10) / 1000.0F, session.read<float>(state, 11) / 1000.0F);
+    case ImageError::inverse_fails: {
+      const FailingPoint at = failing_point(session, state);
+      return fmt::format("its inverse fails at {:.0f} kPa, {:.0f} mL, {:.2f} V: {:.1f} kPa off",
+                         at.pressure_kPa, at.volume_mL, at.command_V, std::abs(at.came_kPa - at.wanted_kPa));
+    }
+    case ImageError::no_authority: {
+      const FailingPoint at = failing_point(session, state);
+      const double sign = at.wanted_kPa > at.pressure_kPa ? 1.0 : -1.0;
+      return fmt::format(
+          "its valve does not act: at {:.0f} kPa, {:.0f} mL, {:.2f} V {} the pressure by {:.3g} kPa a tick, "
+          "expected {:.3g} at "
+          "least",
+          at.pressure_kPa, at.volume_mL, at.command_V, sign > 0.0 ? "raises" : "lowers",
+          sign * (at.came_kPa - at.pressure_kPa), sign * (at.wanted_kPa - at.pressure_kPa));
+    }
     case ImageError::wrong_serial: {
       const bool valve = session.read<std::uint8_t>(state, 5) == plenum::config::kValveSerialField;
       constexpr std::size_t kValveAt = 20, kSensorAt = 24;

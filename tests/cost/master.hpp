@@ -197,7 +197,8 @@ class Master {
       set.insert(set.end(), one.begin(), one.end());
     }
     download(canopen::object::kStagedSet, 1, set);
-    for (std::size_t c = 0; c < config::kChambers; ++c) tick();
+    constexpr std::size_t kOfCheck = 4;  // ticks a chamber, that of its staging too
+    for (std::size_t i = 0; i < kOfCheck * config::kChambers; ++i) tick();
     commit(mask, crcs, config::kForceKey);
   }
   void upload_one() {

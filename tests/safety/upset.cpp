@@ -76,6 +76,7 @@ std::vector<Member> members() {
   controller.add<config::SettingsDesk>("settings desk");
   controller.add<canopen::ProcessImage>("process image");
   controller.add<telemetry::Recorder>("recorder");
+  controller.add<InverseRun>("inverse run");
   controller.add<ShadowRun>("shadow run");
   controller.add<config::ParameterSlots>("parameter slots");
   controller.add<canopen::Node>("node");

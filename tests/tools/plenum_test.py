@@ -250,6 +250,25 @@ def model(chamber=1, **changed):
     return json.dumps({"schema": "plenum-model/1", "kind": "tassa9", "chamber": chamber, "parameters": parameters, "fit": {}})
 
 
+def greybox(chamber=1, **changed):
+    """An admissible grey-box model of a valve of 60 mL/s a volt."""
+    parameters = {"open_above_V": 5.08, "exhaust_below_V": 4.92, "inlet_conductance_mL_per_s_V": 60, "exhaust_conductance_mL_per_s_V": 64,
+                  "inlet_leak_mL_per_s": 0.1, "exhaust_leak_mL_per_s": 0.1, "transition_mL_per_s": 1, "inlet_slope": 0, "inlet_curve": 0,
+                  "inlet_bend": 0, "exhaust_slope": 0, "exhaust_curve": 0, "exhaust_bend": 0, "critical_ratio": 0.53,
+                  "subsonic_index": 0.5, "cracking_ratio": 1, "discharge_slope": 0, "dead_volume_mL": 0, "volume_exponent": 1.4,
+                  "chamber_leak_mL_per_s": 0, "dead_time_s": 0, "spool_period_s": 0, "spool_damping": 0.8, "hysteresis_V": 0,
+                  "sensor_lag_s": 0, "supply_kPa": 700, "ambient_kPa": 101.325}
+    parameters.update(changed)
+    return json.dumps({"schema": "plenum-model/1", "kind": "greybox", "chamber": chamber, "parameters": parameters, "fit": {}})
+
+
+# An exhaust that leaks so much, through a transition so wide, that the secants of the inverse go astray.
+WRONG_INVERSE = {"open_above_V": 3.35, "exhaust_below_V": 7.14, "inlet_conductance_mL_per_s_V": 96900,
+                 "exhaust_conductance_mL_per_s_V": 0.02, "inlet_leak_mL_per_s": 3600, "exhaust_leak_mL_per_s": 41200,
+                 "transition_mL_per_s": 34600, "inlet_slope": 19.3, "inlet_curve": 14.6, "critical_ratio": 0.57, "subsonic_index": 0.83,
+                 "cracking_ratio": 0.95, "discharge_slope": -0.66, "supply_kPa": 880, "ambient_kPa": 26.8}
+
+
 class SimEffects(Plenum):
     THIN = ["sim", "--plant", "thin-plate", "--chambers", "1", "--seconds", "6"]
 
@@ -333,6 +352,20 @@ class Line(Plenum):
             self.assertLess(max(pressures_kPa), 320 + 30)
         self.refused(2, "capture", *SMALL, "--pressure-low", 400, "--pressure-high", 300, says=["--pressure-low 400", "low below high"])
         self.refused(2, "capture", *SMALL, "--command-low", 7, "--command-high", 3, says=["--command-low 7", "low below high"])
+
+    def test_a_model_that_does_not_suit_its_chamber_is_refused_with_what_is_wrong_and_where(self):
+        unfit = {
+            "inlet_slope is -2, expected -1.85106..20": {"inlet_slope": -2},
+            "its valve does not act: at ": {"open_above_V": 15, "exhaust_below_V": -5},
+            "lowers the pressure by ": {"inlet_leak_mL_per_s": 1e5},
+            "raises the pressure by ": {"inlet_conductance_mL_per_s_V": 1e-3},
+            "dead_volume_mL is -5000, expected ": {"dead_volume_mL": -5000},
+            "its inverse fails at ": WRONG_INVERSE,
+        }
+        for says, edits in unfit.items():
+            with self.subTest(says):
+                self.write("unfit.json", greybox(1, **edits))
+                self.refused(1, "upload", "--store", "board", *SMALL, "unfit.json", says=["chamber 1: model refused: ", says])
 
     def test_from_capture_to_regulation(self):
         self.done("capture", *SMALL, "--seconds", 20, "-o", "first")

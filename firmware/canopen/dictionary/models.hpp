@@ -122,8 +122,23 @@ inline Abort read_set_state(const Device& device, Place at, std::uint32_t& bits)
     case 12:
       bits = state.staged_crc;
       break;
-    default:
+    case 13:
       bits = state.expected_serial;
+      break;
+    case 14:
+      bits = bits_of(state.point.pressure_kPa * config::kPascal_per_kPa);
+      break;
+    case 15:
+      bits = bits_of(state.point.volume_mL * config::kM3_per_mL);
+      break;
+    case 16:
+      bits = bits_of(state.point.command_V);
+      break;
+    case 17:
+      bits = bits_of(state.point.wanted_kPa * config::kPascal_per_kPa);
+      break;
+    default:
+      bits = bits_of(state.point.came_kPa * config::kPascal_per_kPa);
       break;
   }
   return Abort::none;
@@ -183,7 +198,7 @@ inline constexpr Entry kModelRows[] = {
     value(object::kStagedSet, 2, kOnce,
           "Outcome (0 staged, 1 to 8 none: that chamber's refused, 255 under way)", unsigned8, read_only, no,
           kAny, read_set_outcome),
-    highest<13>(0x2128, kChambersNext, "State of the parameter set"),
+    highest<18>(0x2128, kChambersNext, "State of the parameter set"),
     value(0x2128, 1, kChambersNext, "State of the set", unsigned8, read_only, no, kAny, read_set_state),
     value(0x2128, 2, kChambersNext, "Reason of refusal", unsigned8, read_only, no, kAny, read_set_state),
     value(0x2128, 3, kChambersNext, "CRC of the active image", unsigned32, read_only, no, kAny,
@@ -200,6 +215,14 @@ inline constexpr Entry kModelRows[] = {
           read_set_state),
     value(0x2128, 13, kChambersNext, "Serial number expected", unsigned32, read_only, no, kAny,
           read_set_state),
+    value(0x2128, 14, kChambersNext, "Failing point: pressure [Pa]", real32, read_only, no, kAny,
+          read_set_state),
+    value(0x2128, 15, kChambersNext, "Failing point: volume [m3]", real32, read_only, no, kAny,
+          read_set_state),
+    value(0x2128, 16, kChambersNext, "Failing point: command [V]", real32, read_only, no, kAny,
+          read_set_state),
+    value(0x2128, {17, 18}, kChambersNext, "Failing point: pressure asked for, that came [Pa]", real32,
+          read_only, no, kAny, read_set_state),
 };
 
 inline constexpr Entry kModelParameterRows[] = {

@@ -379,7 +379,7 @@ TEST(ShadowRunOnABoard, AnswersACommitWhileItRunsWithThePresentStateOfTheDevice)
   bench.session.sdo_write(object::kStagedModel, 0, image);
   EXPECT_EQ(bench.session.read<std::uint8_t>(object::kSetState, 1), 5) << "checking";
   EXPECT_THAT(commit, ThrowsMessage<host::client::SdoAbort>(HasSubstr("08000022h")));
-  bench.run(32);
+  bench.run(3 + 32);  // the check of its inverse comes first
   EXPECT_EQ(bench.session.read<std::uint8_t>(object::kSetState, 1), 2) << "staged";
   commit();
   bench.run(1);

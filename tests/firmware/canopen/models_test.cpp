@@ -80,6 +80,17 @@ TEST(SetState, ShowsTheStagedCrcAndTheSerialExpected) {
   EXPECT_EQ(bench.answer("605 40 2A 21 0D 00 00 00 00"), "585 43 2A 21 0D 67 12 00 00") << "4711";
 }
 
+// 430 kPa, 120 mL, 5.5 V, asked for 450 kPa, came 437.5 kPa: 430000.0 = 48D1F600h, 120e-6 = 38FBA882h, 5.5 = 40B00000h,
+// 450000.0 = 48DBBA00h, 437500.0 = 48D59F80h
+TEST(SetState, ShowsThePointAtWhichAModelFailsInPascalAndCubicMetres) {
+  Bench bench;
+  EXPECT_EQ(bench.answer("605 40 2A 21 0E 00 00 00 00"), "585 43 2A 21 0E 00 F6 D1 48");
+  EXPECT_EQ(bench.answer("605 40 2A 21 0F 00 00 00 00"), "585 43 2A 21 0F 82 A8 FB 38");
+  EXPECT_EQ(bench.answer("605 40 2A 21 10 00 00 00 00"), "585 43 2A 21 10 00 00 B0 40");
+  EXPECT_EQ(bench.answer("605 40 2A 21 11 00 00 00 00"), "585 43 2A 21 11 00 BA DB 48");
+  EXPECT_EQ(bench.answer("605 40 2A 21 12 00 00 00 00"), "585 43 2A 21 12 80 9F D5 48");
+}
+
 struct Answer {
   config::CommitResult result;
   const char* expected;

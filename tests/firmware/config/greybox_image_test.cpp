@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <string_view>
+#include <utility>
 
 #include "firmware/config/greybox_parameters.hpp"
 #include "firmware/config/model_image.hpp"
@@ -61,10 +62,35 @@ TEST(GreyboxImage, APortThatShutsAgainOnItsWayIsRefusedWithWhere) {
   EXPECT_EQ(verdict.error, ImageError::not_admissible);
   EXPECT_EQ(verdict.parameter, place_of(ModelKind::greybox, "exhaust_slope"));
   EXPECT_EQ(verdict.value, -2.0F);
-  // d/do [o - 2 o^2/(o + 2)] = 0 at (o + 2)^2 = 2 o^2 + 8 o, o = 2 sqrt(2) - 2 = 0.828 V
-  EXPECT_NEAR(verdict.low, 0.8F, 1e-5F);
-  EXPECT_NEAR(verdict.high, 0.9F, 1e-5F);
+  // o (1 + q o/(o + 2)) rises from 0.9 V to 1 V, where it is bent most, for q above -0.1/(1/3 - 0.81/2.9)
+  EXPECT_NEAR(verdict.low, -0.1 / (1.0 / 3.0 - 0.81 / 2.9), 1e-4);
+  EXPECT_EQ(verdict.high, 20.0F);
   EXPECT_TRUE(with("exhaust_slope", -0.9F));
+}
+
+TEST(GreyboxImage, TheSlopeThatARefusalNamesIsTheLeastThatIsTaken) {
+  for (const auto& [curve, bend] : {std::pair{0.0F, 0.0F}, {-3.0F, 0.0F}, {4.0F, -9.0F}, {-20.0F, 40.0F}}) {
+    ModelParameters model = thin_plate();
+    model.value[kInletCurve] = curve;
+    model.value[kInletBend] = bend;
+    const float low = testing::verdict_with(model, "inlet_slope", -6.0F).low;
+    EXPECT_TRUE(testing::verdict_with(model, "inlet_slope", low + 1e-3F))
+        << "curve " << curve << ", bend " << bend;
+    EXPECT_EQ(testing::verdict_with(model, "inlet_slope", low - 1e-3F).error, ImageError::not_admissible)
+        << "curve " << curve << ", bend " << bend;
+  }
+}
+
+TEST(GreyboxImage, ADeadVolumeLeavesTheChamberAVolume) {
+  ModelParameters model = thin_plate();
+  model.value[kDeadVolume] = -93.0F;
+  EXPECT_TRUE(validate_volume(model, 93.5F));
+  const ImageVerdict verdict = validate_volume(model, 93.0F);
+  EXPECT_EQ(verdict.error, ImageError::not_admissible);
+  EXPECT_EQ(verdict.parameter, place_of(ModelKind::greybox, "dead_volume_mL"));
+  EXPECT_EQ(verdict.value, -93.0F);
+  EXPECT_EQ(verdict.low, -93.0F);
+  EXPECT_EQ(verdict.high, 5000.0F);
 }
 
 TEST(GreyboxImage, APortThatSaturatesFartherOnIsTaken) {

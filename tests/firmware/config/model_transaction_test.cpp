@@ -40,6 +40,16 @@ class FakeTrial final : public ModelTrial {
   bool compares = true;
 };
 
+/// Counts the checks that it is asked for.
+class FakeProof final : public ModelProof {
+ public:
+  void begin(std::uint8_t) noexcept override { ++begun; }
+  int begun = 0;
+};
+
+constexpr ImageVerdict kFails{.error = ImageError::inverse_fails};
+constexpr ModelPoint kThere{430.0F, 120.0F, 5.4F, 450.0F, 437.9F};
+
 constexpr TrialResult kPassed{Trial::passed, 1.0F, 1.5F};
 constexpr TrialResult kWorse{Trial::worse, 9.0F, 1.5F};
 
@@ -58,6 +68,80 @@ struct Desk {
     return slots.commit(0x01, crc_of({image}), key);
   }
 };
+
+TEST(ModelProof, HoldsBackComparisonAndCommitEvenByForce) {
+  FakeTrial trial;
+  FakeProof proof;
+  ParameterSlots slots(&trial, &proof);
+  const Bytes image = image_with_c7(10.0F);
+  ASSERT_TRUE(slots.stage(0, image));
+  EXPECT_EQ(proof.begun, 1);
+  EXPECT_EQ(slots.state(0).phase, SetPhase::checking);
+  EXPECT_FALSE(slots.checking(0)) << "no comparison yet";
+  EXPECT_EQ(slots.commit(0x01, crc_of({image}), kCommitKey), CommitResult::checking);
+  EXPECT_EQ(slots.commit(0x01, crc_of({image}), kForceKey), CommitResult::checking);
+  slots.prove(0, {}, {});
+  EXPECT_EQ(slots.state(0).phase, SetPhase::staged);
+  ASSERT_EQ(slots.commit(0x01, crc_of({image}), kCommitKey), CommitResult::accepted);
+  slots.apply_at_tick_edge();
+  slots.stage(0, image);
+  EXPECT_EQ(trial.begun, 0);
+  slots.prove(0, {}, {});
+  EXPECT_EQ(trial.begun, 1);
+  EXPECT_TRUE(slots.checking(0));
+}
+
+TEST(ModelProof, RefusesAndTellsWhere) {
+  FakeProof proof;
+  ParameterSlots slots(nullptr, &proof);
+  const Bytes image = image_with_c7(10.0F);
+  slots.stage(3, image);
+  slots.prove(3, kFails, kThere);
+  const SetState state = slots.state(3);
+  EXPECT_EQ(state.phase, SetPhase::refused);
+  EXPECT_EQ(state.refusal.error, ImageError::inverse_fails);
+  EXPECT_EQ(state.point.pressure_kPa, 430.0F);
+  EXPECT_EQ(state.point.came_kPa, 437.9F);
+  EXPECT_EQ(slots.commit(0x08, crc_of({image}), kForceKey), CommitResult::nothing_staged);
+  slots.prove(3, {}, {});
+  EXPECT_EQ(slots.state(3).phase, SetPhase::refused) << "it is no longer wanted";
+}
+
+TEST(ModelProof, OfOneImageIsThatOfItsWholeSet) {
+  for (const bool fails : {false, true}) {
+    FakeProof proof;
+    ParameterSlots slots(nullptr, &proof);
+    const Bytes image = image_with_c7(10.0F);
+    Bytes set{0x05};
+    for (int i = 0; i < 2; ++i) set.insert(set.end(), image.begin(), image.end());
+    ASSERT_EQ(slots.hand_in(set), SetHandIn::taken);
+    slots.apply_at_tick_edge();
+    slots.prove(0, {}, {});
+    slots.apply_at_tick_edge();
+    EXPECT_TRUE(slots.set_progress().staging) << "one image is not proved yet";
+    EXPECT_EQ(slots.stage(7, image).error, ImageError::staged_by_another);
+    slots.prove(2, fails ? kFails : ImageVerdict{}, kThere);
+    EXPECT_FALSE(slots.set_progress().staging);
+    EXPECT_EQ(slots.set_progress().refused, fails ? 3 : 0);
+    EXPECT_EQ(slots.state(0).phase, fails ? SetPhase::empty : SetPhase::staged);
+    EXPECT_EQ(slots.state(2).phase, fails ? SetPhase::refused : SetPhase::staged);
+  }
+}
+
+TEST(ModelProof, OfASingleImageLeavesAnEarlierSetStaged) {
+  FakeProof proof;
+  ParameterSlots slots(nullptr, &proof);
+  const Bytes image = image_with_c7(10.0F);
+  Bytes set{0x01};
+  set.insert(set.end(), image.begin(), image.end());
+  slots.hand_in(set);
+  slots.apply_at_tick_edge();
+  slots.prove(0, {}, {});
+  slots.stage(1, image);
+  slots.prove(1, kFails, kThere);
+  EXPECT_EQ(slots.state(0).phase, SetPhase::staged);
+  EXPECT_EQ(slots.set_progress().refused, 0);
+}
 
 TEST(Transaction, HasNothingToCompareWithBeforeThereIsAModel) {
   Desk desk;

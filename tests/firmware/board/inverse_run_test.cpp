@@ -1,0 +1,153 @@
+// Staged models on the grid of their chamber, on a whole board: what is refused at upload, in which words, and how long it takes.
+#include "firmware/inverse_run.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "firmware/canopen/objects.hpp"
+#include "firmware/config/greybox_parameters.hpp"
+#include "tests/firmware/board/bench.hpp"
+
+namespace plenum {
+namespace {
+
+using host::client::Refused;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+namespace object = canopen::object;
+
+using Edits = std::vector<std::pair<config::GreyboxParameter, float>>;
+
+/// A grey-box model of a valve of 60 mL/s a volt, with these figures in place of its own.
+std::vector<std::uint8_t> greybox_with(const Edits& edits) {
+  config::ModelParameters model;
+  model.kind = config::ModelKind::greybox;
+  model.count = config::kGreyboxParameters;
+  model.value = {5.08F, 4.92F, 60.0F, 64.0F, 0.1F, 0.1F, 1.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F,   0.0F,  0.53F,
+                 0.5F,  1.0F,  0.0F,  0.0F,  1.4F, 0.0F, 0.0F, 0.0F, 0.8F, 0.0F, 0.0F, 700.0F, 101.3F};
+  for (const auto& [which, value] : edits) model.value[which] = value;
+  std::vector<std::uint8_t> bytes(config::kMaxImageBytes);
+  bytes.resize(config::encode(model, bytes));
+  return bytes;
+}
+
+/// An admissible set whose exhaust leaks so much, through a transition so wide, that the secants of its inverse go astray.
+std::vector<std::uint8_t> with_a_wrong_inverse() {
+  return greybox_with({{config::kOpenAbove, 3.35F},
+                       {config::kExhaustBelow, 7.14F},
+                       {config::kInletConductance, 96900.0F},
+                       {config::kExhaustConductance, 0.02F},
+                       {config::kInletLeak, 3600.0F},
+                       {config::kExhaustLeak, 41200.0F},
+                       {config::kTransition, 34600.0F},
+                       {config::kInletSlope, 19.3F},
+                       {config::kInletCurve, 14.6F},
+                       {config::kCriticalRatio, 0.57F},
+                       {config::kSubsonicIndex, 0.83F},
+                       {config::kCrackingRatio, 0.95F},
+                       {config::kDischargeSlope, -0.66F},
+                       {config::kSupply, 880.0F},
+                       {config::kAmbient, 26.8F}});
+}
+
+TEST(InverseRunOnABoard, RefusesAModelWhoseInverseFailsWithThePoint) {
+  Bench bench;
+  bench.session.upload_model(2, image_of(kValve));
+  EXPECT_THAT([&] { bench.session.upload_model(2, with_a_wrong_inverse(), host::client::Doubted::force); },
+              ThrowsMessage<Refused>(AllOf(HasSubstr("chamber 3: model refused: its inverse fails at "),
+                                           HasSubstr(" kPa, 93 mL, "), HasSubstr(" kPa off"))));
+  const auto state = static_cast<std::uint16_t>(object::kSetState + 2);
+  EXPECT_EQ(bench.session.read<std::uint8_t>(state, 1), 4) << "refused";
+  EXPECT_EQ(bench.session.read<std::uint8_t>(state, 2), 16) << "its inverse fails";
+  const double off_Pa =
+      static_cast<double>(bench.session.read<float>(state, 18) - bench.session.read<float>(state, 17));
+  EXPECT_GT(std::abs(off_Pa), 0.03 * 850e3);
+  EXPECT_EQ(bench.session.download_model(2), image_of(kValve)) << "what was in force stays";
+}
+
+struct Unfit {
+  Edits edits;
+  const char* words;
+};
+
+TEST(InverseRunOnABoard, RefusesAValveThatDoesNotActAndADeadVolumeThatLeavesNone) {
+  for (const Unfit& unfit : {
+           Unfit{{{config::kOpenAbove, 15.0F}, {config::kExhaustBelow, -5.0F}},
+                 "its valve does not act: at 351 kPa"},
+           Unfit{{{config::kInletLeak, 100000.0F}}, "3.00 V lowers the pressure by "},
+           Unfit{{{config::kInletConductance, 0.001F}}, "7.00 V raises the pressure by "},
+           Unfit{{{config::kDeadVolume, -5000.0F}}, "dead_volume_mL is -5000, expected -93.5..5000"},
+           Unfit{{{config::kInletSlope, -2.0F}}, "inlet_slope is -2, expected -1.85106..20"},
+       }) {
+    Bench bench;
+    EXPECT_THAT([&] { bench.session.upload_model(0, greybox_with(unfit.edits)); },
+                ThrowsMessage<Refused>(HasSubstr(unfit.words)))
+        << unfit.words;
+    EXPECT_TRUE(bench.session.download_model(0).empty());
+  }
+}
+
+TEST(InverseRunOnABoard, ChecksOverTheLimitsOfTheChamber) {
+  Settings settings = bench_settings();
+  settings.chamber[1].command_high_V = 5.05F;  // below what opens the inlet
+  settings.chamber[1].null_V = 5.0F;
+  Bench bench(settings);
+  bench.session.upload_model(0, greybox_with({}));
+  EXPECT_THAT(
+      [&] {
+        bench.session.upload_model(1, greybox_with({{config::kTransition, 0.01F}}));
+      },
+      ThrowsMessage<Refused>(HasSubstr("5.05 V raises the pressure by ")));
+}
+
+TEST(InverseRunOnABoard, ChecksNothingOfAChamberThatIsNotInUse) {
+  Settings settings = bench_settings();
+  settings.chamber[0].in_use = false;
+  Bench bench(settings);
+  const auto idle = greybox_with({{config::kOpenAbove, 15.0F}});
+  bench.session.upload_model(0, idle);
+  EXPECT_EQ(bench.session.download_model(0), idle);
+}
+
+TEST(InverseRunOnABoard, LetsAModelOfTheStoredSetBeThatWasInForce) {
+  Bench bench;
+  const auto stored = greybox_with({{config::kOpenAbove, 15.0F}});
+  bench.store_models({stored});
+  bench.board.start();
+  bench.tick();
+  EXPECT_EQ(bench.session.download_model(0), stored);
+}
+
+TEST(InverseRunOnABoard, TakesThreeTicksAChamberOneAfterTheOther) {
+  Bench bench;
+  for (std::uint16_t c = 0; c < kChambers; ++c)
+    bench.session.sdo_write(static_cast<std::uint16_t>(object::kStagedModel + c), 0, greybox_with({}));
+  const auto phase = [&](std::uint16_t c) {
+    return bench.session.read<std::uint8_t>(static_cast<std::uint16_t>(object::kSetState + c), 1);
+  };
+  for (std::uint16_t c = 0; c < kChambers; ++c) {
+    bench.run(2);
+    EXPECT_EQ(phase(c), 5) << "checking";
+    bench.run(1);
+    EXPECT_EQ(phase(c), 2) << "staged";
+  }
+}
+
+TEST(InverseRunOnABoard, BeginsAnewWithANewImage) {
+  Bench bench;
+  bench.session.sdo_write(object::kStagedModel, 0, greybox_with({{config::kOpenAbove, 15.0F}}));
+  bench.run(1);
+  bench.session.sdo_write(object::kStagedModel, 0, greybox_with({}));
+  bench.run(2);
+  EXPECT_EQ(bench.session.read<std::uint8_t>(object::kSetState, 1), 5) << "checking";
+  bench.run(1);
+  EXPECT_EQ(bench.session.read<std::uint8_t>(object::kSetState, 1), 2) << "staged";
+}
+
+}  // namespace
+}  // namespace plenum
