@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Debian's stock arm64 kernel, its headers and a static busybox, unpacked under build/image/kernel, without the machine's
-# own apt or dpkg being touched. Prints nothing when the newest is there already.
+# own apt or dpkg being touched. Prints nothing when the newest is there already. Exit code 77: the package sources do not give it.
 #   build/image/kernel/release   e.g. 6.1.0-40-arm64
 #   build/image/kernel/tree      boot/vmlinuz-RELEASE, lib/modules/RELEASE, usr/src/linux-headers-RELEASE, bin/busybox,
 #                                systemd-boot
@@ -15,19 +15,22 @@ mkdir -p "$apt/state/lists/partial" "$apt/cache/archives/partial" "$work/debs"
 : >"$apt/status"
 options=(-o APT::Architecture=arm64 -o APT::Architectures=arm64 -o Dir::State="$apt/state" -o Dir::State::status="$apt/status"
   -o Dir::Cache="$apt/cache" -o APT::Sandbox::User="$(id -un)" -o Acquire::Languages=none)
-apt-get "${options[@]}" -qq update
+unreachable() { echo "fetch_kernel: $1: is there a network, and a Debian 12 package source?" >&2; exit 77; }
 
-release=$(apt-cache "${options[@]}" depends linux-image-arm64 | sed -n 's/^ *Depends: linux-image-\(.*\)$/\1/p')
-[ -n "$release" ] || { echo "fetch_kernel: linux-image-arm64 names no kernel: is a Debian 12 package source configured?" >&2; exit 1; }
+apt-get "${options[@]}" -qq update || unreachable "apt-get update failed (above)"
+
+release=$(apt-cache "${options[@]}" depends linux-image-arm64 | sed -n 's/^ *Depends: linux-image-\(.*\)$/\1/p') || true
+[ -n "$release" ] || unreachable "linux-image-arm64 names no kernel"
 version=$(apt-cache "${options[@]}" show "linux-image-$release" | sed -n 's/^Version: //p' | head -n 1)
 if [ "$(cat "$work/kernel/version" 2>/dev/null)" = "$release $version" ]; then exit 0; fi
 
 echo "== fetching Linux $release ($version)"
 cd "$work/debs"
 rm -f ./*.deb
-apt-get "${options[@]}" -qq download "linux-image-$release" "linux-headers-$release" "linux-headers-${release%-arm64}-common" busybox-static systemd-boot-efi
+apt-get "${options[@]}" -qq download "linux-image-$release" "linux-headers-$release" "linux-headers-${release%-arm64}-common" busybox-static systemd-boot-efi ||
+  unreachable "apt-get download failed (above)"
 # What the headers need to build a module runs here, not there.
-apt-get -o APT::Sandbox::User="$(id -un)" -qq download "linux-kbuild-6.1=$version"
+apt-get -o APT::Sandbox::User="$(id -un)" -qq download "linux-kbuild-6.1=$version" || unreachable "apt-get download failed (above)"
 
 rm -rf "$work/kernel"
 tree=$work/kernel/tree
