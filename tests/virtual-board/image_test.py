@@ -1,8 +1,11 @@
 """The image of board/image: that it boots by itself, what its libiio, libgpiod and can-utils make of the devices, and what plenumd does."""
 
+import os
 import re
 import socket
+import subprocess
 import sys
+import tempfile
 import unittest
 from pathlib import Path
 
@@ -28,13 +31,19 @@ command = {{ device = "valve", channel = "voltage{c}" }}
 
 class ImageByFirmware(unittest.TestCase):
     @unittest.skipUnless(Path(Machine.FIRMWARE).exists(), "SKIP: no UEFI for arm64: apt-get install qemu-efi-aarch64")
-    def test_it_boots_by_uefi_to_a_login_and_lets_root_in_at_the_console(self):
-        with Machine(disk=DISK, firmware=True) as board:
+    def test_it_boots_by_uefi_to_a_login_lets_root_in_at_the_console_and_has_taken_all_of_its_card(self):
+        card = Path(self.enterContext(tempfile.TemporaryDirectory())) / "card"
+        subprocess.run(["cp", "--sparse=always", DISK, card], check=True)
+        os.truncate(card, 2 << 30)
+        with Machine(disk=card, firmware=True) as board:
             board.expect("plenum login: ", Machine.BOOT_s)
             board.serial.send("root\n")
             board.expect("root@plenum:~# ", Machine.COMMAND_s)
             board.serial.send("[ $(findmnt -no LABEL /) = plenum ] && [ $(findmnt -no LABEL /boot/efi) = PLENUM-EFI ]; echo mounted=$?\n")
             board.expect("mounted=0", Machine.COMMAND_s)
+            # It has begun at the start, and this waits until it is through.
+            board.serial.send("systemctl start systemd-growfs@-; [ $(findmnt -bno SIZE /) -gt $((1700 << 20)) ]; echo grown=$?\n")
+            board.expect("grown=0", Machine.COMMAND_s)
 
 
 class ImageAndFrontEnd(unittest.TestCase):
@@ -47,6 +56,17 @@ class ImageAndFrontEnd(unittest.TestCase):
 
     def test_systemd_comes_up_with_nothing_failed(self):
         self.assertEqual(self.state, 0, self.board.run("systemctl --failed"))
+
+    def test_wired_ethernet_has_its_address_by_dhcp(self):
+        told = self.board.run("networkctl status eth0")
+        self.assertIn("Network File: /etc/systemd/network/90-ethernet.network", told)
+        self.assertRegex(told, r"Address: 10\.0\.2\.15 \(DHCP4")
+
+    def test_it_has_an_editor_and_what_brings_a_package_and_nothing_listens_on_a_network(self):
+        self.board.run("nano --version && /usr/lib/apt/apt-helper --version && modprobe -n vfat && modprobe -n usb_storage")
+        listening = [row.split()[4] for row in self.board.run("ss -Hltun").splitlines()]
+        dhcp = re.compile(":(68|546)$")
+        self.assertEqual([local for local in listening if not dhcp.search(local)], ["0.0.0.0:29536"], "can_door's, and no other")
 
     def test_libiio_finds_each_device_by_its_label(self):
         told = self.board.run("iio_attr -d pressure sampling_frequency; iio_attr -c -i position voltage7 scale; iio_attr -c -o valve voltage0 powerdown")
