@@ -462,11 +462,23 @@ static const struct property_entry supply[] = {
 };
 static const struct property_entry valve[] = { PROPERTY_ENTRY_STRING("label", "valve"), {} };
 
-static const struct platform_device_info devices[] = {
-	{ .name = "plenum-adc", .id = 0, .properties = pressure },
-	{ .name = "plenum-adc", .id = 1, .properties = position },
-	{ .name = "plenum-adc", .id = 2, .properties = supply },
-	{ .name = "plenum-dac", .id = PLATFORM_DEVID_NONE, .properties = valve },
+static const struct {
+	const char *driver;
+	int id;
+	struct software_node node;
+} devices[] = {
+	{ "plenum-adc", 0, { .properties = pressure } },
+	{ "plenum-adc", 1, { .properties = position } },
+	{ "plenum-adc", 2, { .properties = supply } },
+	{ "plenum-dac", PLATFORM_DEVID_NONE, { .properties = valve } },
+};
+
+/*
+ * Nodes of our own, as properties given to the platform device would not outlive its second unbinding: the IIO device shares
+ * its parent's node, and when it goes the kernel lets go of a node that it has made itself once more than it took it.
+ */
+static const struct software_node *nodes[] = {
+	&devices[0].node, &devices[1].node, &devices[2].node, &devices[3].node, NULL
 };
 
 static struct platform_device *fitted[ARRAY_SIZE(devices)];
@@ -483,14 +495,22 @@ static void unfit(void)
 
 	for (i = 0; i < ARRAY_SIZE(devices); i++)
 		platform_device_unregister(fitted[i]); /* passes over NULL */
+	software_node_unregister_node_group(nodes);
 }
 
 static int fit(void)
 {
 	unsigned int i;
+	int ret = software_node_register_node_group(nodes);
 
+	if (ret)
+		return ret;
 	for (i = 0; i < ARRAY_SIZE(devices); i++) {
-		struct platform_device *device = platform_device_register_full(&devices[i]);
+		struct platform_device *device = platform_device_register_full(&(struct platform_device_info){
+			.name = devices[i].driver,
+			.id = devices[i].id,
+			.fwnode = software_node_fwnode(&devices[i].node),
+		});
 
 		if (IS_ERR(device)) {
 			unfit();
