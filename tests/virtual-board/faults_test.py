@@ -6,6 +6,7 @@ shut or vents its chamber. What the board says of itself only tells when to begi
 """
 
 import json
+import re
 import subprocess
 import sys
 import tempfile
@@ -17,6 +18,7 @@ from board import CHAMBERS, CONFIGURATION, NODE, Board
 PINS = "/run/virtual-board/pins"
 STALLED = "/sys/module/plenum_frontend/parameters/stalled"
 CONVERTERS = "/sys/bus/platform/drivers/plenum-adc"
+OUTPUTS = "/sys/bus/platform/drivers/plenum-dac"
 BUS_OFF = "/sys/module/plenum_bus_off/parameters/interface"
 RESTART_ms = 100  # RestartSec of 80-can0.network
 TICK_ms = 10
@@ -25,6 +27,9 @@ GUARD_ticks = 5  # guard_ticks of board.toml, left out there
 WATCHDOG_ms = 500  # WatchdogSec of plenumd.service
 RESCUE_ms = 700  # without a guard: for the service manager to see that the program has died, and for its plenumd --safe; with a sandbox it took 840
 DEADLINE_ms = CONFIGURATION["board"]["setpoint_watchdog_ticks"] * TICK_ms
+MISSED = "/sys/module/plenum_frontend/parameters/missed"
+PRIORITY = CONFIGURATION["real_time"]["priority"]
+REQUEST, ANSWER = 0x600 + NODE, 0x580 + NODE  # of SDO
 RESTING = [round(65536 * volts / 10) for volts in (5, 3)]  # codes of null_V and vent_V of a chamber: the valve is shut, or vents
 
 
@@ -110,13 +115,24 @@ class BoardAndFaults(unittest.TestCase):
         self.measured_ms[fault] = (safe_us - struck_us) / 1000
         self.assertLessEqual(self.measured_ms[fault], within_ms, f"{fault}: safe after [ms]")
 
-    def told(self):
+    def lines(self):
+        """The levels of the lines that the board sets: power of the valves, fault lamp, vent (active low)."""
+        told = self.board.run("sed -n '/^gpiochip0:/,/^$/p' /sys/kernel/debug/gpio")
+        first = int(re.search(r"GPIOs (\d+)-", told)[1])
+        numbers = [first + int(CONFIGURATION["gpio"][line]["line"]) for line in ("valve_power", "fault_lamp", "vent")]
+        return tuple(re.search(rf"^ gpio-{number} .* out (hi|lo)", told, re.MULTILINE)[1] for number in numbers)
+
+    def scan(self):
         """What `plenum scan` finds: this board alone, with its models."""
-        self.end_master()
         nodes = self.board.plenum("scan")["nodes"]
         self.assertEqual([node["node"] for node in nodes], [NODE])
         self.assertEqual(nodes[0]["board"]["models"], len(CHAMBERS))
         return nodes[0]["board"]
+
+    def told(self):
+        """The same, and nobody else asks meanwhile."""
+        self.end_master()
+        return self.scan()
 
     def assert_fault(self, code):
         fault = self.told()["fault"]
@@ -135,10 +151,39 @@ class BoardAndFaults(unittest.TestCase):
             self.assertLess(chamber["rmse_kPa"], 20, f"chamber {chamber['chamber']}: RMS error [kPa] on a sine of 100 kPa, 71 of which are nothing done")
         self.figures["tracking"] = f"{max(chamber['rmse_kPa'] for chamber in chambers):8.2f} kPa RMS in the worst chamber"
 
+    def test_the_loop_and_its_guard_run_under_sched_fifo_and_all_they_use_is_locked_memory(self):
+        for process, priority in zip(self.board.processes(), (PRIORITY, PRIORITY + 1)):
+            scheduling = self.board.run(f"chrt -p {process} | sed 's/.*: //'").split()
+            self.assertEqual(scheduling, ["SCHED_FIFO|SCHED_RESET_ON_FORK", str(priority)])
+            status = self.board.run(f"cat /proc/{process}/status")
+            locked_KiB, resident_KiB = (int(re.search(rf"^{row}:\s+(\d+) kB$", status, re.MULTILINE)[1]) for row in ("VmLck", "VmRSS"))
+            self.figures[f"locked, priority {priority}"] = f"{locked_KiB:8} KiB of {resident_KiB} resident"
+            self.assertGreaterEqual(locked_KiB, resident_KiB, "locked, against what is resident [KiB]")
+
+    def health(self):
+        """When the board answered [s], its ticks by 2200h:1, and the conversions that a late processor has missed so far."""
+        missed = self.board.run(f"candump -T 2000 -n 1 -L can1,{ANSWER:X}:7FF >/run/answer & sleep 0.2; cansend can1 {REQUEST:X}#4000220100000000; cat {MISSED}; wait")
+        answer = self.board.run("cat /run/answer")
+        return float(answer[1:18]), int.from_bytes(bytes.fromhex(answer.split("#")[1])[4:], "little"), int(missed)
+
+    def test_it_ticks_a_hundred_times_a_second(self):
+        """By the guest's clock never more often, and never less often than its scans allow: a tick waits for ten of them, until the
+        board's own clock stands in. Two more or less, as an answer comes between two ticks, of which one may be late."""
+        self.regulate()
+        from_s, first_tick, missed_before = self.health()
+        self.board.run("sleep 5")
+        to_s, last_tick, missed = self.health()
+        ticks, due, late = last_tick - first_tick, 1000 * (to_s - from_s) / TICK_ms, (missed - missed_before) / TICK_ms
+        self.figures["ticks"] = f"{ticks:8} of {due:.1f} due, of which {late:.1f} for want of scans"
+        self.assertLessEqual(ticks, due + 2)
+        self.assertGreaterEqual(ticks, due - late - 2)
+
     def test_emergency_stop(self):
         self.regulate()
+        self.assertEqual(self.lines(), ("hi", "lo", "hi"))
         self.board.power_key()
         self.assert_safe("emergency stop", Pins.stop_pressed_us, TICK_ms)
+        self.assertEqual(self.lines(), ("lo", "hi", "lo"))
         self.assert_fault("9000h")
 
     def test_set_points_that_stop(self):
@@ -159,6 +204,27 @@ class BoardAndFaults(unittest.TestCase):
         self.regulate()
         self.assert_safe("converter vanishes", self.strike(f"echo plenum-adc.0 >{CONVERTERS}/unbind"), (STALE_LIMIT_ticks + 3) * TICK_ms)
         self.assert_fault("FF03h")
+
+    def test_outputs_that_vanish(self):
+        """The codes at the pins stay what they were: safe is that the valves have no power."""
+        self.addCleanup(self.board.run, f"echo plenum-dac >{OUTPUTS}/bind")
+        self.regulate()
+        self.assert_safe("outputs vanish", self.strike(f"echo plenum-dac >{OUTPUTS}/unbind"), 3 * TICK_ms)
+        self.assertEqual(self.lines(), ("lo", "hi", "lo"))
+        self.assert_fault("5000h")
+
+    def test_a_board_that_starts_without_a_converter_or_its_outputs_is_found_and_safe(self):
+        """Where the outputs are there the valves rest with power; where not, they have none."""
+        for driver, device, code, lines in ((CONVERTERS, "plenum-adc.0", "FF03h", ("hi", "hi", "hi")), (OUTPUTS, "plenum-dac", "5000h", ("lo", "hi", "lo"))):
+            with self.subTest(missing=device):
+                self.board.run(f"systemctl stop plenumd; echo {device} >{driver}/unbind; : >{PINS}; systemctl start plenumd")
+                try:
+                    fault = self.scan()["fault"]
+                    self.assertEqual(fault and fault["code"], code)
+                    self.assertEqual(self.lines(), lines)
+                    self.assertEqual([row for row in Pins(self.board.run(f"cat {PINS}")).rows if not Pins.safe(row)], [])
+                finally:
+                    self.board.run(f"echo {device} >{driver}/bind")
 
     def test_a_bus_that_goes_down(self):
         self.addCleanup(self.board.run, "ip link set can0 up")

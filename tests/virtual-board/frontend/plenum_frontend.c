@@ -49,6 +49,9 @@ MODULE_PARM_DESC(stop_line, "offset of the line of the emergency stop, which is 
 static bool stalled;
 module_param(stalled, bool, 0644);
 MODULE_PARM_DESC(stalled, "1: no conversion is made");
+static ulong missed;
+module_param(missed, ulong, 0444);
+MODULE_PARM_DESC(missed, "conversions that were not made because the processor was late");
 
 struct adc {
 	struct iio_trigger *trigger;
@@ -87,9 +90,12 @@ static enum hrtimer_restart convert(struct hrtimer *clock)
 {
 	unsigned long flags;
 	unsigned int i;
+	u64 periods;
 
 	spin_lock_irqsave(&front.lock, flags);
-	front.elapsed_ns += hrtimer_forward_now(clock, front.period) * front.period;
+	periods = hrtimer_forward_now(clock, front.period);
+	front.elapsed_ns += periods * front.period;
+	missed += periods - 1;
 	for (i = 0; i < ADCS && !stalled; i++)
 		if (front.adc[i] && front.adc[i]->converting)
 			iio_trigger_poll(front.adc[i]->trigger);
