@@ -10,12 +10,11 @@ namespace plenum::config {
 namespace {
 
 constexpr std::uint32_t kImageMagic = 0x324D4C50U;  // "PLM2"
-constexpr std::size_t kHeaderBytes = 32;
 constexpr std::size_t kCountAt = 10;
 constexpr std::size_t kCrcBytes = 4;
 
 constexpr std::size_t size_of(std::size_t count) noexcept {
-  return kHeaderBytes + 4 * count + kCrcBytes;
+  return kImageHeaderBytes + 4 * count + kCrcBytes;
 }
 static_assert(size_of(kMaxParameters) == kMaxImageBytes);
 

@@ -22,7 +22,8 @@ namespace plenum::config {
 enum class ModelKind : std::uint16_t { none = 0, tassa9 = 1, greybox = 2, tassa9r = 3 };
 
 inline constexpr std::size_t kMaxParameters = 32;
-inline constexpr std::size_t kMaxImageBytes = 32 + 4 * kMaxParameters + 4;
+inline constexpr std::size_t kImageHeaderBytes = 32;  ///< before the parameters
+inline constexpr std::size_t kMaxImageBytes = kImageHeaderBytes + 4 * kMaxParameters + 4;
 
 /// One chamber's model as numbers. Parameters are in the order and units of `parameter_schema(kind)`.
 struct ModelParameters {

@@ -160,13 +160,12 @@ inline Abort release_upload_session(Device& device, Place, std::uint32_t token) 
   return device.desk.upload_session().release(token) ? Abort::none : Abort::device_state;
 }
 
-constexpr std::size_t kParametersBegin = 28;  // layout of config/model_image.hpp
 constexpr std::size_t kTrailingCrcBytes = 4;
 
 /// Sub-index k is the k-th parameter of the model's schema, as it stands in the image in force.
 inline Abort read_model_parameter(const Device& device, Place at, std::uint32_t& bits) noexcept {
   const std::span<const std::uint8_t> image = device.desk.active_image(at.instance);
-  const std::size_t begin = kParametersBegin + std::size_t{4} * (at.sub - 1U);
+  const std::size_t begin = config::kImageHeaderBytes + std::size_t{4} * (at.sub - 1U);
   if (begin + 4 + kTrailingCrcBytes > image.size()) return Abort::no_data;
   bits = load_le(image.subspan(begin, 4));
   return Abort::none;

@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "firmware/config/model_image.hpp"
 #include "tests/firmware/canopen/bench.hpp"
 
 namespace plenum::canopen {
@@ -54,14 +55,18 @@ TEST(StagedSetObject, TakesEightOfTheLargestImagesAndNoByteMore) {
 TEST(ModelParameters, AreThoseOfTheImageInForce) {
   Bench bench;
   EXPECT_EQ(bench.answer("605 40 43 21 01 00 00 00 00"), "585 80 43 21 01 24 00 00 08") << "no model";
-  std::vector<std::uint8_t> image(28 + 2 * 4 + 4, 0xAA);
-  image[28 + 3] = 0x3F;  // first parameter 3FAAAAAAh
-  image[32 + 3] = 0x40;  // second 40AAAAAAh
+  config::ModelParameters model{.kind = config::ModelKind::tassa9r, .fixed_error_kPa = 0.5F};
+  model.count = static_cast<std::uint16_t>(config::parameter_schema(model.kind).size());
+  for (std::size_t k = 0; k < model.count; ++k) model.value[k] = static_cast<float>(k + 1);
+  std::vector<std::uint8_t> image(config::kMaxImageBytes);
+  image.resize(config::encode(model, image));
   bench.desk.active[3] = image;
   EXPECT_EQ(bench.answer("605 40 43 21 00 00 00 00 00"), "585 4F 43 21 00 20 00 00 00");
-  EXPECT_EQ(bench.answer("605 40 43 21 01 00 00 00 00"), "585 43 43 21 01 AA AA AA 3F");
-  EXPECT_EQ(bench.answer("605 40 43 21 02 00 00 00 00"), "585 43 43 21 02 AA AA AA 40");
-  EXPECT_EQ(bench.answer("605 40 43 21 03 00 00 00 00"), "585 80 43 21 03 24 00 00 08")
+  EXPECT_EQ(bench.answer("605 40 43 21 01 00 00 00 00"), "585 43 43 21 01 00 00 80 3F") << "1.0";
+  EXPECT_EQ(bench.answer("605 40 43 21 02 00 00 00 00"), "585 43 43 21 02 00 00 00 40") << "2.0";
+  ASSERT_EQ(model.count, 11U);
+  EXPECT_EQ(bench.answer("605 40 43 21 0B 00 00 00 00"), "585 43 43 21 0B 00 00 30 41") << "11.0, the last";
+  EXPECT_EQ(bench.answer("605 40 43 21 0C 00 00 00 00"), "585 80 43 21 0C 24 00 00 08")
       << "the CRC is no parameter";
   EXPECT_EQ(bench.answer("605 40 44 21 01 00 00 00 00"), "585 80 44 21 01 24 00 00 08")
       << "another chamber's";
