@@ -43,7 +43,9 @@ void Board::tick(const TickTiming& timing) noexcept {
 
   const Outputs outputs = controller_.step(inputs);
   outputs_ok_ = drivers_.analog_out.write(outputs.command_V);
-  drivers_.digital.write(outputs.digital);
+  // A valve whose output has not taken what it was told gets no power, not even for the tick in which 5000h is not told yet.
+  drivers_.digital.write(
+      {.valve_power = outputs.digital.valve_power && outputs_ok_, .fault_lamp = outputs.digital.fault_lamp});
   if (controller_.take_changed() != 0) keeper_.models_changed();
   controller_.show_store(keeper_.image());
   send_frames();

@@ -222,7 +222,9 @@ class BoardAndFaults(unittest.TestCase):
                     fault = self.scan()["fault"]
                     self.assertEqual(fault and fault["code"], code)
                     self.assertEqual(self.lines(), lines)
-                    self.assertEqual([row for row in Pins(self.board.run(f"cat {PINS}")).rows if not Pins.safe(row)], [])
+                    rows = Pins(self.board.run(f"cat {PINS}")).rows
+                    self.assertEqual([row for row in rows if not Pins.safe(row)], [])
+                    self.assertEqual(any(row[1] for row in rows), lines[0] == "hi", "power, for however short")
                 finally:
                     self.board.run(f"echo {device} >{driver}/bind")
 

@@ -477,6 +477,23 @@ TEST(BoardFault, ChamberThatMustVentVentsWhateverTheDrive) {
   }
 }
 
+TEST(BoardFault, AValveWhoseOutputRefusesHasNoPowerInThatVeryTick) {
+  Bench bench;
+  bench.analog_out.refuses = true;
+  bench.tick();
+  EXPECT_FALSE(bench.digital.outputs.valve_power) << "the first tick";
+  bench.run(5);
+  EXPECT_FALSE(bench.digital.outputs.valve_power);
+
+  Bench later;
+  later.go_active(300.0);
+  later.run(20);
+  ASSERT_TRUE(later.digital.outputs.valve_power);
+  later.analog_out.refuses = true;
+  later.tick();
+  EXPECT_FALSE(later.digital.outputs.valve_power);
+}
+
 TEST(BoardFault, EmergencyStopTakesThePowerOffTheValvesWithinItsTick) {
   Bench bench;
   bench.go_active(300.0);
