@@ -8,7 +8,6 @@
 #include <stdexcept>
 
 #include "firmware/canopen/objects.hpp"
-#include "firmware/config/greybox_parameters.hpp"
 #include "host-sim/client/session.hpp"
 #include "host-sim/client/shortest_decimal.hpp"
 
@@ -81,7 +80,12 @@ DecodedModel decode_model(std::span<const std::uint8_t> image) {
 }
 
 double sensor_lag_s(const DecodedModel& model) {
-  return model.kind == "greybox" ? model.parameters.at(plenum::config::kSensorLag) : 0.0;
+  if (model.kind != "greybox") return 0.0;
+  const auto schema = plenum::config::parameter_schema(ModelKind::greybox);
+  const auto lag = std::find_if(schema.begin(), schema.end(), [](const auto& parameter) {
+    return std::string_view(parameter.name) == "sensor_lag_s";
+  });
+  return model.parameters.at(static_cast<std::size_t>(lag - schema.begin()));
 }
 
 }  // namespace plenum::host::client
