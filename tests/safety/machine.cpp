@@ -22,7 +22,8 @@ constexpr double kPressurePerV_Pa = 100e3;
 constexpr double kSmallest_m3 = 150e-6;  ///< mean volume of the first chamber
 constexpr double kSwing = 0.1;           ///< amplitude over mean of each volume
 constexpr double kFastest_Hz = 0.8;
-constexpr float kVent_V = 2.5F;  ///< below the regulator's range, to be told from its commands
+constexpr double kUnpowered_V = 5.0;  ///< where springs hold the spool
+constexpr float kVent_V = 2.5F;       ///< below the regulator's range, to be told from its commands
 constexpr plant::AdcConfig kConverter{
     .low_V = -10.0, .high_V = 10.0, .bits = 16, .sample_noise_V = 0.005, .samples_per_tick = 200};
 /// What the noise of a mean and a step of the converter hide: six deviations of the one and one of the other.
@@ -78,15 +79,19 @@ Settings machine_settings(config::SafeOutput safe_output) {
   return settings;
 }
 
-/// kappa R T mdot, the choked flow of the open inlet as what it adds to p v [Pa m3/s].
-double inlet_Pa_m3_s(const plant::ChamberPlant& chamber, double command_V) {
+plant::PortFlows flows(const plant::ChamberPlant& chamber, double command_V, double pressure_Pa,
+                       double supply_Pa) {
   const auto& valve = std::get<plant::ThinPlateValve>(chamber.valve());
-  const plant::Gas& gas = chamber.gas();
-  const double ambient_Pa = chamber.ambient_Pa();  // far below the critical ratio
-  const double flow_kg_s =
-      valve.flows(valve.opening(command_V), ambient_Pa, chamber.supply_Pa(), ambient_Pa).inlet_kg_s;
-  return gas.kappa * gas.specific_gas_constant_J_kg_K() * gas.temperature_K * flow_kg_s;
+  return valve.flows(valve.opening(command_V), pressure_Pa, supply_Pa, chamber.ambient_Pa());
 }
+
+/// kappa R T: what a flow [kg/s] adds to p v [Pa m3/s].
+double pv_per_kg_J(const plant::Gas& gas) {
+  return gas.kappa * gas.specific_gas_constant_J_kg_K() * gas.temperature_K;
+}
+
+/// b / kappa: highest |v'| over the smallest v.
+constexpr double kFastestMotion_per_s = 2.0 * std::numbers::pi * kFastest_Hz * kSwing / (1.0 - kSwing);
 
 /// (G1) of firmware/control/greybox.hpp with the figures of the plant's valve: they are the same equation.
 std::vector<double> greybox_figures(const plant::ChamberPlant& chamber) {
@@ -148,6 +153,11 @@ Images images_of(config::ModelKind kind) {
   return images;
 }
 
+Settings with(const Machine::Mistake& mistake, Settings settings) {
+  if (mistake) mistake(settings);
+  return settings;
+}
+
 }  // namespace
 
 const Images& models(config::ModelKind kind) {
@@ -173,17 +183,18 @@ void Readings::read(std::span<ports::AnalogReading> readings) noexcept {
   }
 }
 
-Machine::Machine(const Images& stored, config::SafeOutput safe_output, std::uint64_t seed)
+Machine::Machine(const Images& stored, config::SafeOutput safe_output, std::uint64_t seed,
+                 const Mistake& mistake)
     : settings(machine_settings(safe_output)),
       plant(chamber_plants(seed)),
       readings(seed),
-      board(settings, {readings, analog_out, digital, can, store}),
+      board(with(mistake, settings), {readings, analog_out, digital, can, store}),
       session(*this, kNode),
       phase_(static_cast<double>(seed % 1000)) {
   keep_set(store, stored);
   for (std::size_t c = 0; c < kChambers; ++c) {
     explained_Pa_[c] = plant[c].pressure_Pa();
-    volume_before_[c] = plant[c].volume_m3();
+    volume_before_m3_[c] = plant[c].volume_m3();
   }
 }
 
@@ -244,13 +255,19 @@ void Machine::speak() {
   if (heartbeats) put(0x700U + kMaster, {5});
 }
 
+/// The command that the spool answers.
+double Machine::spool_V(std::size_t chamber) const {
+  const bool powered = digital.outputs.valve_power && !analog_out.held_V.empty();
+  const double told_V = powered ? static_cast<double>(analog_out.held_V[chamber]) : kUnpowered_V;
+  const std::optional<Jam>& jam = jam_[chamber];
+  const bool freed = jam && jam->stuck == Stuck::until_vented && told_V <= static_cast<double>(kVent_V);
+  return jam && !freed ? jam->command_V : told_V;
+}
+
 void Machine::move_chambers() {
-  const bool powered = digital.outputs.valve_power;
   for (std::size_t c = 0; c < kChambers; ++c) {
-    const double told_V =
-        powered && !analog_out.held_V.empty() ? static_cast<double>(analog_out.held_V[c]) : 5.0;
     const double before_m3 = plant[c].volume_m3();
-    const double mean_Pa = plant[c].advance(stuck_V_[c].value_or(told_V), kTick_s).mean_Pa;
+    const double mean_Pa = plant[c].advance(spool_V(c), kTick_s).mean_Pa;
     readings.converter.set_mean_V(c, mean_Pa / kPressurePerV_Pa);
     const double per_V_m3 = static_cast<double>(settings.chamber[c].volume_gain_mL_per_V) * kMl;
     readings.converter.set_mean_V(kChambers + c, 0.5 * (before_m3 + plant[c].volume_m3()) / per_V_m3);
@@ -260,18 +277,10 @@ void Machine::move_chambers() {
 
 void Machine::tick() {
   speak();
-  const bool was_powered = digital.outputs.valve_power;
-  const std::vector<float> held_V = analog_out.held_V;
+  std::array<Valve, kChambers> valve{};
+  for (std::size_t c = 0; c < kChambers; ++c) valve[c] = valve_over_tick(c);
   move_chambers();
-  for (std::size_t c = 0; c < kChambers; ++c) {
-    const bool shut =
-        !stuck_V_[c] && (!was_powered || held_V.empty() || held_V[c] <= settings.chamber[c].null_V);
-    const double rise_Pa = kTick_s * (shut ? rise_Pa_s(c, 5.0, false) : rise_Pa_s(c, 7.0, true));
-    const double squeezed =
-        shut ? std::pow(volume_before_[c] / plant[c].volume_m3(), plant[c].gas().kappa) : 1.0;
-    explained_Pa_[c] = explained_Pa_[c] * squeezed + rise_Pa;
-    volume_before_[c] = plant[c].volume_m3();
-  }
+  for (std::size_t c = 0; c < kChambers; ++c) explain(c, valve[c]);
   board.handle_frames();
   board.tick({.overrun = overrun});
   if (storing) board.store_changed();
@@ -279,40 +288,93 @@ void Machine::tick() {
   for (std::size_t c = 0; c < kChambers; ++c) watch(c);
 }
 
-double Machine::rise_Pa_s(std::size_t chamber, double command_V, bool moving) const {
+/// By what the outputs held when the tick began.
+Machine::Valve Machine::valve_over_tick(std::size_t chamber) const {
+  const std::optional<Jam>& jam = jam_[chamber];
+  if (jam && jam->stuck == Stuck::for_good) return Valve::stood_open;
+  if (!digital.outputs.valve_power || analog_out.held_V.empty())
+    return jam ? Valve::stood_open : Valve::stood_shut;
+  const float held_V = analog_out.held_V[chamber];
+  if (held_V == analog_out.asked_V[chamber] && !unseen[chamber]) return Valve::obeyed;
+  return !jam && held_V <= settings.chamber[chamber].null_V ? Valve::stood_shut : Valve::stood_open;
+}
+
+/// The most that this tick may have made of what was explained before it.
+void Machine::explain(std::size_t chamber, Valve valve) {
+  highest_supply_Pa_ = std::max(highest_supply_Pa_, plant[chamber].supply_Pa());
+  const double kappa = plant[chamber].gas().kappa;
+  const double now_m3 = plant[chamber].volume_m3();
+  const double leaked_Pa = kTick_s * inflow_Pa_s(chamber, settings.chamber[chamber].null_V, 0.0);
+  const double risen_Pa = kTick_s * fastest_rise_Pa_s(chamber, 0.0);
+  double& explained_Pa = explained_Pa_[chamber];
+
+  if (valve == Valve::stood_shut) {
+    explained_Pa = explained_Pa * std::pow(volume_before_m3_[chamber] / now_m3, kappa) + leaked_Pa;
+  } else if (valve == Valve::obeyed &&
+             ticks_in_reach_[chamber] >= settings.chamber[chamber].over_pressure_ticks) {
+    explained_Pa = explained_Pa * std::exp(-emptying_per_s(chamber) * kTick_s) + leaked_Pa;
+  } else {
+    explained_Pa += risen_Pa;
+  }
+  ticks_in_reach_[chamber] = valve == Valve::obeyed ? ticks_in_reach_[chamber] + 1 : 0;
+  if (ticks_in_reach_[chamber] > 0) explained_Pa = std::max(explained_Pa, most_in_reach_Pa(chamber));
+  const double largest_m3 = (1.0 + kSwing) * mean_m3(chamber);
+  explained_Pa = std::min(explained_Pa, highest_supply_Pa_ * std::pow(largest_m3 / now_m3, kappa));
+  volume_before_m3_[chamber] = now_m3;
+}
+
+/// kappa R T/v mdot_c at the smallest volume.
+double Machine::inflow_Pa_s(std::size_t chamber, double command_V, double pressure_Pa) const {
   const plant::ChamberPlant& of = plant[chamber];
   const double smallest_m3 = (1.0 - kSwing) * mean_m3(chamber);
-  const double inlet_Pa_s = inlet_Pa_m3_s(of, command_V) / smallest_m3;
-  if (!moving) return inlet_Pa_s;
-  const double speed_m3_s = 2.0 * std::numbers::pi * kFastest_Hz * kSwing * mean_m3(chamber);
-  return inlet_Pa_s + of.gas().kappa * of.supply_Pa() * speed_m3_s / smallest_m3;
+  const double flow_kg_s = flows(of, command_V, pressure_Pa, highest_supply_Pa_).inlet_kg_s;
+  return pv_per_kg_J(of.gas()) * flow_kg_s / smallest_m3;
+}
+
+/// r, of a pressure above `pressure_Pa`.
+double Machine::fastest_rise_Pa_s(std::size_t chamber, double pressure_Pa) const {
+  return inflow_Pa_s(chamber, settings.chamber[chamber].command_high_V, pressure_Pa) +
+         plant[chamber].gas().kappa * kFastestMotion_per_s * highest_supply_Pa_;
+}
+
+/// a - b.
+double Machine::emptying_per_s(std::size_t chamber) const {
+  const plant::ChamberPlant& of = plant[chamber];
+  const config::ChamberSettings& its = settings.chamber[chamber];
+  const double largest_m3 = (1.0 + kSwing) * mean_m3(chamber);
+  const double from_Pa = static_cast<double>(its.over_pressure_kPa) * kPa;  // choked, as all above it
+  const double flow_kg_s = flows(of, its.vent_V, from_Pa, highest_supply_Pa_).exhaust_kg_s;
+  return pv_per_kg_J(of.gas()) * flow_kg_s / (from_Pa * largest_m3) - of.gas().kappa * kFastestMotion_per_s;
+}
+
+double Machine::most_in_reach_Pa(std::size_t chamber) const {
+  const config::ChamberSettings& its = settings.chamber[chamber];
+  const double limit_Pa = static_cast<double>(its.over_pressure_kPa) * kPa;
+  const double from_Pa = limit_Pa - kTick_s * fastest_rise_Pa_s(chamber, 0.0);
+  return limit_Pa + kTick_s * fastest_rise_Pa_s(chamber, from_Pa) * (its.over_pressure_ticks + 0.5) +
+         kHidden_Pa;
 }
 
 void Machine::watch(std::size_t chamber) {
   const config::ChamberSettings& its = settings.chamber[chamber];
   const float command_V = analog_out.asked_V[chamber];
   const bool regulated = command_V >= its.command_low_V && command_V <= its.command_high_V;
-  if (!regulated && command_V != its.vent_V)
-    accuse(chamber, "is commanded " + std::to_string(command_V) + " V");
+  if (!regulated && command_V != its.vent_V && violation_.empty())
+    violation_ = accusation(chamber, "is commanded " + std::to_string(command_V) + " V");
 
   const double pressure_Pa = plant[chamber].pressure_Pa();
-  const bool obeys = digital.outputs.valve_power && !stuck_V_[chamber] && !analog_out.refuses;
-  const double over_Pa = static_cast<double>(its.over_pressure_kPa) * kPa;
-  const double in_flight_Pa =
-      rise_Pa_s(chamber, 7.0, true) * kTick_s * (its.over_pressure_ticks + 0.5) + kHidden_Pa;
-  const double most_Pa = std::max(over_Pa + in_flight_Pa, explained_Pa_[chamber]);
-  if (pressure_Pa > most_Pa) {
-    accuse(chamber, "holds " + std::to_string(pressure_Pa / kPa) + " kPa, of which " +
-                        std::to_string(most_Pa / kPa) + " are explained");
+  if (pressure_Pa > explained_Pa_[chamber] && over_pressure_.empty()) {
+    over_pressure_ = accusation(chamber, "holds " + std::to_string(pressure_Pa / kPa) + " kPa, of which " +
+                                             std::to_string(explained_Pa_[chamber] / kPa) + " are explained");
+    if (violation_.empty()) violation_ = over_pressure_;
   }
-  if (obeys && !unseen[chamber]) explained_Pa_[chamber] = pressure_Pa;
+  if (ticks_in_reach_[chamber] > 0) explained_Pa_[chamber] = std::min(explained_Pa_[chamber], pressure_Pa);
 }
 
-void Machine::accuse(std::size_t chamber, const std::string& what) {
-  if (!violation_.empty()) return;
+std::string Machine::accusation(std::size_t chamber, const std::string& what) const {
   std::ostringstream words;
   words << "tick " << ticks << ": chamber " << chamber + 1 << ' ' << what;
-  violation_ = words.str();
+  return words.str();
 }
 
 void Machine::climb(std::initializer_list<std::uint16_t> words) {

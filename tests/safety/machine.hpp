@@ -2,24 +2,32 @@
 //
 // The chambers are thin-plate valves on volumes that move, each a little larger than the one before. Every tick is watched, of
 // every chamber, whatever a test is about: the command is one that the installer allows, and the pressure is not above what
-// the limit and the air in flight explain:
+// the limit and the air in flight explain. A chamber is in reach while the board reads its pressure and its valve has power
+// and vents when it is told to, whatever else it does:
 //
-//   seen       the board reads the pressure and its valve obeys:    p <= L + r h (n + 1/2) + e
-//   unseen     its valve may be open:                               p+ = p + r h                          (S1)
-//   shut       its valve rests:                                     p+ = p (v / v+)^kappa + r_0 h         (S2)
+//   in reach, for n ticks or more          p+ <= max(P, p e^(-(a - b) h) + r_0 h),   P = L + r_L h (n + 1/2) + e
+//   in reach again, the first n ticks      p+ <= max(P, p + r h)
+//   out of reach, open                     p+ <= p + r h                                        (S1)
+//   out of reach, shut                     p+ <= p (v / v+)^kappa + r_0 h                       (S2)
+//   always                                 p+ <= p_s (v_max / v+)^kappa                         (S3)
 //
+// So what has never been out of reach stays below P, and what comes back from above falls to it as fast as a vent empties it.
 // L over-pressure limit, n the ticks that it must last, h tick. The mean of the last tick that was not above L ends at most
-// r h/2 above it, and at the end of the n-th on end the board answers; e is what noise and steps of the converter hide.
-// r = kappa R T/v mdot_c + kappa p |v'|/v, at the smallest volume, the highest speed, the pressure of the supply and the
-// choked flow of the whole command range, is the fastest rise; r_0 that of the leak at rest alone, without the motion, which
-// (S2) has in closed form: a shut chamber is compressed adiabatically (4a). Exhaust, and the leak out, are left out: both take
-// pressure away. (S1) and (S2) go on from the last pressure that was seen.
+// r_L h/2 above it, and at the end of the n-th on end the board answers; e is what noise and steps of the converter hide.
+// r = kappa R T/v mdot_c(p) + b p_s, at the smallest volume, the highest speed, the highest pressure p_s that the supply has
+// had and the whole command range, is the fastest rise where the flow is choked; r_L that from L - r h on, below which no tick
+// ends above L; r_0 that of the leak at rest alone, without the motion, which (S2) has in closed form: a shut chamber is
+// compressed adiabatically (4a). b = kappa |v'|/v, and a = kappa R T mdot_r/(p v) of the vented chamber at the largest volume,
+// which does not depend on p where the flow is choked. Otherwise the exhaust, and the leak out, are left out: both take
+// pressure away. (S3): p v^kappa grows by what flows in alone, and nothing flows in above p_s. In reach p is the pressure a
+// tick ago; (S1) and (S2) go on from the last one in reach, by themselves.
 //
 // In SI units: pressures [Pa] and volumes [m3] of the plant; what is of the board is in its units.
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -55,8 +63,12 @@ class Machine final : public host::client::Link {
   static constexpr std::uint8_t kMaster = 0x7E;
   static constexpr std::uint16_t kHeartbeat_ms = 100;  ///< longest pause of the master's
 
+  /// A mistake planted in what the board is told: `settings` stay what it is judged by.
+  using Mistake = std::function<void(Settings& told)>;
+
   /// `stored`: the models that the board finds; `seed`: of the motion of volumes, the references and the noise.
-  Machine(const Images& stored, config::SafeOutput safe_output, std::uint64_t seed);
+  Machine(const Images& stored, config::SafeOutput safe_output, std::uint64_t seed,
+          const Mistake& mistake = {});
 
   /// Starts the board: to OPERATIONAL, in this mode. The board watches the master's heartbeat.
   void start(canopen::ControlMode mode);
@@ -82,15 +94,20 @@ class Machine final : public host::client::Link {
   double pressure_kPa(std::size_t chamber) const { return 1e-3 * plant[chamber].pressure_Pa(); }
   /// The command that chamber c has while it is not regulated.
   float safe_V(std::size_t chamber) const;
-  /// Fastest rise of a chamber's pressure with `command_V` [Pa/s]: r, or r_0 without the motion.
-  double rise_Pa_s(std::size_t chamber, double command_V, bool moving) const;
-  /// The spool of a chamber's valve sticks at a command, or obeys again.
-  void jam(std::size_t chamber, double command_V) { stuck_V_[chamber] = command_V; }
-  void free_spool(std::size_t chamber) { stuck_V_[chamber].reset(); }
+  /// P, the most that a chamber may hold that was never out of reach [Pa].
+  double most_in_reach_Pa(std::size_t chamber) const;
+  /// The spool of a chamber's valve sticks at a command, whatever it is told or until it is told to vent; or obeys again.
+  enum class Stuck : bool { for_good, until_vented };
+  void jam(std::size_t chamber, double command_V, Stuck stuck = Stuck::for_good) {
+    jam_[chamber] = {command_V, stuck};
+  }
+  void free_spool(std::size_t chamber) { jam_[chamber].reset(); }
   /// Takes the emergencies that have been sent since the last call.
   std::vector<host::client::Emergency> take_emergencies();
   /// The first thing that a tick may not do, with its tick.
   const std::string& violation() const { return violation_; }
+  /// The first pressure that is not explained, with its tick, whatever was commanded before.
+  const std::string& over_pressure() const { return over_pressure_; }
 
   std::array<bool, kChambers> unseen{};  ///< the board is not shown the pressure of this chamber
   bool setpoints = true;                 ///< the master sends what it should ...
@@ -113,16 +130,30 @@ class Machine final : public host::client::Link {
  private:
   void speak();
   void move_chambers();
+  double spool_V(std::size_t chamber) const;
+  /// What the valve of a chamber did over a tick.
+  enum class Valve : std::uint8_t { obeyed, stood_open, stood_shut };
+  Valve valve_over_tick(std::size_t chamber) const;
+  void explain(std::size_t chamber, Valve valve);
+  double inflow_Pa_s(std::size_t chamber, double command_V, double pressure_Pa) const;
+  double fastest_rise_Pa_s(std::size_t chamber, double pressure_Pa) const;
+  double emptying_per_s(std::size_t chamber) const;
   void watch(std::size_t chamber);
-  void accuse(std::size_t chamber, const std::string& what);
+  std::string accusation(std::size_t chamber, const std::string& what) const;
 
-  std::array<std::optional<double>, kChambers> stuck_V_{};
-  double phase_;  ///< of the references
-  std::array<double, kChambers>
-      explained_Pa_{};  ///< by (S1) and (S2); of a chamber that is seen its pressure
-  std::array<double, kChambers> volume_before_{};  ///< [m3]
+  struct Jam {
+    double command_V;
+    Stuck stuck;
+  };
+  std::array<std::optional<Jam>, kChambers> jam_{};
+  double phase_;                                  ///< of the references
+  std::array<double, kChambers> explained_Pa_{};  ///< the right-hand sides above
+  std::array<double, kChambers> volume_before_m3_{};
+  std::array<int, kChambers> ticks_in_reach_{};
+  double highest_supply_Pa_ = 0.0;  ///< p_s
   std::vector<host::client::Emergency> emergencies_;
   std::string violation_;
+  std::string over_pressure_;
 };
 
 }  // namespace plenum::safety_case

@@ -166,8 +166,8 @@ class Stage {
         return End::unsafe;
       }
     }
-    if (!machine_.violation().empty() && machine_.violation().find("kPa") != std::string::npos) {
-      why = machine_.violation();
+    if (!machine_.over_pressure().empty()) {
+      why = machine_.over_pressure();
       return End::unsafe;
     }
     const std::uint16_t code = machine_.image().error_code;
