@@ -206,71 +206,80 @@ TEST(Supervisor, KeepsItsInvariantsInEveryReachableStateUnderEveryInput) {
         for (const FaultSet chamber : kChamberCauses) {
           for (const bool ready : {false, true}) {
             for (const bool model_ready : {false, true}) {
-              World world = before;
-              const bool reset = world.supervisor.accepts_reset(word);
-              ChamberFaults chambers{};
-              chambers[2] = chamber;
-              const FaultReport report = world.faults.step(chambers, board, reset);
-              const Supervisor::Output out = world.supervisor.step({.control_word = word,
-                                                                    .ready = ready,
-                                                                    .model_ready = model_ready,
-                                                                    .reaction = report.reaction});
-              world.reset_bit_before = (word & kR) != 0;
-              ++steps;
+              for (const bool released : {false, true}) {
+                World world = before;
+                const bool reset = world.supervisor.accepts_reset(word, released);
+                ChamberFaults chambers{};
+                chambers[2] = chamber;
+                const FaultReport report = world.faults.step(chambers, board, reset);
+                const Supervisor::Output out = world.supervisor.step({.control_word = word,
+                                                                      .ready = ready,
+                                                                      .model_ready = model_ready,
+                                                                      .reaction = report.reaction});
+                world.reset_bit_before = (word & kR) != 0;
+                ++steps;
 
-              const State was = before.supervisor.state();
-              std::ostringstream at;
-              at << describe(was) << " -> " << describe(out.state) << ", control word " << word
-                 << ", board causes " << board << ", chamber causes " << chamber << ", ready " << ready
-                 << ", model " << model_ready;
-              SCOPED_TRACE(at.str());
+                const State was = before.supervisor.state();
+                std::ostringstream at;
+                at << describe(was) << " -> " << describe(out.state) << ", control word " << word
+                   << ", board causes " << board << ", chamber causes " << chamber << ", ready " << ready
+                   << ", model " << model_ready << ", R released " << released;
+                SCOPED_TRACE(at.str());
 
-              if (out.drive == Drive::active) {
-                EXPECT_EQ(report.reaction, Reaction::none);
-                EXPECT_TRUE(ready && model_ready);
-                EXPECT_EQ(word & kDHM, kDHM);
-                EXPECT_FALSE(in_fault_state(was)) << "a fault state never leads straight to ACTIVE";
-                EXPECT_FALSE(reset);
-              }
-              if (out.drive == Drive::hold) {
-                EXPECT_LE(report.reaction, Reaction::hold);
-                EXPECT_TRUE(ready && model_ready);
-                EXPECT_EQ(word & kDH, kDH);
-              }
-              if (report.reaction >= Reaction::safe) {
-                EXPECT_LE(out.drive, Drive::safe);
-              }
-              // what the valves get of it: no fault with an output of its own leaves another one reachable
-              const bool vents = holds(world.faults.standing(2), Fault::over_pressure);
-              EXPECT_EQ(world.faults.must_vent(2), vents);
-              if (out.drive <= Drive::safe) {
-                for (const config::SafeOutput safe : {config::SafeOutput::null, config::SafeOutput::vent}) {
-                  config::ChamberSettings settings;
-                  settings.safe_output = safe;
-                  const bool vented = vents || out.drive == Drive::vent || safe == config::SafeOutput::vent;
-                  EXPECT_EQ(resting_command_V(settings, out.drive, world.faults.must_vent(2)),
-                            vented ? settings.vent_V : settings.null_V);
+                if (out.drive == Drive::active) {
+                  EXPECT_EQ(report.reaction, Reaction::none);
+                  EXPECT_TRUE(ready && model_ready);
+                  EXPECT_EQ(word & kDHM, kDHM);
+                  EXPECT_FALSE(in_fault_state(was)) << "a fault state never leads straight to ACTIVE";
+                  EXPECT_FALSE(reset);
                 }
+                if (out.drive == Drive::hold) {
+                  EXPECT_LE(report.reaction, Reaction::hold);
+                  EXPECT_TRUE(ready && model_ready);
+                  EXPECT_EQ(word & kDH, kDH);
+                }
+                if (report.reaction >= Reaction::safe) {
+                  EXPECT_LE(out.drive, Drive::safe);
+                }
+                // what the valves get of it: no fault with an output of its own leaves another one reachable
+                const bool vents = holds(world.faults.standing(2), Fault::over_pressure);
+                EXPECT_EQ(world.faults.must_vent(2), vents);
+                if (out.drive <= Drive::safe) {
+                  for (const config::SafeOutput safe : {config::SafeOutput::null, config::SafeOutput::vent}) {
+                    config::ChamberSettings settings;
+                    settings.safe_output = safe;
+                    const bool vented = vents || out.drive == Drive::vent || safe == config::SafeOutput::vent;
+                    EXPECT_EQ(resting_command_V(settings, out.drive, world.faults.must_vent(2)),
+                              vented ? settings.vent_V : settings.null_V);
+                  }
+                }
+                if (report.reaction != Reaction::none && ready) {
+                  EXPECT_TRUE(in_fault_state(out.state));
+                }
+                if (report.reaction == Reaction::none && !in_fault_state(was)) {
+                  EXPECT_FALSE(in_fault_state(out.state));
+                }
+                if (in_fault_state(was) && !in_fault_state(out.state) && ready) {
+                  EXPECT_TRUE(reset) << "a fault state is left by a reset only";
+                }
+                // an edge of R, between two ticks or within one, from rest
+                const bool edge = (word & kR) != 0 && (released || !before.reset_bit_before);
+                const bool asks_rest = (word & kDH) != kDH;
+                const bool asks_hold = (word & kDHM) == kDH;
+                EXPECT_EQ(reset, edge && (((was == State::fault_disabled || was == State::fault_init) &&
+                                           asks_rest) ||
+                                          (was == State::fault_hold && (asks_rest || asks_hold))));
+                if (was == State::fault_reaction) {
+                  EXPECT_NE(out.state, State::fault_reaction) << "lasts one tick";
+                }
+                if (!ready) {
+                  EXPECT_EQ(out.drive, Drive::vent);
+                }
+                EXPECT_EQ((out.status_word & kR) != 0,
+                          !in_fault_state(out.state) && out.state != State::not_ready);
+                if (HasFailure()) return;  // one counterexample says enough
+                if (seen.insert(key_of(world)).second) open.push(world);
               }
-              if (report.reaction != Reaction::none && ready) {
-                EXPECT_TRUE(in_fault_state(out.state));
-              }
-              if (report.reaction == Reaction::none && !in_fault_state(was)) {
-                EXPECT_FALSE(in_fault_state(out.state));
-              }
-              if (in_fault_state(was) && !in_fault_state(out.state) && ready) {
-                EXPECT_TRUE(reset) << "a fault state is left by a reset only";
-              }
-              if (was == State::fault_reaction) {
-                EXPECT_NE(out.state, State::fault_reaction) << "lasts one tick";
-              }
-              if (!ready) {
-                EXPECT_EQ(out.drive, Drive::vent);
-              }
-              EXPECT_EQ((out.status_word & kR) != 0,
-                        !in_fault_state(out.state) && out.state != State::not_ready);
-              if (HasFailure()) return;  // one counterexample says enough
-              if (seen.insert(key_of(world)).second) open.push(world);
             }
           }
         }
