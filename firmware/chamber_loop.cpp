@@ -34,6 +34,7 @@ void ChamberLoop::configure(const config::ChamberSettings& settings,
   farthest_mL_ = kFarthest * numeric::abs(settings.volume_gain_mL_per_V *
                                           (settings.position_valid_high_V - settings.position_valid_low_V));
   settings_seal_ = config::sum_of_object(settings_);
+  constants_seal_ = sum_of_constants();
   rests_by_settings_ = false;
   if (has_commanded_) return;
   rest_by_settings();
@@ -46,9 +47,14 @@ void ChamberLoop::rest_by_settings() noexcept {
   rests_by_settings_ = true;
 }
 
+std::uint64_t ChamberLoop::sum_of_constants() const noexcept {
+  return volume_.sum_of_constants() + shaper_.sum_of_constants() + regulator_.sum_of_constants();
+}
+
 bool ChamberLoop::intact() noexcept {
   const bool model_intact = model_seal_.look(known_.memory());
   const bool settings_intact = settings_seal_ == config::sum_of_object(settings_);
+  const bool constants_intact = constants_seal_ == sum_of_constants();
   const bool resting_intact = resting_seal_ == config::sum_of_object(resting_);
   // One copy mends the other: what the outputs rest at counts most while a fault stands.
   if (settings_intact && !resting_intact) rest_by_settings();
@@ -56,7 +62,7 @@ bool ChamberLoop::intact() noexcept {
     settings_ = resting_;
     settings_seal_ = config::sum_of_object(settings_);
   }
-  return model_intact && settings_intact && resting_intact;
+  return model_intact && settings_intact && resting_intact && constants_intact;
 }
 
 void ChamberLoop::take_over(const config::ModelParameters& parameters) noexcept {

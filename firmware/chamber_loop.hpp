@@ -35,8 +35,8 @@ class ChamberLoop {
   /// A usable pressure has come this tick.
   bool pressure_fresh() const noexcept { return pressure_fresh_; }
 
-  /// No bit has flipped in the settings, nor in the piece of the model that is looked at with this call. Settings of which the
-  /// other copy is whole are mended.
+  /// No bit has flipped in the settings, in what configure() made of them, nor in the piece of the model that is looked at with
+  /// this call. Settings of which the other copy is whole are mended.
   bool intact() noexcept;
 
   struct Measured {
@@ -70,6 +70,7 @@ class ChamberLoop {
   void begin_excitation(const Order& order) noexcept;
   numeric::Scalar regulated_V(const Order& order, canopen::ChamberImage& image) noexcept;
   void rest_by_settings() noexcept;
+  std::uint64_t sum_of_constants() const noexcept;
   void observe_volume(numeric::Scalar measured_mL) noexcept;
   void begin_anew() noexcept;
   void observe_pressure(const control::PressureModel& model) noexcept;
@@ -86,6 +87,7 @@ class ChamberLoop {
   config::LongSeal model_seal_;  ///< of the one in force
   std::uint64_t settings_seal_ = 0;
   std::uint64_t resting_seal_ = 0;
+  std::uint64_t constants_seal_ = 0;       ///< of observer, reference and regulator
   numeric::Scalar valve_delay_ticks_ = 0;  ///< the installer's, for a model that states none
 
   numeric::Scalar farthest_mL_ = 0;  ///< that a believed estimate of the volume is off its measurement

@@ -19,11 +19,17 @@ std::uint32_t chamber_seed(std::uint32_t board_seed, std::size_t chamber) noexce
   return board_seed + kGoldenRatio * static_cast<std::uint32_t>(chamber + 1);
 }
 
+std::uint64_t sum_of(const control::Regulator::Config& regulator,
+                     const control::VolumeObserver::Config& volume) noexcept {
+  return config::sum_of_object(regulator) + config::sum_of_object(volume);
+}
+
 }  // namespace
 
 Controller::Controller(const Settings& settings) noexcept
     : regulator_(settings.regulator),
       volume_(settings.volume),
+      configurations_seal_(sum_of(regulator_, volume_)),
       settings_(settings.board, settings.chamber),
       inverse_run_(settings_),
       shadow_run_(recorder_, settings.regulator.valve_delay_ticks),
@@ -79,8 +85,9 @@ bool Controller::memory_upset() noexcept {
     image_.control_word = 0;
     image_.control_mode = canopen::ControlMode::pressure_closed_loop;
   }
-  return damaged_ != 0 || !settings_.intact(config::kChambers) || !supervisor_.intact() ||
-         !faults_.intact() || !orders_intact;
+  const bool configurations_intact = configurations_seal_ == sum_of(regulator_, volume_);
+  return damaged_ != 0 || !configurations_intact || !settings_.intact(config::kChambers) ||
+         !supervisor_.intact() || !faults_.intact() || !orders_intact;
 }
 
 Outputs Controller::step(const Inputs& inputs) noexcept {

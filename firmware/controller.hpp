@@ -120,6 +120,7 @@ class Controller {
 
   control::Regulator::Config regulator_;
   control::VolumeObserver::Config volume_;
+  std::uint64_t configurations_seal_;  ///< of these two
   config::SettingsDesk settings_;
   canopen::ProcessImage image_;
   telemetry::Recorder recorder_;

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "firmware/config/seal.hpp"
 #include "firmware/control/valve_path.hpp"
 
 namespace plenum::control {
@@ -44,6 +45,11 @@ class ReferenceShaper {
   /// Takes the set point latched for this tick. preview_ticks above kMaxPreview counts as kMaxPreview. Answers up to the
   /// end of `ahead` ticks, 1 to kMostAhead.
   const Reference& step(Scalar setpoint_kPa, std::uint8_t preview_ticks, std::size_t ahead) noexcept;
+
+  /// Of what configure() alone writes: config/seal.hpp.
+  std::uint64_t sum_of_constants() const noexcept {
+    return config::sum_of_object(config_) + config::sum_of_object(step_kPa_);
+  }
 
  private:
   Config config_;

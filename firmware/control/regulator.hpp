@@ -31,7 +31,9 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 
+#include "firmware/config/seal.hpp"
 #include "firmware/control/command_trim.hpp"
 #include "firmware/control/pressure_model.hpp"
 #include "firmware/control/reference_shaper.hpp"
@@ -115,6 +117,11 @@ class Regulator {
   /// The estimates after the last observe() or coast() are numbers; what bounds them makes none of what is not.
   bool knows_numbers() const noexcept {
     return numeric::is_finite(pressure_kPa_ + steady_kPa_ + residual_level_kPa_ + compression_);
+  }
+
+  /// Of what configure() alone writes: config/seal.hpp.
+  std::uint64_t sum_of_constants() const noexcept {
+    return config::sum_of_object(config_) + config::sum_of_object(weights_);
   }
 
  private:

@@ -14,7 +14,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 
+#include "firmware/config/seal.hpp"
 #include "firmware/control/pressure_model.hpp"
 
 namespace plenum::control {
@@ -37,6 +39,9 @@ class VolumeObserver {
 
   /// Volume and rate of the tick just past, as known after its measurement.
   ChamberMotion past() const noexcept { return motion(state_); }
+
+  /// Of what configure() alone writes: config/seal.hpp.
+  std::uint64_t sum_of_constants() const noexcept { return config::sum_of_object(gain_); }
 
  private:
   /// In units of ticks, so that the filter's matrices are of order one and single precision suffices: (v, v' h, v'' h^2).

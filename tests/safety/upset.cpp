@@ -63,7 +63,7 @@ std::vector<Member> loop_members() {
   loop.add<control::Excitation>("excitation", true);
   loop.add<control::AnyModel>("model", true);
   loop.add<config::LongSeal>("seal of the model", true);
-  loop.add<std::array<std::uint64_t, 2>>("seals of the settings", true);
+  loop.add<std::array<std::uint64_t, 3>>("seals of the settings", true);
   loop.add<std::array<numeric::Scalar, 7>>("last measurements", true);
   loop.add<std::array<bool, 7>>("flags", true);
   return loop.of<ChamberLoop>();
@@ -73,6 +73,7 @@ std::vector<Member> members() {
   Layout controller;
   controller.add<control::Regulator::Config>("regulator's configuration");
   controller.add<control::VolumeObserver::Config>("observer's configuration");
+  controller.add<std::uint64_t>("seal of both");
   controller.add<config::SettingsDesk>("settings desk");
   controller.add<canopen::ProcessImage>("process image");
   controller.add<telemetry::Recorder>("recorder");

@@ -26,7 +26,8 @@ TEST(SingleEventUpset, IsDetectedHarmlessOrEndsTheProcess) {
     ++ends[parts()[upset.part].name][upset.end];
   }
   // the protection answers, not luck: of what is sealed or kept twice most flips are told, wherever no older fault hides them
-  for (const char* part : {"settings of a chamber", "settings at rest", "fault register"})
+  for (const char* part : {"settings of a chamber", "settings at rest", "fault register",
+                           "regulator's configuration", "observer's configuration"})
     EXPECT_GE(ends[part][End::detected], 8) << part;
 }
 
