@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <csignal>
 #include <cstring>
 #include <memory>
@@ -23,6 +24,7 @@ using safety::State;
 
 constexpr std::uint64_t kOfAMachine = 64;  ///< upsets that share one, up to the flip
 constexpr int kTicks = 200;                ///< from the flip to the end
+constexpr int kLate = 150;                 ///< from the flip to where the two runs must agree again
 constexpr unsigned kPatience_s = 20;       ///< for a run of milliseconds
 
 struct Member {
@@ -64,7 +66,7 @@ std::vector<Member> loop_members() {
   loop.add<control::AnyModel>("model", true);
   loop.add<config::LongSeal>("seal of the model", true);
   loop.add<std::array<std::uint64_t, 3>>("seals of the settings", true);
-  loop.add<std::array<numeric::Scalar, 7>>("last measurements", true);
+  loop.add<std::array<numeric::Scalar, 9>>("last measurements", true);
   loop.add<std::array<bool, 7>>("flags", true);
   return loop.of<ChamberLoop>();
 }
@@ -101,6 +103,21 @@ std::vector<Member> members() {
   return all;
 }
 
+/// What a run did: compared with that of a machine of which no bit flipped, and whose noise is the same.
+struct Course {
+  std::array<std::array<float, kChambers>, kTicks> command_V;
+  std::array<std::array<double, kChambers>, kTicks> pressure_kPa;
+};
+
+/// What a run's process leaves behind.
+struct Verdict {
+  bool reached;
+  End end;
+  Apart apart;
+  std::array<char, 160> why;
+  Course undisturbed;  ///< of the stage
+};
+
 enum class Scene : std::uint8_t { closed_loop, open_loop, excitation, hold, rest, faulty };
 constexpr std::array kSceneNames = {"regulates", "runs in open loop", "excites", "holds",
                                     "rests",     "waits for a reset"};
@@ -132,6 +149,7 @@ class Stage {
     machine_.run(2);
     state_ = machine_.state();
     code_ = machine_.image().error_code;
+    register_ = machine_.image().error_register;
     const State wanted = scene_ == Scene::faulty ? State::fault_disabled
                          : scene_ == Scene::rest ? State::disabled
                          : scene_ == Scene::hold ? State::hold
@@ -147,8 +165,21 @@ class Stage {
                        static_cast<int>(kind_));
   }
 
+  /// Of no flip.
+  Course course() {
+    Course course;
+    for (std::size_t i = 0; i < kTicks; ++i) {
+      machine_.tick();
+      for (std::size_t c = 0; c < kChambers; ++c) {
+        course.command_V[i][c] = machine_.analog_out.asked_V[c];
+        course.pressure_kPa[i][c] = machine_.pressure_kPa(c);
+      }
+    }
+    return course;
+  }
+
   /// Flips, runs, and judges: in a process of its own. `why` takes what is wrong with an unsafe end.
-  End judge(std::size_t byte, unsigned bit, std::string& why) {
+  End judge(std::size_t byte, unsigned bit, Verdict& verdict, std::string& why) {
     const Controller& controller = machine_.board.controller();
     auto* bytes = reinterpret_cast<unsigned char*>(const_cast<Controller*>(&controller));
     bytes[byte] = static_cast<unsigned char>(bytes[byte] ^ 1U << bit);
@@ -160,6 +191,15 @@ class Stage {
           why = fmt::format("tick {}: {} V at chamber {}", i, command_V, c + 1);
           return End::unsafe;
         }
+        const auto at = static_cast<std::size_t>(i);
+        Apart& apart = verdict.apart;
+        const double apart_kPa = std::abs(machine_.pressure_kPa(c) - verdict.undisturbed.pressure_kPa[at][c]);
+        const double apart_V =
+            std::abs(static_cast<double>(command_V - verdict.undisturbed.command_V[at][c]));
+        apart.most_kPa = std::max(apart.most_kPa, apart_kPa);
+        if (i < kLate) continue;
+        apart.late_kPa = std::max(apart.late_kPa, apart_kPa);
+        apart.late_V = std::max(apart.late_V, apart_V);
       }
       const bool moves = machine_.state() == State::active || machine_.state() == State::hold;
       if (moves && (word_ & 0x2) == 0) {
@@ -177,7 +217,8 @@ class Stage {
       why = "the fault is forgotten";
       return End::unsafe;
     }
-    if (code != code_) return End::detected;
+    // a more urgent fault that stood before hides the code of a second one, but not its bit of 1001h
+    if (code != code_ || machine_.image().error_register != register_) return End::detected;
     // a fault that stands may hide a second one, which leads to another of its states
     if (code_ == 0 && machine_.state() != state_) {
       why = fmt::format("is {} without a fault", safety::describe(machine_.state()));
@@ -186,7 +227,9 @@ class Stage {
     machine_.control(0x0);
     machine_.run(2);
     const bool obeys = machine_.state() == State::init || machine_.state() == State::fault_init;
-    return obeys ? End::harmless : End::deaf;
+    if (!obeys) return End::deaf;
+    return verdict.apart.late_kPa <= kAlike_kPa && verdict.apart.late_V <= kAlike_V ? End::harmless
+                                                                                    : End::strayed;
   }
 
  private:
@@ -220,41 +263,49 @@ class Stage {
   std::uint16_t word_ = 0;
   State state_ = State::not_ready;
   std::uint16_t code_ = 0;
+  std::uint8_t register_ = 0;
 };
 
-/// What a run's process leaves behind.
-struct Verdict {
-  bool reached;
-  End end;
-  std::array<char, 160> why;
-};
+/// Runs in a process of its own, which `judge` ends. Returns its status.
+template <class Judge>
+int in_a_process(const Judge& judge) {
+  const pid_t child = fork();
+  if (child < 0) throw std::system_error(errno, std::generic_category(), "fork");
+  if (child == 0) {
+    alarm(kPatience_s);
+    judge();
+    _exit(0);
+  }
+  int status = 0;
+  if (waitpid(child, &status, 0) != child) throw std::system_error(errno, std::generic_category(), "waitpid");
+  return status;
+}
 
 Upset run_apart(Stage& stage, std::uint64_t seed, Verdict& shared) {
   static const std::vector<Member> all = members();
   Random random(seed ^ 0x5EEDU);
-  Upset upset{.seed = seed, .part = seed % all.size(), .what = {}};
+  Upset upset{.seed = seed, .part = seed % all.size(), .apart = {}, .what = {}};
   const Member& member = all[upset.part];
   std::size_t byte =
       member.offset + static_cast<std::size_t>(random.uniform(0.0, static_cast<double>(member.bytes)));
   if (member.of_each_chamber)
     byte += sizeof(ChamberLoop) * static_cast<std::size_t>(random.uniform(0.0, kChambers));
   const auto bit = static_cast<unsigned>(random.uniform(0.0, 8.0));
-  shared = {};
-  const pid_t child = fork();
-  if (child < 0) throw std::system_error(errno, std::generic_category(), "fork");
-  if (child == 0) {
-    alarm(kPatience_s);
+  shared.reached = false;
+  shared.apart = {};
+  shared.why.fill('\0');
+  const int status = in_a_process([&] {
     std::string why;
-    shared.end = stage.judge(byte, bit, why);
+    shared.end = stage.judge(byte, bit, shared, why);
     why.copy(shared.why.data(), shared.why.size() - 1);
     shared.reached = true;
-    _exit(0);
-  }
-  int status = 0;
-  if (waitpid(child, &status, 0) != child) throw std::system_error(errno, std::generic_category(), "waitpid");
+  });
+  upset.apart = shared.apart;
   upset.end = shared.reached ? shared.end : End::ended;
-  upset.what = fmt::format("{}, byte {}, bit {}, {}: {} {}", member.name, byte - member.offset, bit,
-                           stage.name(), describe(upset.end), shared.why.data());
+  upset.what =
+      fmt::format("{}, byte {}, bit {}, {}: {}, at most {:.1f} kPa apart, late {:.2f} kPa and {:.3f} V {}",
+                  member.name, byte - member.offset, bit, stage.name(), describe(upset.end),
+                  upset.apart.most_kPa, upset.apart.late_kPa, upset.apart.late_V, shared.why.data());
   if (!shared.reached && WIFSIGNALED(status)) upset.what += strsignal(WTERMSIG(status));
   return upset;
 }
@@ -262,7 +313,7 @@ Upset run_apart(Stage& stage, std::uint64_t seed, Verdict& shared) {
 }  // namespace
 
 const char* describe(End end) {
-  constexpr std::array kNames = {"harmless", "detected", "ended", "deaf", "unsafe"};
+  constexpr std::array kNames = {"harmless", "detected", "strayed", "ended", "deaf", "unsafe"};
   return kNames[static_cast<std::size_t>(end)];
 }
 
@@ -280,7 +331,10 @@ std::vector<Upset> upsets(std::uint64_t first, std::uint64_t last) {
   std::vector<Upset> found;
   std::unique_ptr<Stage> stage;
   for (std::uint64_t seed = first; seed < last; ++seed) {
-    if (!stage || seed % kOfAMachine == 0) stage = std::make_unique<Stage>(seed / kOfAMachine);
+    if (!stage || seed % kOfAMachine == 0) {
+      stage = std::make_unique<Stage>(seed / kOfAMachine);
+      in_a_process([&] { shared.undisturbed = stage->course(); });
+    }
     found.push_back(run_apart(*stage, seed, shared));
   }
   munmap(page, sizeof(Verdict));
