@@ -149,7 +149,9 @@ Command add_capture(Program& program) {
       .show_default();
   arguments
       .option("--command-low", options->command_low_V,
-              "Lowest command of the excitation, or that of the board's settings where it is higher [V]")
+              "Lowest command of the excitation, or that of the board's settings where it is higher; the "
+              "pressure's limits are kept by "
+              "these commands, too: they must open both ports [V]")
       .within(0.0, 10.0)
       .show_default();
   arguments.option("--command-high", options->command_high_V, "Highest, likewise [V]")

@@ -46,7 +46,7 @@ class Looking(BoardCommands):
     def test_info_shows_models_with_crc_date_error_and_serials(self):
         self.upload()
         text = self.done("info", "--store", "board")
-        self.assertRegex(text, r"\n +2 +active +[0-9A-F]{8}h +\d+ +2023-11-14 +1\.25 +[0-9.e-]+ +4711 +815\n")
+        self.assertRegex(text, r"\n +2 +active +[0-9A-F]{8}h +\d+ +2023-11-14 +1\.25 +0 +[0-9.e-]+ +4711 +815\n")
         self.assertRegex(text, r"\n +1 +empty\n")
         self.assertIn("Producer heartbeat time [ms]", text)
         info = self.json_of("info", "--store", "board")

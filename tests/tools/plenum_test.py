@@ -262,13 +262,6 @@ def greybox(chamber=1, **changed):
     return json.dumps({"schema": "plenum-model/1", "kind": "greybox", "chamber": chamber, "parameters": parameters, "fit": {}})
 
 
-# An exhaust that leaks so much, through a transition so wide, that the secants of the inverse go astray.
-WRONG_INVERSE = {"open_above_V": 3.35, "exhaust_below_V": 7.14, "inlet_conductance_mL_per_s_V": 96900,
-                 "exhaust_conductance_mL_per_s_V": 0.02, "inlet_leak_mL_per_s": 3600, "exhaust_leak_mL_per_s": 41200,
-                 "transition_mL_per_s": 34600, "inlet_slope": 19.3, "inlet_curve": 14.6, "critical_ratio": 0.57, "subsonic_index": 0.83,
-                 "cracking_ratio": 0.95, "discharge_slope": -0.66, "supply_kPa": 880, "ambient_kPa": 26.8}
-
-
 class SimEffects(Plenum):
     THIN = ["sim", "--plant", "thin-plate", "--chambers", "1", "--seconds", "6"]
 
@@ -340,16 +333,16 @@ class Line(Plenum):
         self.refused(2, "upload", "--store", "board", *SMALL, "far.json", says=["far.json", "chamber 3", "1 to 2"])
 
     def test_a_capture_stays_within_the_limits_it_was_given(self):
-        self.done("capture", *SMALL, "--seconds", 20, "--pressure-low", 180, "--pressure-high", 320, "--command-low", 4.2,
+        self.done("capture", *SMALL, "--seconds", 20, "--pressure-low", 180, "--pressure-high", 320, "--command-low", 3.5,
                   "--command-high", 6.1, "-o", "soft")
         for chamber in (1, 2):
             rows = self.rows(f"soft/chamber-{chamber}.csv")
             commands_V = [float(row["command_V"]) for row in rows]
-            self.assertGreaterEqual(min(commands_V), 4.2 - 1e-3)
+            self.assertGreaterEqual(min(commands_V), 3.5 - 1e-3)
             self.assertLessEqual(max(commands_V), 6.1 + 1e-3)
             pressures_kPa = [float(row["pressure_Pa"]) / 1e3 for row in rows[300:]]  # once it has come there from the ambient's
-            self.assertGreater(min(pressures_kPa), 180 - 30, "a tick of a valve that was open")
-            self.assertLess(max(pressures_kPa), 320 + 30)
+            self.assertGreater(min(pressures_kPa), 180 - 10, "what moves on in a tick")
+            self.assertLess(max(pressures_kPa), 320 + 10)
         self.refused(2, "capture", *SMALL, "--pressure-low", 400, "--pressure-high", 300, says=["--pressure-low 400", "low below high"])
         self.refused(2, "capture", *SMALL, "--command-low", 7, "--command-high", 3, says=["--command-low 7", "low below high"])
 
@@ -360,8 +353,9 @@ class Line(Plenum):
             "lowers the pressure by ": {"inlet_leak_mL_per_s": 1e5},
             "raises the pressure by ": {"inlet_conductance_mL_per_s_V": 1e-3},
             "dead_volume_mL is -5000, expected ": {"dead_volume_mL": -5000},
-            "its inverse fails at ": WRONG_INVERSE,
         }
+        self.write("fit.json", greybox(1))
+        self.done("upload", "--store", "board", *SMALL, "fit.json")
         for says, edits in unfit.items():
             with self.subTest(says):
                 self.write("unfit.json", greybox(1, **edits))
