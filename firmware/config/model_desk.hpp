@@ -63,7 +63,6 @@ struct SetState {
   TrialResult trial;                  ///< of the image staged last
   std::uint32_t staged_crc = 0;       ///< last four bytes of the image staged; 0: none
   std::uint32_t expected_serial = 0;  ///< of `wrong_serial`: the one that the settings name
-  ModelPoint point;                   ///< of `inverse_fails` and `no_authority`
 };
 
 enum class CommitResult : std::uint8_t {
@@ -106,6 +105,8 @@ class ModelDesk {
   /// images that the board doubts.
   virtual CommitResult commit(std::uint8_t mask, std::uint32_t crc, std::uint32_t key) noexcept = 0;
   virtual SetState state(std::uint8_t chamber) const noexcept = 0;
+  /// Of `inverse_fails` and `no_authority`: where the image handed in last has failed.
+  virtual ModelPoint failing_point(std::uint8_t chamber) const noexcept = 0;
   /// Who may stage: upload_session.hpp.
   virtual UploadSession& upload_session() noexcept = 0;
   virtual const UploadSession& upload_session() const noexcept = 0;

@@ -226,8 +226,11 @@ SetState ParameterSlots::state(std::uint8_t chamber) const noexcept {
   state.trial = slot.trial;
   state.staged_crc = trailing_crc(slot.staged_set().bytes());
   state.expected_serial = slot.expected_serial;
-  state.point = slot.point;
   return state;
+}
+
+ModelPoint ParameterSlots::failing_point(std::uint8_t chamber) const noexcept {
+  return chamber < kChambers ? slots_[chamber].point : ModelPoint{};
 }
 
 }  // namespace plenum::config

@@ -25,8 +25,11 @@ InverseCheck::Finding InverseCheck::look_at(const PressureModel& model, std::siz
   point_ = {.pressure_kPa = among(range_.pressure_low_kPa, range_.pressure_high_kPa, pressure, kPressures),
             .volume_mL = among(range_.volume_low_mL, range_.volume_high_mL, volume, kVolumes),
             .command_V = among(range_.command_low_V, range_.command_high_V, command, kCommands)};
-  const ChamberMotion still{.volume_mL = point_.volume_mL, .volume_rate_mL_s = Scalar(0)};
-  const Scalar end_kPa = model.step(point_.pressure_kPa, point_.command_V, still, Scalar(1)).end_kPa;
+  const Moving still = model.moving({.volume_mL = point_.volume_mL, .volume_rate_mL_s = Scalar(0)});
+  const auto end_of_tick_kPa = [&](Scalar command_V) noexcept {
+    return model.step(point_.pressure_kPa, model.opening(command_V), still, Scalar(1)).end_kPa;
+  };
+  const Scalar end_kPa = end_of_tick_kPa(point_.command_V);
 
   if (pressure == kPressures / 2 && (command == 0 || command == kCommands - 1)) {
     const Scalar least_kPa = range_.span_kPa / kTicksOfSpan;
@@ -39,7 +42,7 @@ InverseCheck::Finding InverseCheck::look_at(const PressureModel& model, std::siz
   const Scalar from_V = Scalar(0.5) * (range_.command_low_V + range_.command_high_V);
   const Inverse answer = model.inverse(point_.pressure_kPa, end_kPa, still, from_V);
   point_.wanted_kPa = end_kPa;
-  point_.came_kPa = model.step(point_.pressure_kPa, answer.command_V, still, Scalar(1)).end_kPa;
+  point_.came_kPa = end_of_tick_kPa(answer.command_V);
   const bool came = numeric::abs(point_.came_kPa - end_kPa) <= kTolerance * range_.span_kPa;
   return came ? Finding::passed : Finding::inverse_fails;
 }

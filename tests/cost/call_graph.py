@@ -24,6 +24,7 @@ INDIRECT = {
     r"model\.(opening|moving|step|inverse)": r"virtual .* plenum::control::\w+::\1\(.*\) const",
     r"desk\.(\w+)": r"virtual .* plenum::config::ParameterSlots::\1\(.*\)(?: const)?",
     r"trial\.begin": r"virtual bool plenum::\w+::begin\(uint8_t\)",
+    r"proof\.begin": r"virtual void plenum::\w+::begin\(uint8_t\)",
     r"known\.validate": r"plenum::config::ImageVerdict .*validate_\w+\(const plenum::config::ModelParameters&\)",
     r"line\.value": rf"void .*\(plenum::canopen::TextLine&, const plenum::canopen::Identity&\){WITH}",
     # the columns of the object dictionary

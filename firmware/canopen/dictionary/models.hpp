@@ -122,23 +122,30 @@ inline Abort read_set_state(const Device& device, Place at, std::uint32_t& bits)
     case 12:
       bits = state.staged_crc;
       break;
-    case 13:
+    default:
       bits = state.expected_serial;
       break;
+  }
+  return Abort::none;
+}
+
+inline Abort read_failing_point(const Device& device, Place at, std::uint32_t& bits) noexcept {
+  const config::ModelPoint point = device.desk.failing_point(at.instance);
+  switch (at.sub) {
     case 14:
-      bits = bits_of(state.point.pressure_kPa * config::kPascal_per_kPa);
+      bits = bits_of(point.pressure_kPa * config::kPascal_per_kPa);
       break;
     case 15:
-      bits = bits_of(state.point.volume_mL * config::kM3_per_mL);
+      bits = bits_of(point.volume_mL * config::kM3_per_mL);
       break;
     case 16:
-      bits = bits_of(state.point.command_V);
+      bits = bits_of(point.command_V);
       break;
     case 17:
-      bits = bits_of(state.point.wanted_kPa * config::kPascal_per_kPa);
+      bits = bits_of(point.wanted_kPa * config::kPascal_per_kPa);
       break;
     default:
-      bits = bits_of(state.point.came_kPa * config::kPascal_per_kPa);
+      bits = bits_of(point.came_kPa * config::kPascal_per_kPa);
       break;
   }
   return Abort::none;
@@ -215,13 +222,13 @@ inline constexpr Entry kModelRows[] = {
     value(0x2128, 13, kChambersNext, "Serial number expected", unsigned32, read_only, no, kAny,
           read_set_state),
     value(0x2128, 14, kChambersNext, "Failing point: pressure [Pa]", real32, read_only, no, kAny,
-          read_set_state),
+          read_failing_point),
     value(0x2128, 15, kChambersNext, "Failing point: volume [m3]", real32, read_only, no, kAny,
-          read_set_state),
+          read_failing_point),
     value(0x2128, 16, kChambersNext, "Failing point: command [V]", real32, read_only, no, kAny,
-          read_set_state),
+          read_failing_point),
     value(0x2128, {17, 18}, kChambersNext, "Failing point: pressure asked for, that came [Pa]", real32,
-          read_only, no, kAny, read_set_state),
+          read_only, no, kAny, read_failing_point),
 };
 
 inline constexpr Entry kModelParameterRows[] = {

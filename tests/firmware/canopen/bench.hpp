@@ -54,8 +54,10 @@ class FakeDesk final : public config::ModelDesk {
     state.trial = {config::Trial::worse, 3.5F, 1.25F};
     state.staged_crc = 0x55667788U;
     state.expected_serial = 4711;
-    state.point = {430.0F, 120.0F, 5.5F, 450.0F, 437.5F};
     return state;
+  }
+  config::ModelPoint failing_point(std::uint8_t) const noexcept override {
+    return {430.0F, 120.0F, 5.5F, 450.0F, 437.5F};
   }
 
   config::UploadSession& upload_session() noexcept override { return session; }

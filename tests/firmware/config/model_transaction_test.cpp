@@ -100,8 +100,8 @@ TEST(ModelProof, RefusesAndTellsWhere) {
   const SetState state = slots.state(3);
   EXPECT_EQ(state.phase, SetPhase::refused);
   EXPECT_EQ(state.refusal.error, ImageError::inverse_fails);
-  EXPECT_EQ(state.point.pressure_kPa, 430.0F);
-  EXPECT_EQ(state.point.came_kPa, 437.9F);
+  EXPECT_EQ(slots.failing_point(3).pressure_kPa, 430.0F);
+  EXPECT_EQ(slots.failing_point(3).came_kPa, 437.9F);
   EXPECT_EQ(slots.commit(0x08, crc_of({image}), kForceKey), CommitResult::nothing_staged);
   slots.prove(3, {}, {});
   EXPECT_EQ(slots.state(3).phase, SetPhase::refused) << "it is no longer wanted";
