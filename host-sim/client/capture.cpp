@@ -124,10 +124,9 @@ void require_no_fault(Session& session) {
   const std::optional<FaultEntry> fault = read_fault(session);
   if (!fault) return;
   const auto specs = fault_specs(*fault);
-  const bool reported_only =
-      !specs.empty() && std::all_of(specs.begin(), specs.end(), [](const auto* spec) {
-        return spec->reaction == plenum::safety::Reaction::none;
-      });
+  const bool reported_only = !specs.empty() && std::all_of(specs.begin(), specs.end(), [](const auto* spec) {
+    return spec->reaction == plenum::safety::Reaction::none;
+  });
   if (reported_only) return;
   throw Refused(fmt::format("node {}: fault {:04X}h stands after the run, expected none", session.node_id(),
                             fault->code));
