@@ -269,22 +269,6 @@ void put_figures(const Fit& fit, double correlated_rows, GreyboxFit& into) {
   }
 }
 
-/// One port alone may be in doubt: few commands do not part its gain from its threshold, and yet give its areas.
-void require_gains(const GreyboxFit& fit) {
-  const auto told = [](const FigureFit& gain) {
-    return gain.at_bound == Bound::none && gain.standard_error <= gain.value;
-  };
-  const auto doubt = [](const FigureFit& gain) {
-    return gain.at_bound != Bound::none ? fmt::format("{} is {}", gain.name, bound_in_words(gain.at_bound))
-                                        : fmt::format("{} has a standard error of {:.2g} times its value",
-                                                      gain.name, gain.standard_error / gain.value);
-  };
-  const FigureFit& inlet = fit.parameters[effects::kInletGain];
-  const FigureFit& exhaust = fit.parameters[effects::kExhaustGain];
-  if (told(inlet) || told(exhaust)) return;
-  throw CannotIdentify(fmt::format("these logs do not tell the valve: {}, {}", doubt(inlet), doubt(exhaust)));
-}
-
 }  // namespace
 
 GreyboxFit fit_greybox(const std::vector<trace::Log>& logs, const trace::RigDescription& rig,
@@ -309,7 +293,6 @@ GreyboxFit fit_greybox(const std::vector<trace::Log>& logs, const trace::RigDesc
     if ((last.on & bit(id)) != 0) result.kept.emplace_back(effects::kCatalogue[id]->id);
   }
   put_figures(last, correlation_rows(errors), result);
-  require_gains(result);
   result.noise_kPa = 1e-3 * white_noise(errors);
   result.rms_next_tick_kPa = 1e-3 * next_tick_rms_Pa(scene, last.on, last.figures);
   result.rms_free_run_kPa = 1e-3 * last.rms_Pa();
