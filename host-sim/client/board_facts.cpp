@@ -172,7 +172,8 @@ std::vector<LatencyBin> read_latency(Session& session) {
 }
 
 double read_drift_Pa(Session& session, std::uint8_t chamber) {
-  return session.read<float>(static_cast<std::uint16_t>(object::kRegulator + chamber), 5);
+  return static_cast<double>(
+      session.read<float>(static_cast<std::uint16_t>(object::kRegulator + chamber), 5));
 }
 
 ModelSet read_model_set(Session& session, std::uint8_t chamber) {

@@ -129,7 +129,7 @@ int main() {
     upload(of, plenum::canopen::object::kStagedSet, 1, set, images, target);
   };
   const auto staged = [&] {
-    session.listen(0.2);  // an image a tick
+    session.listen(0.5);  // an image and its check in four ticks
     if (session.read<std::uint8_t>(plenum::canopen::object::kStagedSet, 2) == 0) return true;
     std::fprintf(stderr, "the set is not staged\n");
     return false;
