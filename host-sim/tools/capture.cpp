@@ -23,8 +23,8 @@ struct Options {
   bool last = false;
   double pressure_low_kPa = client::CaptureOptions{}.pressure_low_Pa / 1e3;
   double pressure_high_kPa = client::CaptureOptions{}.pressure_high_Pa / 1e3;
-  double command_low_V = client::CaptureOptions{}.command_low_V;
-  double command_high_V = client::CaptureOptions{}.command_high_V;
+  double command_low_V = static_cast<double>(client::CaptureOptions{}.command_low_V);
+  double command_high_V = static_cast<double>(client::CaptureOptions{}.command_high_V);
   double largest_volume_L = client::CaptureOptions{}.largest_volume_m3 * 1e3;
   std::string out = "capture";
   Output output;

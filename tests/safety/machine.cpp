@@ -304,7 +304,8 @@ void Machine::explain(std::size_t chamber, Valve valve) {
   highest_supply_Pa_ = std::max(highest_supply_Pa_, plant[chamber].supply_Pa());
   const double kappa = plant[chamber].gas().kappa;
   const double now_m3 = plant[chamber].volume_m3();
-  const double leaked_Pa = kTick_s * inflow_Pa_s(chamber, settings.chamber[chamber].null_V, 0.0);
+  const double leaked_Pa =
+      kTick_s * inflow_Pa_s(chamber, static_cast<double>(settings.chamber[chamber].null_V), 0.0);
   const double risen_Pa = kTick_s * fastest_rise_Pa_s(chamber, 0.0);
   double& explained_Pa = explained_Pa_[chamber];
 
@@ -333,7 +334,7 @@ double Machine::inflow_Pa_s(std::size_t chamber, double command_V, double pressu
 
 /// r, of a pressure above `pressure_Pa`.
 double Machine::fastest_rise_Pa_s(std::size_t chamber, double pressure_Pa) const {
-  return inflow_Pa_s(chamber, settings.chamber[chamber].command_high_V, pressure_Pa) +
+  return inflow_Pa_s(chamber, static_cast<double>(settings.chamber[chamber].command_high_V), pressure_Pa) +
          plant[chamber].gas().kappa * kFastestMotion_per_s * highest_supply_Pa_;
 }
 
@@ -343,7 +344,8 @@ double Machine::emptying_per_s(std::size_t chamber) const {
   const config::ChamberSettings& its = settings.chamber[chamber];
   const double largest_m3 = (1.0 + kSwing) * mean_m3(chamber);
   const double from_Pa = static_cast<double>(its.over_pressure_kPa) * kPa;  // choked, as all above it
-  const double flow_kg_s = flows(of, its.vent_V, from_Pa, highest_supply_Pa_).exhaust_kg_s;
+  const double flow_kg_s =
+      flows(of, static_cast<double>(its.vent_V), from_Pa, highest_supply_Pa_).exhaust_kg_s;
   return pv_per_kg_J(of.gas()) * flow_kg_s / (from_Pa * largest_m3) - of.gas().kappa * kFastestMotion_per_s;
 }
 
