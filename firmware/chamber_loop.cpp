@@ -103,10 +103,11 @@ void ChamberLoop::begin_anew() noexcept {
 }
 
 void ChamberLoop::observe_pressure(const control::PressureModel& model) noexcept {
-  residual_kPa_ = static_cast<float>(regulator_.observe(model, pressure_kPa_, volume_.past()));
+  const control::Regulator::Missed missed = regulator_.observe(model, pressure_kPa_, volume_.past());
+  residual_kPa_ = static_cast<float>(missed.residual_kPa);
   // At rest a chamber says little, and whoever excites it may be after another model.
   if (!was_regulating_) return;
-  const float missed_kPa = numeric::abs(static_cast<float>(regulator_.missed_kPa()));
+  const float missed_kPa = numeric::abs(static_cast<float>(missed.alone_kPa));
   const float mean_kPa = drift_kPa_ + kDriftForgetting * (missed_kPa - drift_kPa_);
   drift_kPa_ = numeric::is_finite(mean_kPa) ? mean_kPa : 0.0F;
 }

@@ -69,7 +69,6 @@ void Regulator::forget(Scalar pressure_kPa) noexcept {
   steady_kPa_ = Scalar(0);
   residual_level_kPa_ = Scalar(0);
   compression_ = Scalar(0);
-  missed_kPa_ = Scalar(0);
   planned_ = false;
 }
 
@@ -95,23 +94,22 @@ Prediction Regulator::past_tick(const PressureModel& model, const ChamberMotion&
           .mean_kPa = undisturbed.mean_kPa + kMeanOfEnd * disturbed_kPa};
 }
 
-Scalar Regulator::observe(const PressureModel& model, Scalar measured_kPa,
-                          const ChamberMotion& past) noexcept {
+Regulator::Missed Regulator::observe(const PressureModel& model, Scalar measured_kPa,
+                                     const ChamberMotion& past) noexcept {
   const Scalar compression_kPa = pressure_kPa_ * compressed(past);
   const Prediction predicted = past_tick(model, past, compression_kPa);
   const SensorLag::Reading reading = sensor_.observe(pressure_kPa_, predicted, measured_kPa);
-  missed_kPa_ = reading.missed_kPa + learn(reading.above_kPa, compression_kPa);
+  const Scalar learned_kPa = learn(reading.above_kPa, compression_kPa);
   residual_level_kPa_ += kResidualForgetting * (numeric::abs(reading.above_kPa) - residual_level_kPa_);
   // what a sensor says that lags is weighed already
   const Scalar gain = sensor_.lags() ? Scalar(1) : config_.pressure_gain;
   pressure_kPa_ = believable_kPa(predicted.end_kPa + gain * reading.above_kPa);
-  return reading.missed_kPa;
+  return {.residual_kPa = reading.missed_kPa, .alone_kPa = reading.missed_kPa + learned_kPa};
 }
 
 void Regulator::coast(const PressureModel& model, const ChamberMotion& past) noexcept {
   const Prediction predicted = past_tick(model, past, pressure_kPa_ * compressed(past));
   sensor_.pass(pressure_kPa_, predicted);
-  missed_kPa_ = Scalar(0);
   pressure_kPa_ = believable_kPa(predicted.end_kPa);
 }
 

@@ -90,8 +90,14 @@ class Regulator {
   /// Another model: what had been learned was the old one's faults. The commands that are still on their way stay.
   void go_on(Scalar pressure_kPa) noexcept;
 
-  /// Step 1. Returns the model residual: the reading of the tick just past minus the predicted one [kPa].
-  Scalar observe(const PressureModel& model, Scalar measured_kPa, const ChamberMotion& past) noexcept;
+  /// By how much the reading of a tick lies above the predicted one [kPa].
+  struct Missed {
+    Scalar residual_kPa = 0;
+    Scalar alone_kPa =
+        0;  ///< above what the model alone predicts, with nothing of what has been learned; to first order
+  };
+  /// Step 1, of the tick just past.
+  Missed observe(const PressureModel& model, Scalar measured_kPa, const ChamberMotion& past) noexcept;
 
   /// In place of observe() when the tick just past brought no measurement: the model carries the estimate
   /// over it, and nothing is learned.
@@ -109,10 +115,6 @@ class Regulator {
   void sent(Scalar command_V) noexcept;
 
   Scalar pressure_kPa() const noexcept { return pressure_kPa_; }
-
-  /// By how much the reading of the last observe() lies above what the model alone predicts, with nothing of what has been learned
-  /// since: to first order, [kPa]. 0 after coast().
-  Scalar missed_kPa() const noexcept { return missed_kPa_; }
 
   /// The estimates after the last observe() or coast() are numbers; what bounds them makes none of what is not.
   bool knows_numbers() const noexcept {
@@ -165,10 +167,9 @@ class Regulator {
   Scalar steady_kPa_ = 0;          ///< d
   Scalar residual_level_kPa_ = 0;  ///< mean magnitude of the residuals of late
   Scalar compression_ = 0;         ///< theta
-  Scalar missed_kPa_ = 0;
-  Scalar planned_V_ = 0;  ///< valve command that regulate() answered this tick ...
-  Inverse plan_;          ///< ... and what the model says behind it
-  bool planned_ = false;  ///< regulate() was called this tick, and no limit came between
+  Scalar planned_V_ = 0;           ///< valve command that regulate() answered this tick ...
+  Inverse plan_;                   ///< ... and what the model says behind it
+  bool planned_ = false;           ///< regulate() was called this tick, and no limit came between
 };
 
 }  // namespace plenum::control

@@ -206,11 +206,12 @@ TEST(Regulator, TellsWhatAReadingMissesHoweverTheSensorLags) {
     loop.regulator.reset(300, 5);
     loop.regulator.sent(5);
     // a chamber that stands still behind a shut valve, as the sensor does: what the model adds in a tick is told first
-    const double drift_kPa = real(loop.regulator.observe(loop.model, 300, loop.motion));
+    const double drift_kPa = real(loop.regulator.observe(loop.model, 300, loop.motion).residual_kPa);
     loop.regulator.reset(300, 5);
     loop.regulator.sent(5);
     const double told_kPa =
-        real(loop.regulator.observe(loop.model, static_cast<float>(300 + kMissed_kPa), loop.motion)) -
+        real(loop.regulator.observe(loop.model, static_cast<float>(300 + kMissed_kPa), loop.motion)
+                 .residual_kPa) -
         drift_kPa;
     EXPECT_NEAR(told_kPa, kMissed_kPa, 1e-3) << lag_ticks << " ticks";
   }
