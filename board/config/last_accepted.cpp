@@ -60,26 +60,16 @@ std::optional<std::string> contents(const std::filesystem::path& path) {
   if (!file.is_open() || ::fstat(file.get(), &status) != 0) return std::nullopt;
   errno = EINVAL;
   if (!S_ISREG(status.st_mode) || status.st_size > kMostBytes) return std::nullopt;
-  std::string bytes(static_cast<std::size_t>(status.st_size), '\0');
-  for (std::size_t at = 0; at < bytes.size();) {
-    const ssize_t got = ::read(file.get(), bytes.data() + at, bytes.size() - at);
-    if (got < 0) return std::nullopt;
-    if (got == 0) bytes.resize(at);
-    at += static_cast<std::size_t>(got);
-  }
-  return bytes;
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(status.st_size));
+  if (!drivers::read_at(file.get(), 0, bytes)) return std::nullopt;
+  return std::string(bytes.begin(), bytes.end());
 }
 
 /// False: errno says why.
 bool written(const std::filesystem::path& path, std::string_view bytes) {
   const File file(path, O_WRONLY | O_CREAT | O_TRUNC);
-  if (!file.is_open()) return false;
-  while (!bytes.empty()) {
-    const ssize_t put = ::write(file.get(), bytes.data(), bytes.size());
-    if (put < 0) return false;
-    bytes.remove_prefix(static_cast<std::size_t>(put));
-  }
-  return ::fsync(file.get()) == 0;
+  const std::vector<std::uint8_t> all(bytes.begin(), bytes.end());
+  return file.is_open() && drivers::write_at(file.get(), 0, all) && ::fsync(file.get()) == 0;
 }
 
 BoardFile read_accepted(const std::filesystem::path& path) {

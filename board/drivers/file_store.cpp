@@ -102,7 +102,7 @@ FileStore::~FileStore() {
 }
 
 bool FileStore::read(std::uint8_t slot, std::size_t offset, std::span<std::uint8_t> bytes) noexcept {
-  return in_a_slot(slot, offset, bytes.size()) && read_slot(file_[slot], offset, bytes);
+  return in_a_slot(slot, offset, bytes.size()) && read_at(file_[slot], offset, bytes);
 }
 
 StoreResult FileStore::write(std::uint8_t slot, std::size_t offset,
@@ -143,7 +143,7 @@ void FileStore::work() noexcept {
 bool FileStore::carry_out() const noexcept {
   const int file = file_[order_.slot];
   if (order_.kind == Kind::sync) return ::fdatasync(file) == 0;
-  return write_slot(file, order_.offset, order_.bytes);
+  return write_at(file, order_.offset, order_.bytes);
 }
 
 bool FileStore::Order::operator==(const Order& other) const noexcept {

@@ -20,7 +20,7 @@ bool in_a_slot(std::uint8_t slot, std::size_t offset, std::size_t size) noexcept
   return slot < ports::ParameterStore::kSlots && offset + size <= config::kMaxSlotBytes;
 }
 
-bool read_slot(int file, std::size_t offset, std::span<std::uint8_t> bytes) noexcept {
+bool read_at(int file, std::size_t offset, std::span<std::uint8_t> bytes) noexcept {
   std::fill(bytes.begin(), bytes.end(), std::uint8_t{0});
   for (std::size_t at = 0; at < bytes.size();) {
     const ssize_t got = ::pread(file, bytes.data() + at, bytes.size() - at, static_cast<off_t>(offset + at));
@@ -31,7 +31,7 @@ bool read_slot(int file, std::size_t offset, std::span<std::uint8_t> bytes) noex
   return true;
 }
 
-bool write_slot(int file, std::size_t offset, std::span<const std::uint8_t> bytes) noexcept {
+bool write_at(int file, std::size_t offset, std::span<const std::uint8_t> bytes) noexcept {
   for (std::size_t at = 0; at < bytes.size();) {
     const ssize_t put = ::pwrite(file, bytes.data() + at, bytes.size() - at, static_cast<off_t>(offset + at));
     if (put > 0) {

@@ -15,9 +15,9 @@ std::filesystem::path slot_path(const std::filesystem::path& folder, std::size_t
 bool in_a_slot(std::uint8_t slot, std::size_t offset, std::size_t size) noexcept;
 
 /// Bytes beyond the end of the file were never written, and read as 00h. False: the file cannot be read.
-bool read_slot(int file, std::size_t offset, std::span<std::uint8_t> bytes) noexcept;
+bool read_at(int file, std::size_t offset, std::span<std::uint8_t> bytes) noexcept;
 /// False: not all of them were written.
-bool write_slot(int file, std::size_t offset, std::span<const std::uint8_t> bytes) noexcept;
+bool write_at(int file, std::size_t offset, std::span<const std::uint8_t> bytes) noexcept;
 
 /// A new file is not there after a power cut before its name is.
 bool sync_folder(const std::filesystem::path& folder) noexcept;

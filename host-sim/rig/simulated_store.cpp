@@ -57,7 +57,7 @@ bool SimulatedStore::read(std::uint8_t slot, std::size_t offset, std::span<std::
     std::copy_n(memory_[slot].begin() + static_cast<std::ptrdiff_t>(offset), bytes.size(), bytes.begin());
     return true;
   }
-  if (file_[slot] >= 0) return read_slot(file_[slot], offset, bytes);
+  if (file_[slot] >= 0) return read_at(file_[slot], offset, bytes);
   std::fill(bytes.begin(), bytes.end(), std::uint8_t{0});  // nothing was written yet
   return true;
 }
@@ -70,7 +70,7 @@ StoreResult SimulatedStore::write(std::uint8_t slot, std::size_t offset,
     return StoreResult::done;
   }
   if (file_[slot] < 0 && !(open(slot, O_CREAT) && sync_folder(*folder_))) return StoreResult::failed;
-  return write_slot(file_[slot], offset, bytes) ? StoreResult::done : StoreResult::failed;
+  return write_at(file_[slot], offset, bytes) ? StoreResult::done : StoreResult::failed;
 }
 
 StoreResult SimulatedStore::sync(std::uint8_t slot) noexcept {
