@@ -134,6 +134,12 @@ std::vector<const plenum::safety::FaultSpec*> fault_specs(const FaultEntry& faul
   return specs;
 }
 
+bool reacts(const FaultEntry& fault) {
+  const auto specs = fault_specs(fault);
+  return std::any_of(specs.begin(), specs.end(),
+                     [](const auto* spec) { return spec->reaction != plenum::safety::Reaction::none; });
+}
+
 std::string fault_name(const FaultEntry& fault) {
   std::string name;
   for (const auto* spec : fault_specs(fault)) name += (name.empty() ? "" : " or ") + std::string(spec->name);

@@ -59,6 +59,8 @@ struct FaultEntry {
 /// The rows of the fault table that this may be: of the chamber's faults or of the board's those with its code; empty for a
 /// code that is not in the table.
 std::vector<const plenum::safety::FaultSpec*> fault_specs(const FaultEntry& fault);
+/// One of these rows asks the outputs for more than a report.
+bool reacts(const FaultEntry& fault);
 /// "set-point timeout", "stored set damaged or stored set cannot be written", or that the code is unknown here.
 std::string fault_name(const FaultEntry& fault);
 
@@ -82,9 +84,10 @@ struct ModelSet {
   std::uint32_t generation = 0;
   std::vector<std::uint8_t> image;  ///< empty when no model is in force
 };
+ModelSet read_model_set(Session& session, std::uint8_t chamber);
+
 /// Of the last seconds in which its valve was driven: the mean of what the chamber's model, with nothing learned since, misses of
 /// a tick's pressure [Pa].
 double read_drift_Pa(Session& session, std::uint8_t chamber);
-ModelSet read_model_set(Session& session, std::uint8_t chamber);
 
 }  // namespace plenum::host::client

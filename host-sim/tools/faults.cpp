@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <memory>
 
 #include "host-sim/tools/board_access.hpp"
@@ -22,9 +21,7 @@ int run(const Options& options) {
   const auto history = client::read_fault_history(session);
   if (fault) {
     options.output.print("stands now: {}\n  {}\n", fault_text(*fault), fault_advice(*fault));
-    const auto specs = client::fault_specs(*fault);
-    if (std::any_of(specs.begin(), specs.end(),
-                    [](const auto* spec) { return spec->reaction != safety::Reaction::none; })) {
+    if (client::reacts(*fault)) {
       options.output.print(
           "  until its reset the board keeps the 10 s that led to it: plenum capture --last\n");
     }
