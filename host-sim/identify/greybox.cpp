@@ -69,11 +69,13 @@ GreyboxModel greybox_of(const trace::RigDescription& rig, std::optional<unsigned
   const double conductance_mL_s_m2 = mL_Pa_per_kg * plate.beta_s_m;
   const auto conductance = [&](double area_m2) { return conductance_mL_s_m2 * area_m2; };
 
+  const double drifted_V = null_V(of, at_s);
+
   GreyboxModel made;
   made.file.kind = "greybox";
   made.file.chamber = chamber;
-  made.file.parameters = {rig.valve.open_above_V + null_V(of, at_s),
-                          rig.valve.exhaust_below_V + null_V(of, at_s),
+  made.file.parameters = {rig.valve.open_above_V + drifted_V,
+                          rig.valve.exhaust_below_V + drifted_V,
                           conductance(rig.valve.inlet_area_per_V_m2),
                           conductance(rig.valve.exhaust_area_per_V_m2),
                           conductance(rig.valve.inlet_leak_m2),

@@ -42,8 +42,8 @@ struct GreyboxFit {
 
 /// Fits the valve's figures to all logs together, and of area_shape, flow_function, volume_error, spool_lag,
 /// dead_time and tube_dynamics those that the held-out rows demand. What `rig` has as effects stays as configured; its [valve] is one of two starts and need not be near. Throws
-/// CannotIdentify, in one line: no log, logs that differ in rate, too few rows, no excitation (excitation.hpp). `progress` is told how far the work is, 0 to 1; how many sets of
-/// effects will be tried is not known before, so that it slows down.
+/// CannotIdentify, in one line: no log, logs that differ in rate, too few rows, no excitation (excitation.hpp). `progress` is told how
+/// far the work is, 0 to 1; how many sets of effects will be tried is not known before, so that it slows down.
 GreyboxFit fit_greybox(const std::vector<trace::Log>& logs, const trace::RigDescription& rig,
                        const std::function<void(double done)>& progress = {});
 
