@@ -2,6 +2,7 @@
 
 #include "host-sim/tools/acceptance_report.hpp"
 #include "host-sim/tools/acceptance_run.hpp"
+#include "host-sim/tools/arguments.hpp"
 #include "host-sim/tools/board_access.hpp"
 #include "host-sim/tools/board_json.hpp"
 #include "host-sim/tools/command.hpp"
@@ -27,16 +28,9 @@ struct Options {
 };
 
 void require_ranges(const Options& options) {
-  if (!(options.command_low_V < options.command_high_V)) {
-    throw std::invalid_argument(
-        fmt::format("--command-low {} V, --command-high {} V: expected low below high", options.command_low_V,
-                    options.command_high_V));
-  }
-  if (!(options.pressure_low_kPa < options.pressure_high_kPa)) {
-    throw std::invalid_argument(
-        fmt::format("--pressure-low {} kPa, --pressure-high {} kPa: expected low below high",
-                    options.pressure_low_kPa, options.pressure_high_kPa));
-  }
+  require_order("--command-low", options.command_low_V, "--command-high", options.command_high_V, "V");
+  require_order("--pressure-low", options.pressure_low_kPa, "--pressure-high", options.pressure_high_kPa,
+                "kPa");
   client::judge({}, options.limits);
 }
 

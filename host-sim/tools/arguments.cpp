@@ -92,6 +92,13 @@ void require_finite_numbers(const Arguments& command) {
   }
 }
 
+void require_order(const char* low_option, double low, const char* high_option, double high,
+                   const char* unit) {
+  if (low < high) return;
+  throw std::invalid_argument(fmt::format("{} {} {}, {} {} {}: expected low below high", low_option, low,
+                                          unit, high_option, high, unit));
+}
+
 void require_files_apart(const Arguments& command) {
   const std::vector<Option> options = command.options();
   const std::vector<Named> files = files_of(options);

@@ -9,6 +9,10 @@ class Arguments;
 /// std::invalid_argument that names the option.
 void require_finite_numbers(const Arguments& command);
 
+/// Sees that the value of one option is below that of another. Throws std::invalid_argument that names both.
+void require_order(const char* low_option, double low, const char* high_option, double high,
+                   const char* unit);
+
 /// Sees that each file to write can be written, and is neither one that is read nor another one to write. What is
 /// written is told by the options' names: --json, --out, --report, --save-...; what is no regular file, as /dev/null,
 /// may be named twice. Throws trace::InputError.

@@ -98,13 +98,16 @@ std::optional<double> BoardAccess::bus_load() {
   return rig_->bus().busy_share();
 }
 
-void require_models(client::Session& session, const BoardChoice& choice) {
+std::vector<std::vector<std::uint8_t>> require_models(client::Session& session, const BoardChoice& choice) {
+  std::vector<std::vector<std::uint8_t>> images;
   for (unsigned c = 0; c < choice.rig.chambers; ++c) {
-    if (!session.download_model(static_cast<std::uint8_t>(c)).empty()) continue;
+    images.push_back(session.download_model(static_cast<std::uint8_t>(c)));
+    if (!images.back().empty()) continue;
     throw std::runtime_error(fmt::format(
         "{}: the board has no model for chamber {}, expected one for each of its {} chambers: plenum upload",
         choice.name(), c + 1, choice.rig.chambers));
   }
+  return images;
 }
 
 }  // namespace plenum::host::tools

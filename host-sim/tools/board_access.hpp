@@ -1,9 +1,11 @@
 // The board that a command works with, as its arguments name it: on a bus, or simulated inside the program.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "host-sim/client/bus_address.hpp"
 #include "host-sim/client/session.hpp"
@@ -65,7 +67,7 @@ class BoardAccess {
   std::optional<client::Session> session_;
 };
 
-/// Throws std::runtime_error naming the first chamber of the board that has no model.
-void require_models(client::Session& session, const BoardChoice& choice);
+/// The images of the models of the board's chambers. Throws std::runtime_error naming the first chamber that has none.
+std::vector<std::vector<std::uint8_t>> require_models(client::Session& session, const BoardChoice& choice);
 
 }  // namespace plenum::host::tools

@@ -8,6 +8,7 @@
 
 #include "host-sim/client/board_facts.hpp"
 #include "host-sim/client/board_log.hpp"
+#include "host-sim/tools/arguments.hpp"
 #include "host-sim/tools/board_access.hpp"
 #include "host-sim/tools/command.hpp"
 #include "host-sim/tools/output.hpp"
@@ -32,12 +33,6 @@ struct Options {
 
 constexpr std::size_t kLeastRows = 2;  ///< of a log: fewer tell no rate
 
-void require_order(const char* low, double low_value, const char* high, double high_value) {
-  if (low_value < high_value) return;
-  throw std::invalid_argument(
-      fmt::format("{} {:g}, {} {:g}: expected low below high", low, low_value, high, high_value));
-}
-
 /// Of random references: where a rig's valves can take them, and within what is asked for.
 SetpointRange reference_range(const Options& options, const trace::RigDescription& description) {
   const SetpointRange able = setpoint_range(description);
@@ -51,8 +46,9 @@ SetpointRange reference_range(const Options& options, const trace::RigDescriptio
 }
 
 int run(const Options& options) {
-  require_order("--pressure-low", options.pressure_low_kPa, "--pressure-high", options.pressure_high_kPa);
-  require_order("--command-low", options.command_low_V, "--command-high", options.command_high_V);
+  require_order("--pressure-low", options.pressure_low_kPa, "--pressure-high", options.pressure_high_kPa,
+                "kPa");
+  require_order("--command-low", options.command_low_V, "--command-high", options.command_high_V, "V");
   const trace::RigDescription description = options.board.rig.description();
   if (options.closed_loop || !options.board.store.empty()) options.board.require_stored();
   BoardAccess board(options.board);

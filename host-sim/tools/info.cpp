@@ -74,11 +74,8 @@ Json models(client::Session& session, const Output& output) {
   const auto serial = [](std::uint32_t value) {
     return value == 0 ? std::string("-") : fmt::format("{}", value);
   };
-  const auto stated = [](double value_kPa) {
-    return value_kPa > 0 ? fmt::format("{:.3g}", value_kPa) : std::string("-");
-  };
-  const auto bound = [](double value_kPa) {
-    return value_kPa > 0 ? fmt::format("{:.2g}", value_kPa) : std::string("-");
+  const auto stated = [](double value_kPa, int digits) {
+    return value_kPa > 0 ? fmt::format("{:.{}g}", value_kPa, digits) : std::string("-");
   };
   for (std::uint8_t chamber = 0; chamber < client::kChambers; ++chamber) {
     const client::ModelSet set = client::read_model_set(session, chamber);
@@ -93,8 +90,9 @@ Json models(client::Session& session, const Output& output) {
       const double misses_kPa = client::read_drift_Pa(session, chamber) / 1e3;
       output.print("  {:>7}  {:<9}  {:<9}  {:>10}  {:<10}  {:>15}  {:>12.3g}  {:>20}  {:>12}  {:>13}\n",
                    chamber + 1, client::phase_name(set.phase), hex(set.crc, 8), set.generation,
-                   date_text(origin.fit_date_s), stated(origin.fit_error_kPa), misses_kPa,
-                   bound(origin.fixed_error_kPa), serial(origin.valve_serial), serial(origin.sensor_serial));
+                   date_text(origin.fit_date_s), stated(origin.fit_error_kPa, 3), misses_kPa,
+                   stated(origin.fixed_error_kPa, 2), serial(origin.valve_serial),
+                   serial(origin.sensor_serial));
       one["fit_date_s"] = origin.fit_date_s;
       one["fit_error_kPa"] = origin.fit_error_kPa;
       one["misses_kPa"] = misses_kPa;

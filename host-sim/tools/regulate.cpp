@@ -7,6 +7,7 @@
 #include "host-sim/client/board_facts.hpp"
 #include "host-sim/client/references.hpp"
 #include "host-sim/tools/board_access.hpp"
+#include "host-sim/tools/board_json.hpp"
 #include "host-sim/tools/command.hpp"
 #include "host-sim/tools/output.hpp"
 #include "host-sim/tools/stop_signal.hpp"
@@ -48,7 +49,7 @@ int run(const Options& options) {
   options.board.require_stored();
   BoardAccess board(options.board);
   client::require_compatible(board.session());
-  require_models(board.session(), options.board);
+  const auto models = require_models(board.session(), options.board);
   const StopSignal stop;  // the valves have to come to rest, and what is borrowed be given back
   const OutputFolder folder(options.out);
   std::vector<client::CapturedRow> rows;
@@ -72,10 +73,9 @@ int run(const Options& options) {
   options.output.print("{:>7}  {:>10}  {:>12}  {:>21}  {:>12}  {:>24}\n", "chamber", "RMSE [kPa]",
                        "worst [kPa]", "overshoot [% of span]", "settling [s]", "model misses [kPa/tick]");
   for (unsigned c = 0; c < chambers; ++c) {
-    const auto chamber = static_cast<std::uint8_t>(c);
-    const double lag_s = client::sensor_lag_s(client::decode_model(board.session().download_model(chamber)));
+    const double lag_s = client::sensor_lag_s(client::decode_model(models[c]));
     const client::Tracking tracking = client::tracking(rows, c, span_Pa, lag_s);
-    const double drift_Pa = client::read_drift_Pa(board.session(), chamber);
+    const double drift_Pa = client::read_drift_Pa(board.session(), static_cast<std::uint8_t>(c));
     if (lag_s > 0.0)
       lagging += fmt::format("{}{} by {:.0f} ms", lagging.empty() ? "" : ", ", c + 1, 1e3 * lag_s);
     options.output.print("{:7}  {:10.2f}  {:12.2f}  {:>21}  {:>12}  {:24.2f}\n", c + 1,
@@ -97,10 +97,7 @@ int run(const Options& options) {
         lagging);
   }
   if (const auto fault = client::read_fault(board.session())) {
-    for (const auto* spec : client::fault_specs(*fault)) {
-      options.output.print("the board reports {} ({:04X}h), chamber {}: look at {}\n", spec->name, spec->code,
-                           fault->chamber, spec->blame);
-    }
+    options.output.print("the board reports {}\n  {}\n", fault_text(*fault), fault_advice(*fault));
   }
   options.output.print("the first half second is left out; {}recorded in {}\n",
                        stop.asked() ? fmt::format("stopped by hand after {} rows, ", rows.size()) : "",
