@@ -86,6 +86,21 @@ class NoDevices(unittest.TestCase):
         environment = dict(BY_HAND, NOTIFY_SOCKET=str(self.folder / "notify"), WATCHDOG_USEC="300000", **more)
         return subprocess.Popen([PROGRAM, "--config", str(self.board)], env=environment, stderr=subprocess.PIPE, text=True), manager
 
+    def live(self, **more):
+        """All that one says that makes ticks and is asked to stop."""
+        board, manager = self.start(**more)
+        try:
+            self.assertEqual(manager.recv(64), b"READY=1")
+            board.send_signal(signal.SIGTERM)
+            said = board.communicate(timeout=LIMIT_S)[1]
+        finally:
+            board.kill()
+            board.communicate()
+        manager.close()
+        (self.folder / "notify").unlink()
+        self.assertEqual(board.returncode, 0, said)
+        return said
+
 
 class WithoutDevices(NoDevices):
     def test_check_names_each_thing_on_a_line_of_its_own_and_ends_with_1(self):
@@ -156,15 +171,8 @@ class WithoutDevices(NoDevices):
     def test_it_runs_without_a_watchdog_that_is_missing_and_says_so(self):
         with self.board.open("a", encoding="utf-8") as file:
             file.write('watchdog = "/nowhere/watchdog0"\n')
-        board, manager = self.start()
-        try:
-            self.assertEqual(manager.recv(64), b"READY=1")
-            board.send_signal(signal.SIGTERM)
-            said = board.communicate(timeout=LIMIT_S)[1]
-        finally:
-            board.kill()
+        said = self.live()
         self.assertIn("plenumd: /nowhere/watchdog0: No such file or directory, expected a watchdog that takes 5 s\n", said)
-        self.assertEqual(board.returncode, 0)
 
     def test_it_runs_under_a_guard_and_ends_with_1_when_it_has_lost_it(self):
         board, manager = self.start()
@@ -193,19 +201,7 @@ class WhileTheFileIsRefused(NoDevices):
         self.said = self.SAID.format(board=self.board, accepted=self.accepted)
 
     def live(self):
-        """All that one says that makes ticks and is asked to stop."""
-        board, manager = self.start(STATE_DIRECTORY=str(self.state))
-        try:
-            self.assertEqual(manager.recv(64), b"READY=1")
-            board.send_signal(signal.SIGTERM)
-            said = board.communicate(timeout=LIMIT_S)[1]
-        finally:
-            board.kill()
-            board.communicate()
-        manager.close()
-        (self.folder / "notify").unlink()
-        self.assertEqual(board.returncode, 0, said)
-        return said
+        return super().live(STATE_DIRECTORY=str(self.state))
 
     def keep_and_spoil(self):
         text = self.board.read_text(encoding="utf-8")
