@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "tests/equivalence/closed_loop.hpp"
 #include "tests/equivalence/core.hpp"
 #include "tests/equivalence/states.hpp"
 
@@ -14,7 +15,8 @@ using plenum::config::ModelKind;
 class OfKind : public ::testing::TestWithParam<ModelKind> {};
 
 constexpr int kModels = 6'000;
-constexpr int kStates = 6;  // of each model: 108,000 in all three kinds
+constexpr int kStates =
+    6;  // of each model: 108,000 in all three kinds, and as many of any that an image may carry
 
 TEST_P(OfKind, PredictsATickWithinTwoHundredthsOfAPercentOfTheSpan) {
   for_each_state(GetParam(), 31, kModels, kStates, [](const Asked& asked) {
@@ -23,6 +25,18 @@ TEST_P(OfKind, PredictsATickWithinTwoHundredthsOfAPercentOfTheSpan) {
     ASSERT_NEAR(got.end_kPa, want.end_kPa, 2e-4 * asked.span_kPa)
         << asked.from.pressure_kPa << " kPa, " << asked.command_V << " V";
     ASSERT_NEAR(got.mean_kPa, want.mean_kPa, 2e-4 * asked.span_kPa)
+        << asked.from.pressure_kPa << " kPa, " << asked.command_V << " V";
+  });
+}
+
+TEST_P(OfKind, PredictsATickOfAnyAdmissibleModelWithinTwoHundredthsOfAPercentOfItsReach) {
+  for_each_admissible_state(GetParam(), 33, kModels, kStates, [](const Asked& asked) {
+    const Prediction got = asked.fixed.step(asked.from, asked.command_V);
+    const Prediction want = asked.exact.step(asked.from, asked.command_V);
+    const double most_kPa = 2e-4 * reach_kPa(asked, want);
+    ASSERT_NEAR(got.end_kPa, want.end_kPa, most_kPa)
+        << asked.from.pressure_kPa << " kPa, " << asked.command_V << " V";
+    ASSERT_NEAR(got.mean_kPa, want.mean_kPa, most_kPa)
         << asked.from.pressure_kPa << " kPa, " << asked.command_V << " V";
   });
 }
@@ -39,6 +53,12 @@ TEST_P(OfKind, CommandsWithinTwoStepsOfTheConverter) {
         << "from " << asked.from.pressure_kPa << " to " << asked.target_kPa << " near " << asked.command_V;
   });
   EXPECT_GT(compared, kModels * kStates / 4) << "states in which the command matters";
+}
+
+TEST_P(OfKind, TracksInClosedLoopWithinAPercentOfDouble) {
+  const Loops loops = compare_loops(GetParam(), 8);
+  EXPECT_LT(loops.worst_rms_kPa, 5) << "it follows its reference, or the ratio would say nothing";
+  EXPECT_LT(loops.worst_ratio, 1.01);
 }
 
 INSTANTIATE_TEST_SUITE_P(Fixed, OfKind,

@@ -8,6 +8,7 @@
 #include <span>
 
 #include "tests/equivalence/core.hpp"
+#include "tests/firmware/control/random_admissible.hpp"
 #include "tests/firmware/control/random_subject.hpp"
 
 namespace equivalence {
@@ -22,7 +23,50 @@ struct Asked {
   double target_kPa;
 };
 
-/// `visit(const Asked&)` of so many states of so many models. All numbers are floats, which every scalar holds to 2^-32.
+/// What an error of a tick that ends at `end_kPa` is to be compared with: the span, or the way where the tick goes farther.
+inline double reach_kPa(const Asked& asked, const Prediction& exact) {
+  return std::max({asked.span_kPa, std::fabs(exact.end_kPa - asked.from.pressure_kPa),
+                   std::fabs(exact.mean_kPa - asked.from.pressure_kPa)});
+}
+
+/// `visit(const Asked&)` of so many states of so many models of all that an image may carry. The chamber, with a grey box's dead volume,
+/// has 1 mL to 10 L, and changes by half in a tick at most.
+template <class Visit>
+void for_each_admissible_state(plenum::config::ModelKind kind, unsigned seed, int models, int states,
+                               Visit&& visit) {
+  constexpr float kMostSpeed_mL_s = 1500.0F, kTick_s = 0.01F;
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> share(0.0F, 1.0F);
+  for (int i = 0; i < models; ++i) {
+    const plenum::config::ModelParameters drawn = plenum::control::testing::draw_admissible(random, kind);
+    const std::span parameters(drawn.value.data(), drawn.count);
+    const auto fixed = core_in_fixed(static_cast<std::uint16_t>(kind), parameters);
+    const auto exact = core_in_double(static_cast<std::uint16_t>(kind), parameters);
+    const float supply_kPa = parameters[parameters.size() - 2], ambient_kPa = parameters.back();
+    const float span_kPa = supply_kPa - ambient_kPa;
+    const float dead_mL =
+        kind == plenum::config::ModelKind::greybox ? parameters[plenum::config::kDeadVolume] : 0.0F;
+    for (int k = 0; k < states; ++k) {
+      const float chamber_mL = std::pow(10.0F, 4.0F * share(random));
+      const float speed_mL_s =
+          std::clamp((share(random) - 0.5F) * chamber_mL / kTick_s, -kMostSpeed_mL_s, kMostSpeed_mL_s);
+      const float pressure_kPa = ambient_kPa + span_kPa * share(random);
+      const float target_kPa =
+          std::clamp(pressure_kPa + 0.1F * span_kPa * (2.0F * share(random) - 1.0F), ambient_kPa, supply_kPa);
+      visit(Asked{.fixed = *fixed,
+                  .exact = *exact,
+                  .span_kPa = static_cast<double>(span_kPa),
+                  .from = {.pressure_kPa = static_cast<double>(pressure_kPa),
+                           .volume_mL = static_cast<double>(chamber_mL - dead_mL),
+                           .volume_rate_mL_s = static_cast<double>(speed_mL_s)},
+                  .command_V = static_cast<double>(10.0F * share(random)),
+                  .target_kPa = static_cast<double>(target_kPa)});
+    }
+  }
+}
+
+/// `visit(const Asked&)` of so many states of so many models of valves and chambers as they are built. All numbers are floats, which every
+/// scalar holds to 2^-32.
 template <class Visit>
 void for_each_state(plenum::config::ModelKind kind, unsigned seed, int models, int states, Visit&& visit) {
   std::mt19937 random(seed);
