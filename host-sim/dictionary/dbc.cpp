@@ -2,10 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <bit>
 #include <cctype>
+#include <cmath>
 #include <iterator>
 #include <memory>
-#include <vector>
+#include <stdexcept>
 
 #include "firmware/canopen/object_dictionary.hpp"
 #include "host-sim/dictionary/data_sheet.hpp"
@@ -16,7 +19,7 @@ namespace {
 using canopen::DataType;
 using canopen::Device;
 using canopen::MappedObject;
-using canopen::PdoParameters;
+using canopen::Mapping;
 
 /// "Actual pressure [Pa]": the name proper, and the unit.
 struct NameAndUnit {
@@ -86,28 +89,60 @@ bool is_signed(DataType type) {
          type == DataType::real32;
 }
 
+/// What one count of a signal stands for.
+struct Scale {
+  double factor = 1.0;
+  std::string unit;
+};
+
+/// Codes of the stream (2220h) have their LSBs in 2228h, of the same sub-index.
+Scale scale_of(const Device& device, const ObjectValues& values, const MappedObject& object) {
+  std::string unit = split(object.entry->name).unit;
+  if (object.entry->index != canopen::object::kCodes)
+    return {1.0, unit.empty() ? unit_of_record(device, object) : unit};
+  const canopen::Found scale = canopen::find(canopen::object::kCodeScale, object.sub);
+  std::uint32_t bits = 0;
+  if (const auto found = values.find({canopen::object::kCodeScale, object.sub}); found != values.end()) {
+    bits = found->second;
+  } else {
+    static_cast<void>(scale.entry->read_value(device, scale.place, bits));  // a constant is never refused
+  }
+  return {static_cast<double>(std::bit_cast<float>(bits)), split(scale.entry->name).unit};
+}
+
+/// Nine digits, and no exponent: not every reader of the format takes one.
+std::string decimal(double value) {
+  std::string text = fmt::format("{:.9g}", value);
+  if (text.find('e') == std::string::npos) return text;
+  const int places = 8 - static_cast<int>(std::floor(std::log10(std::abs(value))));
+  text = fmt::format("{:.{}f}", value, std::max(places, 0));
+  if (text.find('.') != std::string::npos) text.erase(text.find_last_not_of('0') + 1);
+  return text;
+}
+
 struct Message {
-  const PdoParameters& pdo;
   std::string name;
   std::string sender, receiver;
   std::uint32_t id;
+  Mapping mapping;
 };
 
 void append_message(std::string& text, std::string& value_types, const Device& device,
-                    const Message& message) {
+                    const ObjectValues& values, const Message& message) {
   auto out = std::back_inserter(text);
-  fmt::format_to(out, "BO_ {} {}: {} {}\n", message.id, message.name, message.pdo.mapping.bytes,
-                 message.sender);
+  fmt::format_to(out, "BO_ {} {}: {} {}\n", message.id, message.name, message.mapping.bytes, message.sender);
   unsigned bit = 0;
-  for (std::size_t i = 0; i < message.pdo.mapping.count; ++i) {
-    const MappedObject& object = message.pdo.mapping.object[i];
+  for (std::size_t i = 0; i < message.mapping.count; ++i) {
+    const MappedObject& object = message.mapping.object[i];
     const canopen::Entry& entry = *object.entry;
-    auto [name, unit] = split(entry.name);
-    if (unit.empty()) unit = unit_of_record(device, object);
+    std::string name = split(entry.name).name;
+    if (entry.last_sub > entry.sub) name += fmt::format(" {}", object.sub - entry.sub + 1);
     if (entry.instances > 1) name += fmt::format(" chamber {}", object.instance + 1);
+    const Scale scale = scale_of(device, values, object);
     const Limits limits = limits_of(entry);
-    fmt::format_to(out, " SG_ {} : {}|{}@1{} (1,0) [{}|{}] \"{}\" {}\n", identifier(name), bit,
-                   8 * object.bytes, is_signed(entry.type) ? '-' : '+', limits.low, limits.high, unit,
+    fmt::format_to(out, " SG_ {} : {}|{}@1{} ({},0) [{}|{}] \"{}\" {}\n", identifier(name), bit,
+                   8 * object.bytes, is_signed(entry.type) ? '-' : '+', decimal(scale.factor),
+                   decimal(scale.factor * limits.low), decimal(scale.factor * limits.high), scale.unit,
                    message.receiver);
     if (entry.type == DataType::real32)
       value_types += fmt::format("SIG_VALTYPE_ {} {} : 1;\n", message.id, identifier(name));
@@ -116,28 +151,45 @@ void append_message(std::string& text, std::string& value_types, const Device& d
   text += '\n';
 }
 
+/// The mapping in the object `index`; empty when that is switched off, or not known.
+Mapping mapping_in(const ObjectValues& values, std::uint16_t index, bool receive) {
+  const auto value = [&](std::size_t sub) {
+    const auto found = values.find({index, static_cast<std::uint8_t>(sub)});
+    return found == values.end() ? 0 : found->second;
+  };
+  Mapping mapping;
+  for (std::size_t i = 0; i < mapping.packed.size(); ++i) mapping.packed[i] = value(i + 1);
+  if (const auto abort = canopen::activate_mapping(mapping, static_cast<std::uint8_t>(value(0)), receive);
+      abort != canopen::Abort::none) {
+    throw std::invalid_argument(fmt::format("{:04X}h: a mapping that no board of this program has", index));
+  }
+  return mapping;
+}
+
 }  // namespace
 
-std::string dbc(std::uint8_t node_id) {
+std::string dbc(std::uint8_t node_id, const ObjectValues& values) {
   const auto sheet = std::make_unique<DataSheet>(canopen::Identity{});
-  const Device& device = sheet->sheet.delivered();
   const std::string board = fmt::format("Board{}", node_id);
   constexpr const char* kMaster = "Master";
   std::string text = fmt::format("VERSION \"\"\n\nNS_ :\n\nBS_:\n\nBU_: {} {}\n\n", kMaster, board);
   std::string value_types;
-  const auto append = [&](const PdoParameters& pdo, const char* kind, std::size_t number, bool receive) {
-    if ((pdo.cob_id & canopen::cob::kInvalid) != 0) return;
-    append_message(text, value_types, device,
-                   {.pdo = pdo,
-                    .name = fmt::format("{}_{}{}", board, kind, number + 1),
-                    .sender = receive ? kMaster : board,
-                    .receiver = receive ? board : kMaster,
-                    .id = (pdo.cob_id & canopen::cob::kIdMask) + node_id});
+  const auto append = [&](std::uint16_t parameters, const char* kind, std::size_t number, bool receive) {
+    constexpr std::uint16_t kToMapping = 0x200;
+    const auto cob_id = values.find({parameters, 1});
+    if (cob_id == values.end() || (cob_id->second & canopen::cob::kInvalid) != 0) return;
+    append_message(
+        text, value_types, sheet->sheet.delivered(), values,
+        {.name = fmt::format("{}_{}{}", board, kind, number + 1),
+         .sender = receive ? kMaster : board,
+         .receiver = receive ? board : kMaster,
+         .id = cob_id->second & canopen::cob::kIdMask,
+         .mapping = mapping_in(values, static_cast<std::uint16_t>(parameters + kToMapping), receive)});
   };
-  const canopen::Communication& communication = device.communication;
-  for (std::size_t n = 0; n < canopen::kRpdos; ++n) append(communication.rpdo[n].parameters, "RPDO", n, true);
+  for (std::size_t n = 0; n < canopen::kRpdos; ++n)
+    append(static_cast<std::uint16_t>(0x1400 + n), "RPDO", n, true);
   for (std::size_t n = 0; n < canopen::kTpdos; ++n)
-    append(communication.tpdo[n].parameters, "TPDO", n, false);
+    append(static_cast<std::uint16_t>(0x1800 + n), "TPDO", n, false);
   return text + value_types;
 }
 

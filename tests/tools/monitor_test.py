@@ -2,6 +2,7 @@
 
 The board is a simulated one, which lives in real time here; nothing leaves the loopback interface."""
 
+import contextlib
 import fcntl
 import http.client
 import http.server
@@ -20,7 +21,9 @@ import threading
 import unittest
 
 import plenum_test
+from browser import Browser
 from plenum_test import Plenum
+from screenshot import Screenshot
 
 SMALL = ["--chambers", "2"]
 
@@ -136,63 +139,121 @@ class Monitor(MonitorCommand):
             self.assertEqual(events.readline(), b"\n")
 
 
+def address(port):
+    return f"http://127.0.0.1:{port}/"
+
+
 @unittest.skipUnless(shutil.which("chromium"), "no chromium on the PATH, so no page was drawn; to enable: apt-get install chromium")
 class MonitorPage(MonitorCommand):
-    def dump(self, port):
-        """The page as a browser has it in the end, once no more events may come."""
-        ran = subprocess.run(
-            ["chromium", "--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking",
-             "--disable-component-update", "--disable-sync", "--enable-logging=stderr", "--virtual-time-budget=3000", "--dump-dom",
-             "--window-size=1200,1100", f"--user-data-dir={self.folder / 'profile'}", f"http://127.0.0.1:{port}/"],
-            capture_output=True, text=True, timeout=90, stdin=subprocess.DEVNULL)
-        self.assertNotIn("Uncaught", ran.stderr)
-        return ran.stdout
+    GRID = (64, 44, 20, 36)  # of a chart, which its curves are drawn within: left, top, right, bottom [px]
+    CHART_px = 300
 
-    def test_a_page_that_stays_open_shows_what_a_new_monitor_watches(self):
-        silent = {"nmt": None, "state": None, "fault": None, "silent_s": None, "frames": 0}
-        values = {"setpoint_kPa": None, "actual_kPa": 200, "command_V": None, "volume_mL": None}
-        views = [{"timestamp": 90, "node1": silent | {"chamber1": values, "chamber2": values}},
-                 {"timestamp": 91, "node1": silent | {"chamber1": values, "chamber2": values}},
-                 {"timestamp": 1, "node5": silent | {"chamber1": values}}]
-        events = [f"data: {json.dumps(view)}\n\n".encode() for view in views]
-        streams = [events[:2], events[2:]]
-        _, port = self.start_page()
-        page = self.ask(port, "/").read()
+    def browse(self, port):
+        browser = self.enterContext(Browser(self.folder))
+        browser.open(address(port))
+        return browser
 
+    def plots(self, painted, page):
+        """Where the curves of each chart may be, as (left, top, right, bottom): the charts are found by their borders."""
+        border = tuple(bytes.fromhex(self.colour(page, "line").removeprefix("#")))
+        middle = painted.width // 2
+        lines = [row for row in range(painted.height) if all(painted.pixel(middle + x, row) == border for x in (-200, -99, 0, 101, 200))]
+        ends = [(row, row + self.CHART_px - 1) for row in lines if row + self.CHART_px - 1 in lines]
+        if not ends:
+            return []
+        left, top, right, bottom = self.GRID
+        side = next(column for column in range(middle) if painted.pixel(column, ends[0][0] + self.CHART_px // 2) == border)
+        width = 2  # of a curve, half of which is beyond the grid where its value is at an end of the axis
+        return [(side + 1 + left, first + 1 + top - width, painted.width - side - 1 - right, last - bottom + width) for first, last in ends]
+
+    def colour(self, page, name):
+        """A colour of the page's light theme."""
+        return re.search(rf"--{name}: (#[0-9a-f]{{6}})", page)[1]
+
+    def serve(self, page, streams):
+        """A server of the page in which each stream of views ends as if its monitor had; then there is none. Returns its port."""
         class Monitors(http.server.BaseHTTPRequestHandler):
-            """Each stream ends as if its monitor had; then there is none."""
             def do_GET(self):
-                status, kind, body = 200, "text/html", page
+                status, kind, body = 200, "text/html", page.encode()
                 if self.path == "/events":
                     status, kind = 200 if streams else 204, "text/event-stream"
-                    body = b"".join([b"retry: 10\n", *streams.pop(0)]) if streams else b""
+                    events = [f"data: {json.dumps(view)}\n\n" for view in streams.pop(0)] if streams else []
+                    body = "".join(["retry: 10\n", *events]).encode() if events else b""
                 self.send_response(status)
                 self.send_header("Content-Type", kind)
                 self.end_headers()
-                self.wfile.write(body)
+                with contextlib.suppress(ConnectionError):  # the browser went on to another page
+                    self.wfile.write(body)
 
             def log_message(self, *_):
                 pass
 
-        with http.server.ThreadingHTTPServer(("127.0.0.1", 0), Monitors) as server:
-            threading.Thread(target=server.serve_forever, daemon=True).start()
-            self.addCleanup(server.shutdown)
-            shown = self.dump(server.server_port)
+        server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Monitors)
+        self.addCleanup(server.server_close)
+        self.addCleanup(server.shutdown)
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        return server.server_port
+
+    def view(self, time_s, node, *chambers):
+        silent = {"nmt": None, "state": None, "fault": None, "silent_s": None, "frames": 0}
+        nothing = {"setpoint_kPa": None, "actual_kPa": None, "command_V": None, "volume_mL": None}
+        return {"timestamp": time_s, f"node{node}": silent | {f"chamber{c + 1}": nothing | one for c, one in enumerate(chambers)}}
+
+    def page(self):
+        _, port = self.start_page()
+        return self.ask(port, "/").read().decode()
+
+    def test_a_page_that_stays_open_shows_what_a_new_monitor_watches(self):
+        full = {"actual_kPa": 200}
+        streams = [[self.view(90, 1, full, full), self.view(91, 1, full, full)], [self.view(1, 5, full)]]
+        browser = self.browse(self.serve(self.page(), streams))
+        browser.wait("document.title === 'Plenum node 5'")
         self.assertEqual(streams, [])
-        self.assertIn("<title>Plenum node 5</title>", shown)
-        self.assertRegex(shown, r'data-events="1"')
+        self.assertEqual(browser.ask("document.documentElement.dataset.events"), "1")
+        self.assertEqual(browser.problems, [])
+
+    def test_curves_are_painted_where_their_values_belong_and_move_as_time_goes_on(self):
+        # Chamber 2 steps up after 10 s: its edge is at half the width after 20 s, and at a quarter after 40 s.
+        page, browser = self.page(), self.enterContext(Browser(self.folder))
+        for seconds in [20, 40]:
+            views = [self.view(0.1 * k, 1, {"actual_kPa": 150, "command_V": 4}, {"actual_kPa": 200 if k < 100 else 300}, {"setpoint_kPa": 250})
+                     for k in range(10 * seconds + 1)]
+            browser.open(address(self.serve(page, [views])))
+            browser.wait(f"document.documentElement.dataset.events === '{len(views)}'")
+            picture = Screenshot(browser.picture())
+            pressure, command, volume = self.plots(picture, page)
+            left, _, right, _ = pressure
+            flat, step, dashed = (picture.curve(self.colour(page, name), pressure) for name in ["c0", "c1", "c2"])
+            for whole in [flat, step, picture.curve(self.colour(page, "c0"), command)]:
+                self.assertGreater(len(whole), 0.98 * (right - left), "from the first second to the last")
+            self.assertTrue(0.3 * (right - left) < len(dashed) < 0.9 * (right - left), len(dashed))
+            for level in [flat, dashed]:
+                self.assertLess(max(level.values()) - min(level.values()), 1)
+            low, high, line, constant = step[left + 5], step[right - 5], next(iter(dashed.values())), flat[left + 5]  # rows count down
+            self.assertAlmostEqual((constant - low) / (low - high), (200 - 150) / (300 - 200), delta=0.02)
+            self.assertAlmostEqual((low - line) / (low - high), (250 - 200) / (300 - 200), delta=0.02)
+            edge = min(column for column, row in step.items() if row < (low + high) / 2)
+            self.assertAlmostEqual((edge - left) / (right - left), 9.95 / seconds, delta=3 / (right - left))
+            for name in ["c0", "c1", "c2"]:
+                self.assertEqual(picture.painted(self.colour(page, name), volume), {}, "nobody told a volume")
 
     def test_a_browser_draws_the_live_charts(self):
-        # The browser's virtual time stands still while events may come: it prints the page once the monitor has ended.
-        _, port = self.start_page("--stream", "--rate", 20, "--seconds", 5)
-        shown = self.dump(port)
-        counted = re.search(r'<html[^>]* data-events="(\d+)"', shown)
-        self.assertIsNotNone(counted, "no event reached the page")
-        self.assertGreater(int(counted[1]), 10)
-        self.assertRegex(shown, r'id="state">ACTIVE · operational<')
-        self.assertRegex(shown, r'id="fault"[^>]*>no fault<')
-        self.assertRegex(shown, r'id="link" class="lost">the monitor does not answer<')
-        self.assertEqual(shown.count("<canvas"), 3)
+        running, port = self.start_page("--stream", "--rate", 20)
+        page = self.ask(port, "/").read().decode()
+        browser = self.browse(port)
+        browser.wait("document.documentElement.dataset.events >= 60")
+        said = browser.ask("Object.fromEntries(['state', 'fault', 'link'].map((id) => [id, document.getElementById(id).textContent]))")
+        self.assertEqual(said, {"state": "ACTIVE · operational", "fault": "no fault", "link": "live"})
+        picture = Screenshot(browser.picture())
+        plots = self.plots(picture, page)
+        self.assertEqual(len(plots), 3)
+        for plot in plots:
+            for name in ["c0", "c1"]:
+                drawn = picture.painted(self.colour(page, name), plot)
+                self.assertGreater(len(drawn), 0.9 * (plot[2] - plot[0]), f"the curve of {name} in {plot}")
+        running.send_signal(signal.SIGINT)
+        browser.wait("document.getElementById('link').textContent === 'the monitor does not answer'")
+        self.assertEqual(browser.problems, [])
 
 
 if __name__ == "__main__":
