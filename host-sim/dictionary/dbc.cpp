@@ -6,6 +6,7 @@
 #include <bit>
 #include <cctype>
 #include <cmath>
+#include <cstdlib>
 #include <iterator>
 #include <memory>
 #include <stdexcept>
@@ -107,7 +108,8 @@ Scale scale_of(const Device& device, const ObjectValues& values, const MappedObj
   } else {
     static_cast<void>(scale.entry->read_value(device, scale.place, bits));  // a constant is never refused
   }
-  return {static_cast<double>(std::bit_cast<float>(bits)), split(scale.entry->name).unit};
+  const std::string written = fmt::format("{}", std::bit_cast<float>(bits));  // 1e-07, not 1.00000001e-07
+  return {std::strtod(written.c_str(), nullptr), split(scale.entry->name).unit};
 }
 
 /// Nine digits, and no exponent: not every reader of the format takes one.

@@ -152,6 +152,45 @@ class DataSheet(unittest.TestCase):
         self.assertEqual(number(info["NrOfTXPDO"]), sum(0x1800 <= index < 0x1A00 for index in indices))
 
 
+class DeviceConfiguration(unittest.TestCase):
+    """CiA 306-1: the data sheet for one node."""
+
+    @classmethod
+    def setUpClass(cls):
+        DataSheet.setUpClass()
+        cls.sheet, cls.eds = DataSheet(), DataSheet.eds
+        cls.text = written("--node", "5", "--dcf")
+        cls.dcf = configparser.ConfigParser(strict=True, interpolation=None, delimiters=("=",), comment_prefixes=(";",))
+        cls.dcf.optionxform = str
+        cls.dcf.read_string(cls.text)
+
+    def test_says_which_node_of_which_network_it_is(self):
+        said = self.dcf["DeviceComissioning"]
+        self.assertEqual((said["NodeID"], said["Baudrate"], said["CANopenManager"]), ("5", "1000", "0"))
+        self.assertEqual(self.dcf["FileInfo"]["LastEDS"], "plenum.eds")
+        self.assertEqual(self.dcf["FileInfo"]["FileName"], "plenum.dcf")
+        for key in ("CreationDate", "ModificationDate"):
+            self.assertRegex(self.dcf["FileInfo"][key], r"\A[01]\d-[0-3]\d-20\d\d\Z")
+        for key in ("CreationTime", "ModificationTime"):
+            self.assertRegex(self.dcf["FileInfo"][key], r"\A[01]\d:[0-5]\d[AP]M\Z")
+
+    def test_resolves_each_node_id_and_leaves_every_other_line(self):
+        self.assertNotIn("$NODEID", self.text)
+        resolved = 0
+        for name in self.eds.sections():
+            if name == "FileInfo":
+                continue
+            for key, value in self.eds[name].items():
+                with self.subTest(f"[{name}] {key}"):
+                    if value.startswith("$NODEID+"):
+                        resolved += 1
+                        self.assertEqual(number(self.dcf[name][key]), number(value.removeprefix("$NODEID+")) + 5)
+                    else:
+                        self.assertEqual(self.dcf[name][key], value)
+        self.assertEqual(resolved, 3 + 4 + 4, "emergency, both ways of SDO, RPDO1 to 4, TPDO1 to 4")
+        self.assertEqual([name for name in self.dcf.sections() if name not in self.eds], ["DeviceComissioning"])
+
+
 class Dbc(unittest.TestCase):
     MESSAGE = re.compile(r"BO_ (\d+) (\w+): (\d+) (\w+)")
     NUMBER = r"(-?[0-9.]+(?:e[+-]?\d+)?)"
@@ -221,6 +260,7 @@ class BadUsage(unittest.TestCase):
         self.refused()
         self.refused("--node", "128", "--dbc", "-")
         self.refused("--eds", "/nowhere/plenum.eds")
+        self.refused("--dcf", "/nowhere/plenum.dcf")
 
 
 if __name__ == "__main__":
