@@ -102,8 +102,8 @@ NmtState Session::wait_heartbeat(double timeout_s) {
       return static_cast<NmtState>(frame->data[0] & 0x7FU);
     }
   }
-  throw Timeout(fmt::format("node {}: no heartbeat within {} s, expected one on {:03X}h", node_id_, timeout_s,
-                            cob::kHeartbeat + node_id_));
+  throw Timeout(fmt::format("node {}: no heartbeat within {:.3g} s, expected one on {:03X}h", node_id_,
+                            timeout_s, cob::kHeartbeat + node_id_));
 }
 
 void Session::send_sync() {
