@@ -29,6 +29,8 @@ Command add_download(Program& program);
 Command add_regulate(Program& program);
 Command add_scan(Program& program);
 Command add_info(Program& program);
+Command add_lss(Program& program);
+Command add_describe(Program& program);
 Command add_faults(Program& program);
 Command add_reset(Program& program);
 Command add_diff(Program& program);

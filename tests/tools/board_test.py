@@ -1,6 +1,9 @@
 """The commands that speak to a board, as their user runs them. Called with: the program, the top of the tree, a test case."""
 
+import configparser
 import json
+import re
+import subprocess
 import sys
 import unittest
 
@@ -57,6 +60,57 @@ class Looking(BoardCommands):
         self.assertEqual(info["health"]["overruns"], 0)
         self.assertIn({"index": "1017h", "sub": 0, "name": "Producer heartbeat time [ms]", "value": 1000}, info["settings"])
 
+    def ini(self, file):
+        """A file of CiA 306, read by what shares no line with its writer."""
+        read = configparser.ConfigParser(strict=True, interpolation=None, delimiters=("=",))
+        read.optionxform = str
+        read.read_string((self.folder / file).read_text())
+        return read
+
+    def test_describe_writes_the_sheet_of_the_board_and_the_same_for_its_node(self):
+        files = self.json_of("describe", "--node", 9, "-o", "sheets", "--bit-rate", 500000)["files"]
+        self.assertEqual(files, {kind: f"sheets/node-9.{kind}" for kind in ["eds", "dcf", "dbc"]})
+        eds, dcf = self.ini(files["eds"]), self.ini(files["dcf"])
+        self.assertEqual(eds["1800sub1"]["DefaultValue"], "$NODEID+0x40000180")
+        self.assertEqual(int(dcf["1800sub1"]["DefaultValue"], 0), 0x40000189)
+        self.assertEqual(dcf["DeviceComissioning"]["NodeID"], "9")
+        self.assertEqual(dcf["DeviceComissioning"]["Baudrate"], "500")
+        self.assertEqual(dcf["DeviceComissioning"]["NodeName"], "Plenum valve board")
+        self.assertEqual(dcf["FileInfo"]["LastEDS"], "node-9.eds")
+        self.assertIn("BO_ 393 Board9_TPDO1: 8 Board9\n", (self.folder / files["dbc"]).read_text())
+
+    def test_describe_tells_what_the_board_is_set_to(self):
+        self.done("backup", "-o", "b.json")
+        content = json.loads((self.folder / "b.json").read_text())
+        changed = {HEARTBEAT: 500, ("1804h", 1): 0x681, ("2228h", 2): 2e-8}
+        for row in content["settings"]:
+            row["value"] = changed.get((row["index"], row["sub"]), row["value"])
+        self.write("changed.json", json.dumps(content))
+        self.done("restore", "--store", "board", "changed.json")
+        self.done("describe", "--store", "board")
+        dcf = self.ini("description/node-1.dcf")
+        for section, default, value in [("1017", 1000, 500), ("1804sub1", 0xC0000000, 0x681), ("1014", 0x81, 0x81)]:
+            self.assertEqual(int(dcf[section]["DefaultValue"], 0), default, section)
+            self.assertEqual(int(dcf[section]["ParameterValue"], 0), value, section)
+        self.assertEqual(float(dcf["2228sub2"]["ParameterValue"]), 2e-8)
+        self.assertNotIn("ParameterValue", dcf["1018sub4"], "no setting")
+        dbc = (self.folder / "description/node-1.dbc").read_text()
+        message = dbc[dbc.index("BO_ 1665 Board1_TPDO5: 8 Board1\n"):].split("\n\n")[0]
+        self.assertIn(' SG_ Actual_pressure_chamber_1 : 0|32@1- (1,0) [0|0] "Pa" Master', message)
+        command, volume = message.split("\n")[2:4]
+        factor = re.fullmatch(r' SG_ Command_code_chamber_1 : 32\|16@1\+ \((\S+),0\) \[0\|(\S+)\] "V" Master', command)
+        self.assertAlmostEqual(float(factor[1]), 10 / 65535, places=11)
+        self.assertAlmostEqual(float(factor[2]), 10, places=6)
+        self.assertEqual(volume, ' SG_ Volume_code_chamber_1 : 48|16@1+ (0.00000002,0) [0|0.0013107] "m3" Master')
+        self.assertIn("SIG_VALTYPE_ 1665 Actual_pressure_chamber_1 : 1;\n", dbc)
+
+    def test_describe_refuses_what_cannot_be(self):
+        self.refused(2, "describe", "--bit-rate", 123456, says=["bit rate 123456", "1000000"])
+        self.write("file", "")
+        self.refused(2, "describe", "-o", "file", says=["file"])
+        self.refused(2, "describe", "-o", "file/below", says=["file/below"])
+        self.refused(3, "describe", "--bus", "socketcand:127.0.0.1:1/can0", says=["127.0.0.1"])
+
     def test_faults_of_a_board_without_one(self):
         self.assertIn("no fault stands", self.done("faults"))
         self.assertEqual(self.json_of("faults"), {"fault": None, "history": [], "history_cleared": False})
@@ -67,6 +121,52 @@ class Looking(BoardCommands):
         for kind in ["--restart", "--communication"]:
             self.assertIn("has started anew", self.done("reset", kind))
         self.assertEqual(self.json_of("reset", "--fault")["fault_before"], None)
+
+
+class Naming(BoardCommands):
+    """Node ids by LSS, on a rig that another program serves."""
+
+    def serve(self, *arguments):
+        serving = subprocess.Popen([plenum_test.PROGRAM, "sim", "--bus", "socketcand:127.0.0.1:0/can0", "--chambers", "1", *arguments],
+                                   cwd=self.folder, stdout=subprocess.PIPE, text=True)
+        self.addCleanup(serving.stdout.close)
+        self.addCleanup(serving.wait)
+        self.addCleanup(serving.kill)
+        self.bus = ["--bus", re.search(r"socketcand:127\.0\.0\.1:\d+/can0", serving.stdout.readline())[0]]
+        return serving
+
+    def nodes(self, code=0):
+        return [node["node"] for node in self.json_of("scan", *self.bus, code=code)["nodes"]]
+
+    def test_a_board_gets_another_node_id_and_keeps_it(self):
+        serving = self.serve("--store", "board")
+        self.assertEqual(self.json_of("lss", *self.bus, "--node", 1, "--set-node", 9)["node"], 9)
+        self.assertEqual(self.nodes(), [9])
+        serving.terminate()
+        serving.wait()
+        self.serve("--store", "board")
+        self.assertEqual(self.nodes(), [9])
+
+    def test_a_board_without_a_node_id_is_found_and_named(self):
+        self.serve()
+        self.refused(3, "lss", *self.bus, says=["without a node id", "--node"])
+        identity = self.json_of("info", *self.bus)["identity"]
+        self.done("lss", *self.bus, "--node", 1, "--set-node", 255)
+        self.assertEqual(self.nodes(code=1), [])
+        self.assertEqual(self.json_of("lss", *self.bus), {"identity": identity, "node": None, "bit_rate": None})
+        self.refused(1, "lss", *self.bus, "--set-node", 7, "--set-bit-rate", 500000, says=["bit rate", "error 1"])  # the rig's bus has one
+        self.assertIn("is node 7 now", self.done("lss", *self.bus, "--set-node", 7, "--set-bit-rate", 1000000))
+        self.assertEqual(self.nodes(), [7])
+
+    def test_what_cannot_be_is_refused_and_no_node_changes(self):
+        self.serve("--boards", "2")
+        self.refused(1, "lss", *self.bus, "--node", 1, "--set-node", 2, says=["node 2", "no other has"])
+        self.refused(2, "lss", *self.bus, "--node", 1, says=["--set-node", "--set-bit-rate"])
+        self.refused(2, "lss", *self.bus, "--node", 1, "--set-node", 200, says=["--set-node 200", "127"])
+        self.refused(2, "lss", *self.bus, "--node", 1, "--set-node", 1, says=["--set-node 1"])
+        self.refused(2, "lss", *self.bus, "--node", 1, "--set-bit-rate", 123, says=["bit rate 123", "1000000"])
+        self.refused(3, "lss", *self.bus, "--node", 9, "--set-node", 10, says=["node 9"])
+        self.assertEqual(self.nodes(), [1, 2])
 
 
 class Keeping(BoardCommands):

@@ -14,7 +14,7 @@ from pathlib import Path
 
 PROGRAM = TOP = None
 COMMANDS = ["demo", "sim", "capture", "identify", "diagnose", "effects", "upload", "download", "regulate", "reproduce",
-            "scan", "info", "faults", "reset", "diff", "backup", "restore", "monitor", "acceptance", "calibrate", "orifice"]
+            "scan", "info", "faults", "reset", "diff", "backup", "restore", "monitor", "acceptance", "calibrate", "orifice", "describe", "lss"]
 SMALL = ["--chambers", "2"]
 
 

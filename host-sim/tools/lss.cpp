@@ -1,0 +1,142 @@
+#include "host-sim/client/lss_master.hpp"
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+
+#include "host-sim/client/board_facts.hpp"
+#include "host-sim/client/sdo_frames.hpp"
+#include "host-sim/tools/board_access.hpp"
+#include "host-sim/tools/board_json.hpp"
+#include "host-sim/tools/command.hpp"
+#include "host-sim/tools/output.hpp"
+
+namespace plenum::host::tools {
+namespace {
+
+namespace cob = canopen::cob;
+
+struct Options {
+  BoardChoice board;
+  std::optional<int> node;
+  std::optional<int> bit_rate;
+  Output output;
+};
+
+/// Two nodes of one id would answer for each other. Throws Refused when something on the bus speaks for `node_id`.
+void require_free(client::Link& link, std::uint8_t node_id) {
+  constexpr double kHeartbeat_s =
+      1.2;  // one comes each second by default, and a silent node answers the request
+  link.send({.id = cob::kSdoRequest + node_id,
+             .length = 8,
+             .data = client::sdo::request(0x40, canopen::object::kDeviceTypeIndex, 0)});
+  const double end_s = link.now_s() + kHeartbeat_s;
+  while (const auto frame = link.receive(std::max(0.0, end_s - link.now_s()))) {
+    const bool its_own = !frame->extended &&
+                         (frame->id == cob::kHeartbeat + node_id || frame->id == cob::kSdoResponse + node_id);
+    if (its_own) {
+      throw client::Refused(
+          fmt::format("node {}: is on the bus already, expected a node id that no other has", node_id));
+    }
+    if (link.now_s() >= end_s) return;
+  }
+}
+
+/// LSS is not served by a board that is about its work. Throws Refused.
+void require_at_rest(client::Session& session) {
+  const std::uint16_t status = session.status_word();
+  if ((status & canopen::word::kStateMask) == 0) return;
+  throw client::Refused(
+      fmt::format("node {}: is {}, expected INIT or FAULT_INIT, in which a board takes another node id",
+                  session.node_id(), client::state_name(status, 0)));
+}
+
+void wait_for_boot(client::Link& link, std::uint8_t node_id) {
+  constexpr double kBoot_s = 10.0;
+  client::Session session(link, node_id);
+  const double end_s = link.now_s() + kBoot_s;
+  while (session.wait_heartbeat(end_s - link.now_s()) != canopen::NmtState::initialising) continue;
+}
+
+int run(const Arguments& arguments, const Options& options) {
+  const bool has_id = arguments.given("--node");
+  if (has_id && !options.node && !options.bit_rate)
+    throw std::invalid_argument("--node, and nothing to set, expected --set-node or --set-bit-rate");
+  const std::uint8_t node_id = static_cast<std::uint8_t>(options.node.value_or(0));
+  const bool named = options.node && node_id != canopen::kUnconfiguredNodeId;
+  if (options.node && node_id > canopen::kMaxNodeId && named)
+    throw std::invalid_argument(
+        fmt::format("--set-node {}: expected 1 to 127, or 255 to take its node id away", node_id));
+  if (has_id && options.node && node_id == options.board.node)
+    throw std::invalid_argument(fmt::format("--set-node {}: the board's own, expected another one", node_id));
+  if (options.bit_rate) client::bit_timing_row(static_cast<std::uint32_t>(*options.bit_rate));
+
+  BoardAccess access(options.board);
+  client::Session& session = access.session();
+  client::Link& link = access.link();
+  if (named) require_free(link, node_id);
+  client::Identity identity;
+  {
+    client::LssMaster lss(link);
+    if (has_id) {
+      require_at_rest(session);
+      identity = client::read_identity(session);
+      session.nmt(canopen::NmtCommand::enter_pre_operational);
+      lss.select(identity);
+    } else {
+      const auto found = lss.find_unconfigured();
+      if (!found)
+        throw std::runtime_error(
+            "no board without a node id answers, expected one; of a board that has one --node tells which it "
+            "is");
+      identity = *found;
+    }
+    // What a board may refuse comes first: a node id that was given counts once the board waits again.
+    if (options.bit_rate) lss.give_bit_rate(static_cast<std::uint32_t>(*options.bit_rate));
+    if (options.node) lss.give_node_id(node_id);
+    try {
+      if (options.node || options.bit_rate) lss.store();
+    } catch (const std::runtime_error&) {
+      if (options.node) lss.give_node_id(has_id ? session.node_id() : canopen::kUnconfiguredNodeId);
+      throw;
+    }
+  }
+  if (options.node && has_id) session.nmt(canopen::NmtCommand::reset_communication);
+  if (named) wait_for_boot(link, node_id);
+
+  options.output.print("vendor {:X}h, product {:X}h, revision {:X}h, serial {}: {}\n", identity.vendor_id,
+                       identity.product_code, identity.revision, identity.serial,
+                       named          ? fmt::format("is node {} now, and stays it", node_id)
+                       : options.node ? std::string("has no node id any more")
+                       : has_id       ? fmt::format("node {}", session.node_id())
+                                      : std::string("has no node id"));
+  if (options.bit_rate) options.output.print("{} bit/s from its next start on\n", *options.bit_rate);
+  options.output.finish({{"identity", identity_json(identity)},
+                         {"node", named                     ? Json(node_id)
+                                  : has_id && !options.node ? Json(session.node_id())
+                                                            : Json(nullptr)},
+                         {"bit_rate", options.bit_rate ? Json(*options.bit_rate) : Json(nullptr)}});
+  return kDone;
+}
+
+}  // namespace
+
+Command add_lss(Program& program) {
+  const auto options = std::make_shared<Options>();
+  Arguments arguments = program.command("lss",
+                                        "Find a board that has no node id yet, and give it one and a bit "
+                                        "rate (LSS, CiA 305); or, with --node, another one to "
+                                        "a board that has one. The board keeps them. It has to be at rest, "
+                                        "and the only one without a node id to be named");
+  options->board.add_to(arguments);
+  arguments.option("--set-node", options->node, "Node id for the board, 1 to 127; 255: none").within(1, 255);
+  arguments.option("--set-bit-rate", options->bit_rate, "Of the bus, from the board's next start on [bit/s]");
+  options->output.add_to(arguments);
+  arguments.footer(example(
+      "  plenum lss --bus socketcand:127.0.0.1:29536/can0 --set-node 5    # the board without a node id\n"
+      "  plenum lss --bus socketcand:127.0.0.1:29536/can0 --node 1 --set-node 5"));
+  return {arguments, [arguments, options] { return run(arguments, *options); }};
+}
+
+}  // namespace plenum::host::tools
