@@ -1,22 +1,18 @@
 // The npm package `canopen`, a master that nobody here wrote, commissions a simulated board over socketcand: it reads the
-// electronic data sheet, drives NMT, reads and writes objects by every kind of SDO transfer, and takes heartbeats, PDOs and
-// emergencies.
+// electronic data sheet from the board, maps its PDOs by it, uploads a model, lets the board follow set points, drives NMT
+// and LSS, and takes heartbeats and emergencies.
 //
-// Usage: node canopen_test.js PLENUM PLENUM_DICTIONARY NPM_FOLDER
+// Usage: node canopen_test.js PLENUM NPM_FOLDER
 'use strict';
 
 const assert = require('node:assert');
-const { execFileSync, spawn } = require('node:child_process');
-const { EventEmitter, once } = require('node:events');
 const fs = require('node:fs');
 const Module = require('node:module');
-const net = require('node:net');
-const os = require('node:os');
-const path = require('node:path');
 const test = require('node:test');
 
-const [plenum, plenumDictionary, npmFolder] = process.argv.slice(2);
-const DEADLINE_MS = 20000;
+const { DEADLINE_MS, ServedRig, foreign, next } = require('./served_rig.js');
+
+const [plenum, npmFolder] = process.argv.slice(2);
 const NODE = 1;
 const MASTER = 127;
 
@@ -30,6 +26,17 @@ function crc16(data) {
     }
     return crc;
 }
+
+/** CRC-32 of IEEE 802.3, as a model image and a commit have it: "123456789" gives CBF43926h. */
+function crc32(data) {
+    let crc = 0xFFFFFFFF;
+    for (const byte of data) {
+        crc ^= byte;
+        for (let k = 0; k < 8; ++k) crc = crc & 1 ? (crc >>> 1) ^ 0xEDB88320 : crc >>> 1;
+    }
+    return ~crc >>> 0;
+}
+
 const load = Module._load;
 Module._load = (name, ...rest) => name !== 'node-crc' ? load(name, ...rest) : {
     crc: (...args) => {
@@ -38,79 +45,22 @@ Module._load = (name, ...rest) => name !== 'node-crc' ? load(name, ...rest) : {
         return result;
     },
 };
-let canopen;
-try {
-    canopen = Module.createRequire(path.join(path.resolve(npmFolder), 'any.js'))('canopen');
-} catch (error) {
-    if (error.code !== 'MODULE_NOT_FOUND') throw error;
-    console.log('skipped: no npm package canopen in', npmFolder, '(toolchains/dev setup)');
-    process.exit(77);
-}
+const canopen = foreign(npmFolder, 'canopen');
 
-/** CAN over socketcand: send({id, data}), and an event 'frame' with the same. */
-class SocketcandChannel extends EventEmitter {
-    static async open(port, channel) {
-        const self = new SocketcandChannel();
-        self.socket = net.connect(port, '127.0.0.1').setEncoding('latin1').setNoDelay();
-        self.rest = '';
-        self.socket.on('data', (text) => self.take(text));
-        for (const say of [`< open ${channel} >`, '< rawmode >', null]) {
-            await once(self, 'control');  // < hi >, < ok >, < ok >
-            if (say) self.socket.write(say);
-        }
-        return self;
-    }
-
-    take(text) {
-        const parts = (this.rest + text).split('>');
-        this.rest = parts.pop();
-        for (const part of parts) {
-            const [kind, id, , data = ''] = part.trim().slice(2).split(' ');
-            if (kind === 'frame') this.emit('frame', { id: parseInt(id, 16), data: Buffer.from(data, 'hex') });
-            else this.emit('control', kind);
-        }
-    }
-
-    send({ id, data }) {
-        const bytes = [...data].map((byte) => byte.toString(16));
-        this.socket.write(`< ${['send', id.toString(16), data.length.toString(16), ...bytes].join(' ')} >`);
-    }
-
-    close() {
-        this.socket.destroy();
-    }
-}
-
-/** What `emitter` says under `name` for which `wanted` holds; rejects at the deadline. */
-function next(emitter, name, wanted = () => true) {
-    return new Promise((resolve, reject) => {
-        const timer = setTimeout(() => reject(new Error(`no ${name} as wanted within ${DEADLINE_MS} ms`)), DEADLINE_MS);
-        const listener = (value) => {
-            if (!wanted(value)) return;
-            clearTimeout(timer);
-            emitter.removeListener(name, listener);
-            resolve(value);
-        };
-        emitter.on(name, listener);
-    });
-}
-
-let folder, rig, channel, master, boardEds;
+let rig, channel, master, board;
 
 const sdo = (index, subIndex = 0, more = {}) => ({ deviceId: NODE, index, subIndex, timeout: DEADLINE_MS, ...more });
 const read = (index, subIndex, dataType, more) => master.sdo.upload(sdo(index, subIndex, { dataType, ...more }));
 const write = (index, subIndex, data, dataType, more) => master.sdo.download(sdo(index, subIndex, { data, dataType, ...more }));
+const { UNSIGNED8, UNSIGNED16, UNSIGNED32, INTEGER16, VISIBLE_STRING } = canopen.DataType;
 
 test.before(async () => {
-    folder = fs.mkdtempSync(path.join(os.tmpdir(), 'plenum-'));
-    const edsFile = path.join(folder, 'plenum.eds');
-    execFileSync(plenumDictionary, ['--eds', edsFile]);
-    boardEds = canopen.Eds.fromFile(edsFile);
-
-    rig = spawn(plenum, ['sim', '--bus', 'socketcand:127.0.0.1:0/can0', '--chambers', '2', '--seconds', '120'],
-        { stdio: ['ignore', 'pipe', 'inherit'] });
-    const ready = await next(rig.stdout.setEncoding('utf8'), 'data', (text) => text.startsWith('serving'));
-    channel = await SocketcandChannel.open(Number(ready.match(/:(\d+)\/can0/)[1]), 'can0');
+    rig = new ServedRig(plenum);
+    await rig.run('capture', '--chambers', '2', '--seconds', '30', '-o', 'logs');
+    for (const c of [1, 2]) await rig.run('identify', '--rig', 'logs/rig.toml', `logs/chamber-${c}.csv`, '-o', `model-${c}.json`);
+    await rig.run('upload', '--chambers', '2', '--store', 'board', 'model-1.json', 'model-2.json');
+    await rig.serve('--chambers', '2', '--store', 'board');
+    channel = rig.channel;
 
     const eds = new canopen.Eds();
     eds.addEmcyConsumer(0x80 + NODE);
@@ -119,36 +69,52 @@ test.before(async () => {
     eds.setSyncCobId(0x80);
     eds.setSyncGenerationEnable(true);
     master = new canopen.Device({ eds, id: MASTER });
-    master.on('message', (frame) => channel.send({ id: frame.id, data: frame.data }));
+    master.on('message', (frame) => {
+        channel.send({ id: frame.id, data: frame.data });
+        if (frame.id === 0x80) setImmediate(() => master.pdo.receive(frame));  // its own SYNC counts for its own PDOs, too
+    });
     channel.on('frame', (frame) => master.receive({ id: frame.id, data: frame.data, len: frame.data.length }));
     master.start();
 });
 
 test.after(async () => {
     if (master) master.stop();
-    if (channel) channel.close();
-    if (rig) {
-        const ended = once(rig, 'exit');
-        rig.kill('SIGINT');
-        assert.deepStrictEqual(await ended, [0, null]);
-    }
-    fs.rmSync(folder, { recursive: true });
+    await rig.close();
 });
 
-test('it reads the data sheet, whose defaults are what the board answers', async () => {
-    for (const [index, subIndex, dataType] of [
-        [0x1000, 0, canopen.DataType.UNSIGNED32], [0x1018, 0, canopen.DataType.UNSIGNED8],
-        [0x1800, 2, canopen.DataType.UNSIGNED8], [0x1A00, 1, canopen.DataType.UNSIGNED32],
-        [0x6381, 2, canopen.DataType.UNSIGNED8]]) {
-        const parent = boardEds.getEntry(index);
-        const entry = subIndex || parent.subNumber ? boardEds.getSubEntry(index, subIndex) : parent;
-        assert.strictEqual(await read(index, subIndex, dataType), entry.value, index.toString(16));
+test('it reads the data sheet from the board, and parses it for its node', async () => {
+    const sheet = await read(0x1021, 0, undefined, { blockTransfer: true });
+    await rig.run('describe', '--bus', rig.bus, '--node', String(NODE), '-o', '.');
+    assert.ok(fs.readFileSync(rig.file(`node-${NODE}.eds`)).equals(sheet), 'our client and this one read the same');
+    const eds = canopen.Eds.fromFile(rig.file(`node-${NODE}.eds`));
+    // The package takes no notice of $NODEID, with which CiA 306 writes identifiers for any node: the DCF has them resolved.
+    board = canopen.Eds.fromFile(rig.file(`node-${NODE}.dcf`));
+    assert.deepStrictEqual([...board.keys()], [...eds.keys()]);
+    assert.strictEqual(board.productName, await read(0x1008, 0, VISIBLE_STRING));
+    assert.strictEqual(board.getEmcyCobId(), 0x80 + NODE);
+    assert.deepStrictEqual(board.getSdoServerParameters().map(({ cobIdRx, cobIdTx }) => [cobIdRx, cobIdTx]), [[0x600 + NODE, 0x580 + NODE]]);
+});
+
+test('each default of the sheet is what the board answers', async () => {
+    let compared = 0;
+    for (const object of board.values()) {
+        // The package's subIndex takes for hexadecimal what it wrote as a decimal number: it is counted here.
+        const entries = object.subNumber ? Array.from({ length: 256 }, (_, sub) => [sub, object.at(sub)]) : [[0, object]];
+        for (const [sub, entry] of entries) {
+            if (entry?.defaultValue === undefined || entry.dataType === VISIBLE_STRING) continue;
+            // The package takes the highest sub-index for the value of sub-index 0, where a mapping has the number of its objects.
+            const value = sub === 0 && object.subNumber ? Number(entry.defaultValue) : entry.value;
+            const answered = await read(object.index, sub, entry.dataType);
+            assert.strictEqual(answered, value, `${object.index.toString(16)}h:${sub} ${entry.parameterName}`);
+            ++compared;
+        }
     }
+    assert.ok(compared > 500, `${compared} defaults`);
 });
 
 test('it reads by expedited and segmented transfer', async () => {
-    assert.strictEqual(await read(0x1000, 0, canopen.DataType.UNSIGNED32), 0xFFFF0198);
-    const name = await read(0x1008, 0, canopen.DataType.VISIBLE_STRING);
+    assert.strictEqual(await read(0x1000, 0, UNSIGNED32), 0xFFFF0198);
+    const name = await read(0x1008, 0, VISIBLE_STRING);
     assert.ok(name.length > 4, `the device name, ${name}, takes segments`);
 });
 
@@ -158,25 +124,25 @@ test('it reads by block transfer the same bytes', async () => {
 });
 
 test('it writes by expedited transfer what it then reads', async () => {
-    await write(0x6394, 1, 2500, canopen.DataType.INTEGER16);
-    assert.strictEqual(await read(0x6394, 1, canopen.DataType.INTEGER16), 2500);
+    await write(0x6394, 1, 2500, INTEGER16);
+    assert.strictEqual(await read(0x6394, 1, INTEGER16), 2500);
 });
 
 test('a model that is none is refused after a segmented and after a block download', async () => {
     const image = Buffer.alloc(100, 0xA5);
     for (const blockTransfer of [false, true]) {
         await assert.rejects(write(0x2110, 0, image, undefined, { blockTransfer }), canopen.SdoError);
-        assert.strictEqual(await read(0x6394, 1, canopen.DataType.INTEGER16), 2500, 'the server serves on');
+        assert.strictEqual(await read(0x6394, 1, INTEGER16), 2500, 'the server serves on');
     }
 });
 
 test('an object that is none, and one that is read only, are aborted with the codes of CiA 301', async () => {
-    await assert.rejects(read(0x5FFF, 0, canopen.DataType.UNSIGNED8), { code: 0x06020000 });
-    await assert.rejects(write(0x1000, 0, 1, canopen.DataType.UNSIGNED32), { code: 0x06010002 });
+    await assert.rejects(read(0x5FFF, 0, UNSIGNED8), { code: 0x06020000 });
+    await assert.rejects(write(0x1000, 0, 1, UNSIGNED32), { code: 0x06010002 });
 });
 
 test('it commands NMT, and heartbeats say so', async () => {
-    await write(0x1017, 0, 20, canopen.DataType.UNSIGNED16);
+    await write(0x1017, 0, 20, UNSIGNED16);
     const beat = (state) => next(master.nmt, 'heartbeat', (one) => one.deviceId === NODE && one.state === state);
     for (const [command, state] of [
         ['startNode', canopen.NmtState.OPERATIONAL], ['stopNode', canopen.NmtState.STOPPED],
@@ -187,32 +153,120 @@ test('it commands NMT, and heartbeats say so', async () => {
     }
 });
 
-test('a SYNC of it is answered by the PDO of actual pressures, in mbar', async () => {
-    master.nmt.startNode(NODE);
-    const answer = next(channel, 'frame', (frame) => frame.id === 0x180 + NODE);
-    master.sync.write();
-    const { data } = await answer;
-    const actual = await read(0x6381, 1, canopen.DataType.INTEGER16);
-    assert.strictEqual(data.length, 8);
-    assert.ok(actual > 500 && Math.abs(data.readInt16LE(0) - actual) < 20, `${data.readInt16LE(0)} by PDO, ${actual} by SDO`);
+test('a good model is taken by block and by segmented download, committed, and read back by both', async () => {
+    const active = await read(0x2118, 0, undefined, { blockTransfer: true });
+    assert.deepStrictEqual(await read(0x2118, 0), active);
+    assert.strictEqual(active.toString('latin1', 0, 4), 'PLM2');
+    for (const blockTransfer of [true, false]) {
+        const image = Buffer.from(active);
+        image.writeUInt32LE(blockTransfer ? 1700000000 : 1800000000, 12);  // the date of the fit
+        image.writeUInt32LE(crc32(image.subarray(0, -4)), image.length - 4);
+        await write(0x2110, 0, image, undefined, { blockTransfer });
+        while (await read(0x2128, 1, UNSIGNED8) === 5);  // the board checks it
+        assert.strictEqual(await read(0x2128, 1, UNSIGNED8), 2, 'staged');
+        assert.deepStrictEqual(await read(0x2118, 0), blockTransfer ? active : await read(0x2118, 0, undefined, { blockTransfer: true }));
+        await write(0x2120, 1, 1, UNSIGNED8);
+        await write(0x2120, 2, crc32(image.subarray(-4)), UNSIGNED32);
+        await write(0x2120, 3, 0x746D6F63, UNSIGNED32);
+        while (await read(0x2128, 1, UNSIGNED8) === 3);  // until the edge of a tick
+        assert.strictEqual(await read(0x2128, 1, UNSIGNED8), 1, 'active');
+        assert.deepStrictEqual(await read(0x2118, 0, undefined, { blockTransfer: true }), image);
+        assert.deepStrictEqual(await read(0x2118, 0), image);
+    }
 });
 
-test('a fault is an emergency of its code and chamber, and a reset of it one of code 0', async () => {
-    await write(0x1017, 0, 20, canopen.DataType.UNSIGNED16);
+/** Maps the PDOs of the board in the master, as its sheet has them, both ways. Returns the set points and the control word. */
+function mapPdos() {
+    master.mapRemoteNode({ id: NODE, eds: board, skipEmcy: true, skipNmt: true, skipSdo: true });
+    let index = 0x5000;  // behind the copies of what it receives
+    const own = [];
+    for (const { cobId, dataObjects } of board.getReceivePdos()) {
+        const copies = dataObjects.map(({ parameterName, dataType }) => master.eds.addEntry(index++, { parameterName, dataType }));
+        master.eds.addTransmitPdo({ cobId, transmissionType: 1, dataObjects: copies });
+        own.push(...copies);
+    }
+    const of = (name) => own.filter((one) => one.parameterName.startsWith(name));
+    return { setPoints: of('Set point'), controlWord: of('Control word')[0] };
+}
+
+test('its own PDO objects take what the board sends, and lead the board', async () => {
+    const { setPoints, controlWord } = mapPdos();
+    assert.strictEqual(setPoints.length, 8);
+    const received = (name) => master.eds.getReceivePdos().flatMap((pdo) => pdo.dataObjects).filter((one) => one.parameterName.startsWith(name));
+    const [actual] = received('Actual value');
+    const [statusWord] = received('Status word');
+
+    await write(0x6043, 0, 4, canopen.DataType.INTEGER8);  // closed loop
+    setPoints.forEach((one) => { one.value = 2000; });
+    master.nmt.startNode();  // itself: only then it serves PDOs
     master.nmt.startNode(NODE);
+    master.eds.setSyncCyclePeriod(20000);  // us; each SYNC takes set points and control word along
+    for (const [word, state] of [[1, 9], [3, 11], [7, 15]]) {
+        controlWord.value = word;
+        await next(master.pdo, 'pdo', () => (statusWord.value & 15) === state);
+    }
+    for (const mbar of [2500, 3500]) {
+        setPoints[0].value = mbar;
+        await next(master.pdo, 'pdo', () => Math.abs(actual.value - mbar) < 20);
+        const answered = await read(0x6381, 1, INTEGER16);
+        assert.ok(Math.abs(answered - mbar) < 60, `${answered} mbar by SDO, ${mbar} asked for`);
+        assert.strictEqual(await read(0x6380, 1, INTEGER16), mbar, 'the set point arrived');
+    }
+    assert.strictEqual(await read(0x604E, 0, UNSIGNED16), 0, 'no fault');
+});
+
+test('a fault is an emergency of its code, and a reset of it one of code 0', async () => {
+    await write(0x1017, 0, 20, UNSIGNED16);
     const emergency = (code) => next(master.emcy, 'emergency', ({ em }) => em.code === code);
-    const raised = emergency(0x6300);
-    for (const word of [1, 3]) await write(0x6040, 0, word, canopen.DataType.UNSIGNED16);  // HOLD, without a model
+    const raised = emergency(0x8250);
+    master.eds.setSyncGenerationEnable(false);  // set points stay away from a board that follows them
     const { cobId, em } = await raised;
     assert.strictEqual(cobId, 0x80 + NODE);
-    assert.strictEqual(em.info[0], 1, 'chamber');
-    assert.strictEqual(await read(0x604E, 0, canopen.DataType.UNSIGNED16), 0x6300);
-    assert.strictEqual(await read(0x1001, 0, canopen.DataType.UNSIGNED8), em.register);
+    assert.strictEqual(await read(0x604E, 0, UNSIGNED16), 0x8250);
+    assert.strictEqual(await read(0x1001, 0, UNSIGNED8), em.register);
+    assert.strictEqual(await read(0x1003, 1, UNSIGNED32) & 0xFFFF, 0x8250);
 
     const gone = emergency(0);
-    await write(0x6040, 0, 1, canopen.DataType.UNSIGNED16);
+    await write(0x6040, 0, 0, UNSIGNED16);
     for (let beat = 0; beat < 2; ++beat) await next(channel, 'frame', (frame) => frame.id === 0x700 + NODE);  // a tick sees the bit low
-    await write(0x6040, 0, 9, canopen.DataType.UNSIGNED16);
+    await write(0x6040, 0, 8, UNSIGNED16);
     await gone;
-    assert.strictEqual(await read(0x604E, 0, canopen.DataType.UNSIGNED16), 0);
+    assert.strictEqual(await read(0x604E, 0, UNSIGNED16), 0);
+    assert.strictEqual(await read(0x6041, 0, UNSIGNED16) & 15, 8, 'INIT');
+});
+
+test('by LSS it gives the board another node id, finds a board that has none, and names it', async () => {
+    master.nmt.enterPreOperational(NODE);
+    const identity = { timeout: DEADLINE_MS };
+    for (const [sub, name] of ['vendorId', 'productCode', 'revisionNumber', 'serialNumber'].entries())
+        identity[name] = await read(0x1018, sub + 1, UNSIGNED32);
+    const { lss } = master;
+    const booted = (id) => next(channel, 'frame', (frame) => frame.id === 0x700 + id && frame.data[0] === 0);
+    const name = async (id) => {
+        await lss.configureNodeId(id, DEADLINE_MS);
+        await lss.storeConfiguration(DEADLINE_MS);
+        lss.switchModeGlobal(0);
+    };
+
+    await lss.switchModeSelective(identity);
+    assert.strictEqual(await lss.inquireVendorId(DEADLINE_MS), identity.vendorId);
+    assert.strictEqual(await lss.inquireSerialNumber(DEADLINE_MS), identity.serialNumber);
+    await assert.rejects(lss.configureNodeId(128, DEADLINE_MS), { code: 1 });
+    await name(9);
+    let boot = booted(9);
+    master.nmt.resetCommunication(NODE);
+    await boot;
+
+    await lss.switchModeSelective(identity);
+    await name(255);  // none
+    assert.strictEqual(await lss.fastscan({ timeout: 200 }), null, 'its old id counts until the reset');
+    master.nmt.resetCommunication(9);
+    let found = null;
+    while (!found) found = await lss.fastscan({ timeout: 500 });  // until the reset is worked off
+    assert.deepStrictEqual(found, { vendorId: identity.vendorId, productCode: identity.productCode,
+        revisionNumber: identity.revisionNumber, serialNumber: identity.serialNumber });
+    boot = booted(NODE);
+    await name(NODE);
+    await boot;
+    assert.strictEqual(await read(0x1000, 0, UNSIGNED32), 0xFFFF0198);
 });
