@@ -149,6 +149,29 @@ TEST_F(Browser, DrawsEveryKindOfChart) {
   EXPECT_THAT(seen.document, HasSubstr("data-charts=\"6\""));
 }
 
+// Axes, grid and text are grey; what is drawn of the data has a colour. Legends, which have it too, are outside the grid.
+TEST_F(Browser, PaintsTheDataOfEveryKindOfChart) {
+  const Seen seen = open(page_of_every_kind(), R"((
+    await new Promise((done) => setTimeout(done, 200)),
+    charts.map((chart) => {
+      const {x, y, width, height} = chart.getModel().getComponent('grid').coordinateSystem.getRect();
+      const ratio = chart.getDevicePixelRatio(), columns = Math.floor(width * ratio);
+      const {data} = chart.getDom().querySelector('canvas').getContext('2d')
+        .getImageData(x * ratio, y * ratio, columns, height * ratio);
+      const coloured = new Set();
+      for (let i = 0; i < data.length; i += 4) {
+        const rgb = data.subarray(i, i + 3);
+        if (data[i + 3] > 127 && Math.max(...rgb) - Math.min(...rgb) > 60) coloured.add(i / 4 % columns);
+      }
+      return coloured.size / columns;
+    })))");
+  ASSERT_EQ(seen.found.size(), 6U) << seen.complaints;
+  // Of the heat map one column of two: the other has the middle of the scale, a grey, and a gap.
+  const std::array<double, 6> least_share{0.98, 0.9, 0.05, 0.3, 0.45, 0.9};
+  for (std::size_t k = 0; k < least_share.size(); ++k)
+    EXPECT_GT(seen.found[k].get<double>(), least_share[k]) << "coloured columns of chart " << k;
+}
+
 TEST_F(Browser, DrawsTheAxesMarksAndCurvesAsVectorsOnDemand) {
   const Seen seen = open(page_of_every_kind(),
                          "charts.map((chart) => chart.getDom().querySelectorAll('svg path').length)", "#svg");
