@@ -65,7 +65,8 @@ GreyboxModel greybox_of(const trace::RigDescription& rig, std::optional<unsigned
   gas.temperature_K = rig.gas.temperature_K;
   const Hose hose{figure(effects::kIdTubeDynamics, 0), 1e-3 * figure(effects::kIdTubeDynamics, 1)};
   const auto plate = plant::thin_plate_constants(gas, rig.valve.discharge_coefficient);
-  const double mL_Pa_per_kg = gas.kappa * gas.specific_gas_constant_J_kg_K() * gas.temperature_K * kMl_per_m3;
+  const double exponent = figure(effects::kIdHeatTransfer, 1);
+  const double mL_Pa_per_kg = exponent * gas.specific_gas_constant_J_kg_K() * gas.temperature_K * kMl_per_m3;
   const double conductance_mL_s_m2 = mL_Pa_per_kg * plate.beta_s_m;
   const auto conductance = [&](double area_m2) { return conductance_mL_s_m2 * area_m2; };
 
@@ -92,7 +93,7 @@ GreyboxModel greybox_of(const trace::RigDescription& rig, std::optional<unsigned
                           figure(effects::kIdFlowFunction, 2),
                           figure(effects::kIdFlowFunction, 3),
                           figure(effects::kIdVolumeError, 0) + kMl_per_m3 * hose.volume_m3(),
-                          gas.kappa,
+                          exponent,
                           mL_Pa_per_kg * figure(effects::kIdChamberLeak, 0) * kKg_s_Pa_per_g_s_MPa,
                           figure(effects::kIdDeadTime, 0) + hose.late_s(gas, volume_m3),
                           std::numbers::pi * spool_late_s / spool_damping,  // 1/f
@@ -101,12 +102,14 @@ GreyboxModel greybox_of(const trace::RigDescription& rig, std::optional<unsigned
                           figure(effects::kIdSensorLag, 0),
                           rig.supply.pressure_Pa / kPascals_per_kPa,
                           rig.ambient.pressure_Pa / kPascals_per_kPa};
-  constexpr effects::EffectSet kCarried =
+  constexpr effects::EffectSet kAlways =
       1U << effects::kIdAreaShape | 1U << effects::kIdFlowFunction | 1U << effects::kIdVolumeError |
       1U << effects::kIdChamberLeak | 1U << effects::kIdDeadTime | 1U << effects::kIdSpoolLag |
       1U << effects::kIdValveHysteresis | 1U << effects::kIdSensorLag | 1U << effects::kIdTubeDynamics;
+  const bool keeps_heat = figure(effects::kIdHeatTransfer, 0) == 0.0;
+  const effects::EffectSet carried = kAlways | (keeps_heat ? 1U << effects::kIdHeatTransfer : 0U);
   for (std::size_t id = 0; id < effects::kEffects; ++id) {
-    if (((of.on & ~kCarried) >> id & 1U) != 0) made.left_out.emplace_back(effects::kCatalogue[id]->id);
+    if (((of.on & ~carried) >> id & 1U) != 0) made.left_out.emplace_back(effects::kCatalogue[id]->id);
   }
   trace::parse_model(trace::format_model(made.file), "grey-box model of the rig");
   return made;

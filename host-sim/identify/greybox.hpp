@@ -33,7 +33,8 @@ struct GreyboxModel {
 };
 
 /// Carries area_shape, flow_function, volume_error, chamber_leak, dead_time, spool_lag, valve_hysteresis and sensor_lag, without
-/// the parameters that refine them, and tube_dynamics as above, of a chamber of `volume_m3` [m3] in the mean. A spool's coil, and
+/// the parameters that refine them, of heat_transfer the exponent, and tube_dynamics as above, of a chamber of `volume_m3` [m3] in the
+/// mean. A spool's coil, and
 /// damping beyond the board's range, become a longer period: it is as late in all as the rig's. A null that drifts stands where it
 /// is `at_s` [s] after a log's first row. Throws trace::InputError when an effect is not the catalogue's, or a
 /// figure beyond what a board takes.

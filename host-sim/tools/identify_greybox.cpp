@@ -18,8 +18,11 @@ namespace {
 
 using identify::chamber::FigureFit;
 using identify::chamber::GreyboxFit;
+using identify::chamber::NotTold;
 using identify::chamber::TriedEffects;
 using trace::NamedLog;
+
+constexpr const char* kNotTold = "not told by these data";
 
 std::string error_of(const FigureFit& figure) {
   return std::isfinite(figure.standard_error) ? fmt::format("{:.2g}", figure.standard_error) : std::string();
@@ -56,6 +59,9 @@ void print_fit(const Output& output, const GreyboxFit& fit) {
     const std::string error = error_of(figure);
     output.print("{:<28} {:>12.6g}  {:<12} {}\n", figure.name, figure.value,
                  error.empty() ? "" : "+- " + error, bound_in_words(figure.at_bound));
+  }
+  for (const NotTold& figure : fit.not_told) {
+    output.print("{:<28} {:>12.6g}  {:<12} {}\n", figure.name, figure.value, "", kNotTold);
   }
   for (const TriedEffects& tried : fit.tried) {
     output.print("tried {:<40} held-out rows {:.3f} kPa\n", text_of(tried), tried.heldout_kPa);
@@ -119,6 +125,10 @@ report::Page page_of(const GreyboxRequest& request, const GreyboxFit& fit) {
     figures.rows.push_back({figure.name, fmt::format("{:.6g}", figure.value),
                             error_of(figure).empty() ? "none" : error_of(figure),
                             bound_in_words(figure.at_bound)});
+  }
+  for (const NotTold& figure : fit.not_told) {
+    figures.rows.push_back(
+        {figure.name, fmt::format("{:.6g}", figure.value), std::string("none"), std::string(kNotTold)});
   }
   report::Table effects{
       .caption = "Effects that were tried", .columns = {"With", "Held-out rows, RMS [kPa]"}, .rows = {}};

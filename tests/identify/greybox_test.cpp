@@ -8,14 +8,13 @@
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <span>
+#include <vector>
 
-#include "firmware/control/any_model.hpp"
-#include "firmware/control/model_paths.hpp"
-#include "firmware/control/sensor_lag.hpp"
-#include "firmware/control/sent_commands.hpp"
 #include "host-sim/effects/free_run.hpp"
 #include "host-sim/identify/chamber/fit.hpp"
 #include "host-sim/trace/input_error.hpp"
+#include "tests/identify/board_free_run.hpp"
 #include "tests/identify/board_parameters.hpp"
 
 namespace plenum::host::identify {
@@ -66,31 +65,17 @@ double worst_drift_percent(const trace::RigDescription& rig, const trace::RigDes
   const GreyboxModel made = greybox_of(known, {}, kMeanVolume_m3);
   const plenum::config::ModelParameters parameters =
       host::testing::board_parameters(made.file.kind, made.file.parameters);
-  plenum::control::AnyModel room;
-  const plenum::control::PressureModel& model = *room.take_over(parameters, 0.0F, 10.0F);
-  const plenum::control::ModelPaths paths = plenum::control::paths_of(parameters, 0.0F);
-  plenum::control::ValvePath valve;
-  plenum::control::SentCommands sent;
-  plenum::control::SensorLag sensor;
-  valve.configure(paths.valve);
-  valve.reset(static_cast<float>(drive.command_V.front()));
-  sent.configure(valve.delay_ticks());
-  sent.reset(static_cast<float>(drive.command_V.front()));
-  sensor.configure(paths.sensor_lag_ticks, 1.0F);
-  sensor.reset(300.0F);
-  plenum::numeric::Scalar pressure_kPa = 300.0F;
-  double worst_kPa = 0.0;
+  std::vector<double> volume_mL, volume_rate_mL_s;
   for (std::size_t k = 0; k + 1 < kRows; ++k) {
     const double from_mL = 1e6 * drive.volume_m3[k], to_mL = 1e6 * drive.volume_m3[k + 1];
-    const plenum::control::ChamberMotion motion{
-        .volume_mL = static_cast<float>(0.5 * (from_mL + to_mL)),
-        .volume_rate_mL_s = static_cast<float>((to_mL - from_mL) / 0.01)};
-    sent.push({.model_V = valve.sent(static_cast<float>(drive.command_V[k]))});
-    const plenum::control::Prediction next = sent.past_tick(model, pressure_kPa, motion);
-    const auto shown_kPa = static_cast<double>(sensor.pass(pressure_kPa, next));
-    pressure_kPa = next.end_kPa;
-    worst_kPa = std::max(worst_kPa, std::abs(shown_kPa - 1e-3 * truth_Pa[k + 1]));
+    volume_mL.push_back(0.5 * (from_mL + to_mL));
+    volume_rate_mL_s.push_back((to_mL - from_mL) / 0.01);
   }
+  const std::vector<double> shown_kPa = host::testing::board_free_run_kPa(
+      parameters, 300.0, std::span(drive.command_V).first(kRows - 1), volume_mL, volume_rate_mL_s);
+  double worst_kPa = 0.0;
+  for (std::size_t k = 0; k + 1 < kRows; ++k)
+    worst_kPa = std::max(worst_kPa, std::abs(shown_kPa[k] - 1e-3 * truth_Pa[k + 1]));
   return 1e5 * worst_kPa / (rig.supply.pressure_Pa - rig.ambient.pressure_Pa);
 }
 
@@ -117,6 +102,16 @@ TEST(GreyboxOfARig, FollowsTheRigsEffectsThatDoNotChangeInTime) {
   rig.effects["chamber_leak"] = {{"conductance_g_s_MPa", 0.3}};
   EXPECT_LT(worst_drift_percent(rig), 0.3);
   EXPECT_THAT(greybox_of(rig).left_out, ::testing::IsEmpty());
+}
+
+TEST(GreyboxOfARig, CompressesItsGasWithTheExponentOfTheRigs) {
+  trace::RigDescription rig;
+  rig.effects["heat_transfer"] = {{"exponent", 1.15}};
+  EXPECT_LT(worst_drift_percent(rig), 0.3);
+  EXPECT_GT(worst_drift_percent(rig, {}), 3.0);
+  EXPECT_THAT(greybox_of(rig).left_out, ::testing::IsEmpty());
+  rig.effects["heat_transfer"]["conductance_W_K"] = 0.5;
+  EXPECT_THAT(greybox_of(rig).left_out, ::testing::ElementsAre("heat_transfer"));
 }
 
 TEST(GreyboxOfARig, FollowsItsValveAndItsSensor) {

@@ -70,6 +70,16 @@ double lane_squares(const std::vector<double>& readings, const Record& record, s
   return sum;
 }
 
+/// Whether heat flows in a record, or may with these variables: gas that keeps its heat may be as warm as it likes.
+bool conducts(const Scene& scene, const Record& record, EffectSet on,
+              const std::vector<Variable>& variables) {
+  constexpr std::size_t kConductance = effects::kFirstFigure[effects::kIdHeatTransfer];
+  return has_warmth(scene, record, on) &&
+         (scene.nominal[kConductance] > 0.0 ||
+          std::any_of(variables.begin(), variables.end(),
+                      [](const Variable& v) { return v.figure == kConductance; }));
+}
+
 /// Warmth of gas at `pressure_Pa` that came there without heat: compressed from ambient pressure at most, or let out by (4)
 /// from the supply's.
 struct WarmthRange {
@@ -95,7 +105,7 @@ class FreeRunSquares {
         rising_areas_(rising_areas && (on >> effects::kIdAreaShape & 1U) != 0) {
     first_start_.push_back(figures());
     for (const Record& record : records) {
-      first_start_.push_back(first_start_.back() + (has_warmth(scene, record, on) ? 2 : 1));
+      first_start_.push_back(first_start_.back() + (conducts(scene, record, on, variables_) ? 2 : 1));
     }
   }
 
@@ -354,7 +364,7 @@ Figures figures_without(const Scene& scene, Figures figures, std::size_t effect)
   return figures;
 }
 
-std::vector<Variable> variables_of(const Scene& scene, EffectSet on, EffectSet refined) {
+std::vector<Variable> variables_of(const Scene& scene, EffectSet on, EffectSet refined, Gas gas) {
   const Figures& nominal = scene.nominal;
   const double gain = 0.5 * (nominal[effects::kInletGain] + nominal[effects::kExhaustGain]);
   std::vector<Variable> variables{
@@ -370,8 +380,9 @@ std::vector<Variable> variables_of(const Scene& scene, EffectSet on, EffectSet r
   for (std::size_t i = 0; i < effects::kEffects; ++i) {
     if ((on >> i & 1U) == 0) continue;
     std::size_t at = effects::kFirstFigure[i];
+    const bool exponent_alone = i == effects::kIdHeatTransfer && gas == Gas::polytropic;
     for (const effects::Parameter& p : effects::kCatalogue[i]->parameters) {
-      if (!p.refines || (refined >> i & 1U) != 0) {
+      if (exponent_alone ? at == kExponent : !p.refines || (refined >> i & 1U) != 0) {
         const effects::Parameter sized = p.of(size);
         variables.push_back({at, sized.least(), sized.greatest(), sized.typical_change});
       }
@@ -405,7 +416,7 @@ Fit fit(const Scene& scene, EffectSet on, const Figures& figures, const std::vec
     one.warmth_Pa = std::clamp(one.warmth_Pa, range.least_Pa, range.greatest_Pa);
   }
   result.refined = options.refined;
-  result.variables = variables_of(scene, on, options.refined);
+  result.variables = variables_of(scene, on, options.refined, options.gas);
   Figures base = figures;
   for (const Variable& v : result.variables) base[v.figure] = std::clamp(base[v.figure], v.low, v.high);
   FreeRunSquares squares(scene, scene.records, on, base, begin, result.variables, options.rising_areas);
@@ -422,7 +433,7 @@ Fit fit(const Scene& scene, EffectSet on, const Figures& figures, const std::vec
   for (const Record& record : scene.records) {
     for (std::size_t row = record.settled_rows; row < record.fitted_rows; ++row)
       result.rows += record.counts(row);
-    if (has_warmth(scene, record, on)) ++result.warmths;
+    if (conducts(scene, record, on, result.variables)) ++result.warmths;
   }
   result.gram = std::move(solution.gram);
   result.iterations = solution.iterations;

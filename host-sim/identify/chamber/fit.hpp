@@ -72,8 +72,16 @@ struct Variable {
   double scale = 1.0;
 };
 
+/// The exponent n of heat_transfer, with which the gas is compressed.
+inline constexpr std::size_t kExponent = effects::kFirstFigure[effects::kIdHeatTransfer] + 1;
+static_assert(effects::kHeatTransferParameters[1].name == "exponent");
+
+/// What of heat_transfer is sought: the heat's way, or the exponent of a gas that keeps its heat.
+enum class Gas { conducting, polytropic };
+
 /// The valve's figures, then the parameters of the effects in `on`; those that refine an effect only for `refined`.
-std::vector<Variable> variables_of(const Scene& scene, effects::EffectSet on, effects::EffectSet refined = 0);
+std::vector<Variable> variables_of(const Scene& scene, effects::EffectSet on, effects::EffectSet refined = 0,
+                                   Gas gas = Gas::conducting);
 
 struct Fit {
   effects::EffectSet on = 0;
@@ -99,6 +107,7 @@ struct FitOptions {
   effects::EffectSet refined = 0;
   bool rising_areas =
       false;  ///< hold area_shape's areas rising over the whole command range (rising_areas.hpp)
+  Gas gas = Gas::conducting;
 };
 
 /// Whether the gas of a record has a temperature of its own when `on` is looked for, with which it then begins.

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <thread>
 
 #include "host-sim/identify/cannot_identify.hpp"
 #include "host-sim/identify/chamber/area_table.hpp"
@@ -15,6 +16,7 @@
 #include "host-sim/identify/chamber/valve_figures.hpp"
 #include "host-sim/identify/excitation.hpp"
 #include "host-sim/identify/greybox.hpp"
+#include "host-sim/identify/in_parallel.hpp"
 #include "host-sim/identify/ticks.hpp"
 
 namespace plenum::host::identify::chamber {
@@ -36,9 +38,13 @@ constexpr int kMostIterations = 100;
 /// While effects are chosen: a share of the squares that no choice hangs on.
 constexpr double kTrialTolerance = 1e-3;
 
-constexpr std::array<std::size_t, 6> kCandidates{effects::kIdAreaShape,   effects::kIdFlowFunction,
-                                                 effects::kIdVolumeError, effects::kIdSpoolLag,
-                                                 effects::kIdDeadTime,    effects::kIdTubeDynamics};
+/// What a board's model has figures for; of heat_transfer that is the exponent. The first kPaired are tried two together as well: of
+/// those each can stand in for another, or hide it.
+constexpr std::array kCandidates{
+    effects::kIdAreaShape,       effects::kIdFlowFunction, effects::kIdVolumeError,  effects::kIdSpoolLag,
+    effects::kIdDeadTime,        effects::kIdTubeDynamics, effects::kIdHeatTransfer, effects::kIdChamberLeak,
+    effects::kIdValveHysteresis, effects::kIdSensorLag};
+constexpr std::size_t kPaired = 6;
 
 EffectSet bit(std::size_t effect) {
   return EffectSet{1} << effect;
@@ -93,13 +99,17 @@ class Chooser {
   Chooser(Scene scene, const std::function<void(double)>& progress)
       : scene_(std::move(scene)), table_(area_table(scene_)), progress_(progress) {
     scene_.nominal = better_start();
+    for (const std::size_t id : kCandidates) {
+      if ((scene_.known & bit(id)) == 0) candidates_.push_back(id);
+    }
   }
 
+  const std::vector<std::size_t>& candidates() const { return candidates_; }
   const Trial& best() const { return best_; }
   const std::vector<TriedEffects>& tried() const { return tried_; }
 
   void choose() {
-    best_ = trial({}, {scene_.nominal});
+    best_ = plain_ = trial({}, {scene_.nominal});
     while (!at_the_noise() && (enlarged() || refined())) {
     }
     while (reduced()) {
@@ -121,33 +131,58 @@ class Chooser {
     return squares;
   }
 
+  /// A fit that is to be tried, from each of the starts.
+  struct Attempt {
+    Part part;
+    std::vector<Figures> starts;
+  };
+
   Trial trial(const Part& part, const std::vector<Figures>& starts) {
+    std::vector<Attempt> one;
+    one.push_back({part, starts});
+    return std::move(trials(one).front());
+  }
+
+  /// Of each attempt, side by side.
+  std::vector<Trial> trials(const std::vector<Attempt>& attempts) {
+    std::vector<Trial> made(attempts.size());
+    auto count = static_cast<double>(tried_.size());
+    in_parallel(
+        attempts.size(), std::thread::hardware_concurrency(),
+        [&](std::size_t i) { made[i] = trial(attempts[i]); },
+        [&](double) {
+          count += 1.0;
+          if (progress_) progress_(kShareOfChoice * count / (count + kUsualTrials));
+        });
+    for (const Trial& one : made) note(one);
+    return made;
+  }
+
+  Trial trial(const Attempt& attempt) const {
     Trial tried;
-    for (const Figures& start : starts) {
-      Fit found = fit(scene_, part.on, start, {},
+    for (const Figures& start : attempt.starts) {
+      Fit found = fit(scene_, attempt.part.on, start, {},
                       {.most_iterations = kMostIterations,
                        .tolerance = kTrialTolerance,
-                       .refined = part.refined,
-                       .rising_areas = true});
+                       .refined = attempt.part.refined,
+                       .rising_areas = true,
+                       .gas = Gas::polytropic});
       if (tried.fit.rows == 0 || found.squares < tried.fit.squares) tried.fit = std::move(found);
     }
     tried.heldout_squares = 0.0;
     for (std::size_t r = 0; r < scene_.records.size(); ++r) {
       const Record& record = scene_.records[r];
-      const auto reading_Pa = run(scene_, record, part.on, tried.fit.figures, tried.fit.start[r]);
+      const auto reading_Pa = run(scene_, record, attempt.part.on, tried.fit.figures, tried.fit.start[r]);
       const Score held = score(reading_Pa, record, record.fitted_rows);
       tried.heldout_squares += held.squares;
       tried.heldout_rows += held.rows;
     }
-    note(tried);
-    const auto count = static_cast<double>(tried_.size());
-    if (progress_) progress_(kShareOfChoice * count / (count + kUsualTrials));
     return tried;
   }
 
   void note(const Trial& trial) {
     TriedEffects one;
-    for (const std::size_t id : kCandidates) {
+    for (const std::size_t id : candidates_) {
       if ((trial.fit.on & bit(id)) == 0) continue;
       const bool refined = (trial.fit.refined & bit(id)) != 0;
       one.effects.push_back(std::string(effects::kCatalogue[id]->id) + (refined ? ", refined" : ""));
@@ -171,33 +206,47 @@ class Chooser {
   /// By one effect; beside a valve's figures alone, where none takes off enough to be more than a stand-in, by two where they
   /// are better.
   bool enlarged() {
-    Trial most;
-    for (const std::size_t id : kCandidates) consider({id, id}, most);
+    std::vector<Attempt> singles;
+    for (const std::size_t id : candidates_) {
+      if ((best_.fit.on & bit(id)) == 0) singles.push_back(with({id, id}));
+    }
+    Trial most = least_held_out(singles);
     if (best_.fit.on != 0 || most.heldout_squares < kStandIn * best_.heldout_squares)
       return taken(std::move(most));
-    for (std::size_t i = 0; i < kCandidates.size(); ++i) {
-      for (std::size_t j = i + 1; j < kCandidates.size(); ++j)
-        consider({kCandidates[i], kCandidates[j]}, most);
+    std::vector<Attempt> pairs;
+    for (std::size_t i = 0; i < kPaired; ++i) {
+      for (std::size_t j = i + 1; j < kPaired; ++j) {
+        if ((scene_.known & (bit(kCandidates[i]) | bit(kCandidates[j]))) == 0)
+          pairs.push_back(with({kCandidates[i], kCandidates[j]}));
+      }
     }
-    return taken(std::move(most));
+    Trial two = least_held_out(pairs);
+    return taken(std::move(two.heldout_squares < most.heldout_squares ? two : most));
   }
-  void consider(const std::array<std::size_t, 2>& ids, Trial& most) {
+  Trial least_held_out(const std::vector<Attempt>& attempts) {
+    Trial least;
+    for (Trial& one : trials(attempts)) {
+      if (one.heldout_squares < least.heldout_squares) least = std::move(one);
+    }
+    return least;
+  }
+  /// What is best so far, with two more effects, or one given twice.
+  Attempt with(const std::array<std::size_t, 2>& ids) const {
     EffectSet added = 0;
     Figures start = best_.fit.figures;
     for (const std::size_t id : ids) {
-      if ((best_.fit.on & bit(id)) != 0) return;
       added |= bit(id);
       start = begun(start, id);
     }
-    const Part part{best_.fit.on | added, best_.fit.refined};
-    std::vector<Figures> starts{start};
-    if ((added & bit(effects::kIdAreaShape)) != 0) starts.push_back(nearest_valve(table_, start, part.on));
-    Trial with = trial(part, starts);
-    if (with.heldout_squares < most.heldout_squares) most = std::move(with);
+    Attempt attempt{{best_.fit.on | added, best_.fit.refined}, {start}};
+    if ((added & bit(effects::kIdAreaShape)) != 0)
+      attempt.starts.push_back(nearest_valve(table_, start, attempt.part.on));
+    return attempt;
   }
 
   /// An effect that vanishes at a bound begins a step off it.
   Figures begun(Figures figures, std::size_t id) const {
+    if (id == effects::kIdHeatTransfer) return figures;
     const effects::Parameter first = effects::kCatalogue[id]->parameters.front().of(size_of(scene_));
     double& at = figures[effects::kFirstFigure[id]];
     if (at == first.least()) at = first.least() + first.typical_change;
@@ -210,12 +259,13 @@ class Chooser {
     return taken(trial({best_.fit.on, best_.fit.refined | shape}, {best_.fit.figures}));
   }
 
-  /// Without one effect that the others have made needless.
+  /// Without one effect that the others have made needless, or that no longer pays alone.
   bool reduced() {
-    for (const std::size_t id : kCandidates) {
-      if ((best_.fit.on & bit(id)) == 0 || best_.fit.on == bit(id)) continue;
-      Trial rest = trial({best_.fit.on & ~bit(id), best_.fit.refined & ~bit(id)},
-                         {figures_without(scene_, best_.fit.figures, id)});
+    for (const std::size_t id : candidates_) {
+      if ((best_.fit.on & bit(id)) == 0) continue;
+      Trial rest = best_.fit.on == bit(id) ? plain_
+                                           : trial({best_.fit.on & ~bit(id), best_.fit.refined & ~bit(id)},
+                                                   {figures_without(scene_, best_.fit.figures, id)});
       if (rest.heldout_squares < (1.0 + kWorthKeeping) * best_.heldout_squares) {
         best_ = std::move(rest);
         return true;
@@ -227,6 +277,8 @@ class Chooser {
   Scene scene_;
   AreaTable table_;
   const std::function<void(double)>& progress_;
+  std::vector<std::size_t> candidates_;  ///< those that the rig does not state
+  Trial plain_;                          ///< without any effect
   Trial best_;
   std::vector<TriedEffects> tried_;
 };
@@ -269,6 +321,13 @@ void put_figures(const Fit& fit, double correlated_rows, GreyboxFit& into) {
   }
 }
 
+NotTold not_told(const Scene& scene, std::size_t id) {
+  const effects::Effect& effect = *effects::kCatalogue[id];
+  const std::size_t figure = id == effects::kIdHeatTransfer ? kExponent : effects::kFirstFigure[id];
+  const effects::Parameter& parameter = effect.parameters[figure - effects::kFirstFigure[id]];
+  return {fmt::format("{}.{}", effect.id, parameter.name), parameter.value_of(scene.nominal[figure])};
+}
+
 }  // namespace
 
 GreyboxFit fit_greybox(const std::vector<trace::Log>& logs, const trace::RigDescription& rig,
@@ -280,17 +339,23 @@ GreyboxFit fit_greybox(const std::vector<trace::Log>& logs, const trace::RigDesc
 
   Scene scene = scene_of(logs, rig, 1.0);
   std::copy_n(chosen.fit.figures.begin(), effects::kValveFigures, scene.nominal.begin());
-  const Fit last =
-      fit(scene, chosen.fit.on, chosen.fit.figures, chosen.fit.start,
-          {.most_iterations = 3 * kMostIterations, .refined = chosen.fit.refined, .rising_areas = true});
+  const Fit last = fit(scene, chosen.fit.on, chosen.fit.figures, chosen.fit.start,
+                       {.most_iterations = 3 * kMostIterations,
+                        .refined = chosen.fit.refined,
+                        .rising_areas = true,
+                        .gas = Gas::polytropic});
   const std::vector<double> errors = errors_of(scene, last);
 
   GreyboxFit result;
   result.rig = rig;
   result.volume_m3 = logs.front().mean_volume_m3();
   result.tried = chooser.tried();
-  for (const std::size_t id : kCandidates) {
-    if ((last.on & bit(id)) != 0) result.kept.emplace_back(effects::kCatalogue[id]->id);
+  for (const std::size_t id : chooser.candidates()) {
+    if ((last.on & bit(id)) != 0) {
+      result.kept.emplace_back(effects::kCatalogue[id]->id);
+    } else {
+      result.not_told.push_back(not_told(scene, id));
+    }
   }
   put_figures(last, correlation_rows(errors), result);
   result.noise_kPa = 1e-3 * white_noise(errors);
@@ -324,6 +389,7 @@ trace::ModelFile to_model_file(const GreyboxFit& fit, std::optional<unsigned> ch
   for (const TriedEffects& one : fit.tried) {
     file.fit["tried"].push_back({{"effects", one.effects}, {"rms_heldout_kPa", one.heldout_kPa}});
   }
+  for (const NotTold& figure : fit.not_told) file.fit["not_told"].push_back(figure.name);
   for (const FigureFit& figure : fit.parameters) {
     nlohmann::ordered_json& entry = file.fit["parameters"][figure.name];
     entry["value"] = figure.value;

@@ -24,24 +24,32 @@ struct TriedEffects {
   double heldout_kPa = 0.0;
 };
 
+/// A figure of an effect that was looked for and not kept, the one that stands for it, as it stays: "dead_time.delay_s" 0.
+struct NotTold {
+  std::string name;
+  double value = 0.0;
+};
+
 struct GreyboxFit {
   trace::RigDescription rig;          ///< the given one with the valve as fitted and the effects kept
   double volume_m3 = 0.0;             ///< of the chamber in the mean, over the first log
   std::vector<FigureFit> parameters;  ///< of the last fit, on all rows
-  std::vector<TriedEffects> tried;    ///< in order; the first without any
-  std::vector<std::string> kept;      ///< ids of effects
-  double noise_kPa = 0.0;             ///< white part of the errors of the last fit
-  double rms_next_tick_kPa = 0.0;     ///< from each row's pressure to the next
-  double rms_free_run_kPa = 0.0;      ///< whole logs, each from an estimated start
-  double rms_heldout_kPa = 0.0;       ///< of the effects kept, over rows they were not fitted to
+  std::vector<NotTold> not_told;
+  std::vector<TriedEffects> tried;  ///< in order; the first without any
+  std::vector<std::string> kept;    ///< ids of effects
+  double noise_kPa = 0.0;           ///< white part of the errors of the last fit
+  double rms_next_tick_kPa = 0.0;   ///< from each row's pressure to the next
+  double rms_free_run_kPa = 0.0;    ///< whole logs, each from an estimated start
+  double rms_heldout_kPa = 0.0;     ///< of the effects kept, over rows they were not fitted to
   std::size_t rows = 0;
   int iterations = 0;  ///< of the last fit
   bool converged = false;
   std::string stop;  ///< why it stopped, in one line
 };
 
-/// Fits the valve's figures to all logs together, and of area_shape, flow_function, volume_error, spool_lag,
-/// dead_time and tube_dynamics those that the held-out rows demand. What `rig` has as effects stays as configured; its [valve] is one of two starts and need not be near. Throws
+/// Fits the valve's figures to all logs together, and of area_shape, flow_function, volume_error, spool_lag, dead_time, tube_dynamics,
+/// chamber_leak, valve_hysteresis, sensor_lag and the exponent of heat_transfer those that the held-out rows demand. What `rig` has as
+/// effects stays as configured; its [valve] is one of two starts and need not be near. Throws
 /// CannotIdentify, in one line: no log, logs that differ in rate, too few rows, no excitation (excitation.hpp). `progress` is told how
 /// far the work is, 0 to 1; how many sets of effects will be tried is not known before, so that it slows down.
 GreyboxFit fit_greybox(const std::vector<trace::Log>& logs, const trace::RigDescription& rig,
