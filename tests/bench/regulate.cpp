@@ -42,6 +42,7 @@
 #include "host-sim/plant/reach.hpp"
 #include "host-sim/rig/standard_rigs.hpp"
 #include "host-sim/tools/rig_link.hpp"
+#include "tests/bench/captured_log.hpp"
 #include "tests/bench/row.hpp"
 
 namespace {
@@ -71,24 +72,13 @@ class WatchedLink : public tools::RigLink {
   std::array<std::vector<plant::ChamberPlant>, kChambers> truth;  ///< before the command of that tick
 };
 
-trace::Log log_of(const std::vector<client::CapturedRow>& rows, unsigned chamber) {
-  trace::Log log;
-  for (const client::CapturedRow& row : rows) {
-    log.time_s.push_back(row.time_s);
-    log.command_V.push_back(row.sample[chamber].command_V);
-    log.pressure_Pa.push_back(row.sample[chamber].actual_Pa);
-    log.volume_m3.push_back(row.sample[chamber].volume_m3);
-  }
-  return log;
-}
-
 enum class Kind { tassa9, tassa9r, greybox };
 
 client::ModelUpload identified(const std::vector<client::CapturedRow>& rows, unsigned chamber, Kind kind) {
   trace::RigDescription description;
   description.supply.pressure_Pa = 700'000.0;
   description.ambient.pressure_Pa = 100'000.0;
-  const std::vector<trace::Log> logs{log_of(rows, chamber)};
+  const std::vector<trace::Log> logs{plenum::bench::log_of(rows, chamber)};
   const auto number = static_cast<std::uint8_t>(chamber);
   if (kind == Kind::greybox) {
     const auto fit = identify::chamber::fit_greybox(logs, description);

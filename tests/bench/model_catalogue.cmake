@@ -1,0 +1,4 @@
+add_executable(plenum_model_catalogue_bench ${CMAKE_CURRENT_LIST_DIR}/model_catalogue.cpp)
+target_link_libraries(plenum_model_catalogue_bench PRIVATE plenum_firmware plenum_rig plenum_client plenum_identify plenum_identify_chamber
+  plenum_warnings Threads::Threads)
+plenum_bench(NAME model.catalogue COMMAND plenum_model_catalogue_bench)
