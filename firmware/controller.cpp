@@ -158,6 +158,7 @@ safety::FaultReport Controller::judge(const Inputs& inputs, bool upset) noexcept
   for (std::size_t c = 0; c < config::kChambers; ++c) {
     causes[c] = chamber_[c].measure({.pressure = inputs.pressure[c], .position = inputs.position[c]}, asked,
                                     model_needed());
+    if (inputs.position[c].fresh) image_.chamber[c].position_V = inputs.position[c].mean_V;
   }
   const bool released = image_.reset_released.intact() && image_.reset_released != 0;
   image_.reset_released = 0;

@@ -55,7 +55,9 @@ inline constexpr std::uint8_t kSetUnderWay = 0xFF;  ///< outcome of a set that i
 inline constexpr std::uint16_t kSetState = 0x2128;
 inline constexpr std::uint16_t kStoredSet =
     0x2130;  ///< {phase, found at start, generation, rows skipped, first of them, failures}
-inline constexpr std::uint16_t kPascals = 0x2150;  ///< + chamber {set point Pa, actual Pa, volume m3}
+inline constexpr std::uint16_t kPascals =
+    0x2150;  ///< + chamber {set point Pa, actual Pa, volume m3, position sensor V}
+inline constexpr std::uint16_t kSupply = 0x2158;  ///< REAL32 [Pa]
 inline constexpr std::uint16_t kPreviewTicks = 0x2160;
 inline constexpr std::uint16_t kHealth = 0x2200;
 inline constexpr std::uint16_t kLatency = 0x2201;  ///< + 1 + bin of telemetry/latency_histogram.hpp

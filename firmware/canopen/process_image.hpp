@@ -27,10 +27,12 @@ struct ChamberImage {
   float setpoint_Pa = 0.0F;       ///< 6380h / 2150h:1, absolute pressure
   float hold_setpoint_Pa = 0.0F;  ///< 6394h
   // to the bus
-  float actual_Pa = 0.0F;      ///< 6381h / 2150h:2, mean over the tick just past
-  float demand_Pa = 0.0F;      ///< 6390h, the set point that is followed, within the limits
-  float reference_Pa = 0.0F;   ///< 6391h, the set point after ramp and limits
-  float volume_m3 = 0.0F;      ///< 2150h:3
+  float actual_Pa = 0.0F;     ///< 6381h / 2150h:2, mean over the tick just past
+  float demand_Pa = 0.0F;     ///< 6390h, the set point that is followed, within the limits
+  float reference_Pa = 0.0F;  ///< 6391h, the set point after ramp and limits
+  float volume_m3 = 0.0F;     ///< 2150h:3
+  float position_V =
+      0.0F;  ///< 2150h:4, mean at the position sensor's pin over the last tick in which a sample came
   float command_V = 0.0F;      ///< 2210h:3, the command now held at the valve
   float feedforward_V = 0.0F;  ///< 2210h:1
   float feedback_V = 0.0F;     ///< 2210h:2
@@ -97,7 +99,7 @@ struct ProcessImage {
   std::uint8_t fault_chamber = 0;   ///< chamber of the error + 1; 0: the whole board
   std::uint8_t must_vent = 0;       ///< chambers that a fault vents (bit c: chamber c)
   bool bus_off = false;             ///< the CAN controller has left the bus
-  float supply_Pa = 0.0F;
+  float supply_Pa = 0.0F;           ///< 2158h, mean over the tick just past
   std::uint32_t tick_count = 0;
   std::uint32_t overrun_count = 0;
   telemetry::LatencyHistogram latency;  ///< of the ticks since the start: 2200h, 2201h

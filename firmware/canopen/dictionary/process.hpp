@@ -56,17 +56,26 @@ inline Abort write_volume_lsb(Device& device, Place, std::uint32_t bits) noexcep
   return Abort::none;
 }
 
+inline Abort read_supply(const Device& device, Place, std::uint32_t& bits) noexcept {
+  bits = bits_of(device.image.supply_Pa);
+  return Abort::none;
+}
+
 using C = ChamberImage;
 using L = telemetry::LatencyHistogram;
 
 inline constexpr Entry kProcessRows[] = {
-    highest<3>(0x2150, kChambersNext, "Values in SI units"),
+    highest<4>(0x2150, kChambersNext, "Values in SI units"),
     value(0x2150, 1, kChambersNext, "Set point [Pa]", real32, read_write, receive_and_transmit,
           kSetpointRange, read_chamber<&C::setpoint_Pa>, write_chamber<&C::setpoint_Pa>),
     value(0x2150, 2, kChambersNext, "Actual pressure [Pa]", real32, read_only, transmit, kAny,
           read_chamber<&C::actual_Pa>),
     value(0x2150, 3, kChambersNext, "Volume [m3]", real32, read_only, transmit, kAny,
           read_chamber<&C::volume_m3>),
+    value(0x2150, 4, kChambersNext, "Position sensor [V]", real32, read_only, transmit, kAny,
+          read_chamber<&C::position_V>),
+    value(0x2158, 0, kOnce, "Supply pressure [Pa]", real32, read_only, transmit, kAny,
+          read_supply),
     kept(value(0x2160, 0, kOnce, "Preview of the set point [ticks]", unsigned8, read_write, no, kAny,
                read_image<&ProcessImage::preview_ticks>, write_image<&ProcessImage::preview_ticks>)),
     highest<12>(0x2200, kOnce, "Health"),

@@ -44,6 +44,19 @@ TEST(Board, NothingMovesHoweverLongNobodyAsks) {
   EXPECT_EQ(bench.state(), safety::State::init);
 }
 
+TEST(Board, TellsWhatIsAtItsPositionAndSupplySensors) {
+  Bench bench;
+  bench.board.start();
+  bench.forced[kChambers + 2] = ports::AnalogReading{.mean_V = 3.25F, .fresh = true};
+  bench.forced[2 * kChambers] = ports::AnalogReading{.mean_V = 6.5F, .fresh = true};
+  bench.tick();
+  EXPECT_EQ(bench.session.read<float>(object::kPascals + 2, 4), 3.25F);
+  EXPECT_EQ(bench.session.read<float>(object::kSupply, 0), 650e3F) << "100 kPa/V, from 0";
+  bench.forced[kChambers + 2] = ports::AnalogReading{};
+  bench.tick();
+  EXPECT_EQ(bench.session.read<float>(object::kPascals + 2, 4), 3.25F) << "the last that came";
+}
+
 TEST(Board, FullTransmitQueueLosesNoAnswerAndKeepsTheirOrder) {
   Bench bench;
   bench.board.start();
