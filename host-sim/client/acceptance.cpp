@@ -14,7 +14,8 @@ namespace {
 
 constexpr std::size_t kLongestLag = 12;  // ticks: dead time, spool and tube of a slow valve
 
-constexpr std::size_t kNoiseWindow = 100;  // ticks
+constexpr std::size_t kNoiseWindow = 100;   // ticks
+constexpr std::size_t kAnswerWindow = 100;  // ticks
 
 constexpr std::array kCriteria{
     Criterion{"latency_p999_us", "Ticks begun late, 999 of 1000", "us", 500.0},
@@ -25,7 +26,13 @@ constexpr std::array kCriteria{
     Criterion{"rows_lost", "Rows of the stream that did not come whole", "rows", 0.0},
     Criterion{"sdo_p99_ms", "SDO round trip, 99 of 100", "ms", 10.0},
     Criterion{"can_load_percent", "Load of the bus while streaming", "%", 60.0},
+    Criterion{"stuck_channels", "Inputs that never change, not by a bit", "", 0.0},
     Criterion{"noise_Pa", "Noise of a pressure at rest, worst chamber", "Pa", 300.0},
+    Criterion{"volume_noise_mL", "Noise of a volume at rest, worst chamber", "mL", 0.5},
+    Criterion{"supply_noise_Pa", "Noise of the supply pressure at rest", "Pa", 1000.0},
+    Criterion{"moving_latency_p999_us", "While the valves move: ticks begun late, 999 of 1000", "us", 500.0},
+    Criterion{"moving_jitter_us", "While the valves move: jitter, median to 999 of 1000", "us", 500.0},
+    Criterion{"moving_overruns", "While the valves move: overruns", "ticks", 0.0},
     Criterion{"chambers_amiss", "Chambers that do not answer their valve", "", 0.0}};
 
 /// Where `share` of the ticks is reached.
@@ -90,17 +97,22 @@ double mean_of(std::span<const double> values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
-/// Of two sequences of one length; 0 when one of them is constant.
+/// Of two sequences of one length, from the means of each window: moments in which nothing moves, as of chambers that ran to a
+/// pressure's end, take nothing from the others. 0 when one of them is constant.
 double correlation(std::span<const double> x, std::span<const double> y) {
-  const double mean_x = mean_of(x);
-  const double mean_y = mean_of(y);
   double xx = 0.0;
   double yy = 0.0;
   double xy = 0.0;
-  for (std::size_t k = 0; k < x.size(); ++k) {
-    xx += (x[k] - mean_x) * (x[k] - mean_x);
-    yy += (y[k] - mean_y) * (y[k] - mean_y);
-    xy += (x[k] - mean_x) * (y[k] - mean_y);
+  for (std::size_t begin = 0; begin < x.size(); begin += kAnswerWindow) {
+    const std::span in_x = x.subspan(begin, std::min(kAnswerWindow, x.size() - begin));
+    const std::span in_y = y.subspan(begin, in_x.size());
+    const double mean_x = mean_of(in_x);
+    const double mean_y = mean_of(in_y);
+    for (std::size_t k = 0; k < in_x.size(); ++k) {
+      xx += (in_x[k] - mean_x) * (in_x[k] - mean_x);
+      yy += (in_y[k] - mean_y) * (in_y[k] - mean_y);
+      xy += (in_x[k] - mean_x) * (in_y[k] - mean_y);
+    }
   }
   return xx > 0.0 && yy > 0.0 ? xy / std::sqrt(xx * yy) : 0.0;
 }
@@ -112,6 +124,33 @@ double answer_to(std::span<const double> change_Pa, std::span<const double> comm
     if (std::abs(found) > std::abs(strongest)) strongest = found;
   }
   return strongest;
+}
+
+/// Distance beyond the limits while the valve is turned against it; 0: within, or turned otherwise.
+double beyond_Pa(double pressure_Pa, double command_V, const MotionLimits& limits) {
+  if (pressure_Pa > limits.pressure_high_Pa && command_V < limits.command_mean_V)
+    return pressure_Pa - limits.pressure_high_Pa;
+  if (pressure_Pa < limits.pressure_low_Pa && command_V > limits.command_mean_V)
+    return limits.pressure_low_Pa - pressure_Pa;
+  return 0.0;
+}
+
+bool escapes(std::span<const double> pressure_Pa, std::span<const double> command_V,
+             const MotionLimits& limits) {
+  constexpr std::size_t kSecond = 100;  // ticks
+  constexpr double kNoNearer = 0.99;    // what is left of the distance; noise is less than a hundredth of it
+  std::vector<double> distance_Pa;      // of the run so far
+  for (std::size_t k = 0; k < pressure_Pa.size(); ++k) {
+    const double distance = beyond_Pa(pressure_Pa[k], command_V[k], limits);
+    if (distance == 0.0)
+      distance_Pa.clear();
+    else
+      distance_Pa.push_back(distance);
+    if (distance_Pa.size() > kSecond &&
+        distance_Pa.back() >= kNoNearer * distance_Pa[distance_Pa.size() - 1 - kSecond])
+      return true;
+  }
+  return false;
 }
 
 /// The criteria with the limits that were asked for.
@@ -164,23 +203,24 @@ LoopLatency latency_between(std::span<const LatencyBin> before, std::span<const 
   return latency;
 }
 
-Reading reading_of(std::span<const double> pressure_Pa) {
-  if (pressure_Pa.size() < 3)
+Reading reading_of(std::span<const double> samples) {
+  if (samples.size() < 3)
     throw std::invalid_argument(
-        fmt::format("a reading of {} samples, expected three at least", pressure_Pa.size()));
+        fmt::format("a reading of {} samples, expected three at least", samples.size()));
   Reading reading;
-  reading.mean_Pa = mean_of(pressure_Pa);
+  reading.mean = mean_of(samples);
   double squares = 0.0;
-  for (const double pressure : pressure_Pa) squares += std::pow(pressure - reading.mean_Pa, 2);
-  reading.std_Pa = std::sqrt(squares / static_cast<double>(pressure_Pa.size() - 1));
-  reading.noise_Pa = noise_of(pressure_Pa);
-  reading.changed = squares != 0.0;
-  if (std::isfinite(squares)) reading.step_Pa = step_of({pressure_Pa.begin(), pressure_Pa.end()});
+  for (const double sample : samples) squares += std::pow(sample - reading.mean, 2);
+  reading.std = std::sqrt(squares / static_cast<double>(samples.size() - 1));
+  reading.noise = noise_of(samples);
+  reading.changed =
+      std::any_of(samples.begin(), samples.end(), [&](double sample) { return sample != samples.front(); });
+  if (std::isfinite(squares)) reading.step = step_of({samples.begin(), samples.end()});
   return reading;
 }
 
 std::vector<Answer> answers_of(std::span<const std::vector<double>> pressure_Pa,
-                               std::span<const std::vector<double>> command_V) {
+                               std::span<const std::vector<double>> command_V, const MotionLimits& limits) {
   std::vector<Answer> answers(pressure_Pa.size());
   for (std::size_t c = 0; c < answers.size(); ++c) {
     // change[k] = pressure[k + 1] - pressure[k], while command[k] was held
@@ -188,6 +228,7 @@ std::vector<Answer> answers_of(std::span<const std::vector<double>> pressure_Pa,
     if (change.size() <= kLongestLag)
       throw std::invalid_argument(
           fmt::format("{} rows, expected more than {}", pressure_Pa[c].size(), kLongestLag + 1));
+    answers[c].escapes = escapes(pressure_Pa[c], command_V[c], limits);
     for (std::size_t valve = 0; valve < command_V.size(); ++valve) {
       const double found = answer_to(change, command_V[valve]);
       if (valve == c) answers[c].own = found;
@@ -201,10 +242,13 @@ std::vector<Answer> answers_of(std::span<const std::vector<double>> pressure_Pa,
 }
 
 std::string trouble_of(const Answer& answer, std::size_t chamber) {
-  if (answer.best != chamber && answer.best_correlation >= kAnswers)
+  if (answer.best != chamber && answer.best_correlation >= kFollows)
     return fmt::format("follows valve {}: tubes or wires are swapped", answer.best + 1);
-  if (answer.own >= kAnswers) return "";
-  return answer.own <= -kAnswers ? "goes the wrong way" : "does not answer";
+  if (answer.own <= -kAnswers) return "goes the wrong way";
+  if (answer.escapes)
+    return "stays beyond its limits though its valve is turned against it: tubes or wires are swapped, or it "
+           "is dead";
+  return answer.own >= kAnswers ? "" : "does not answer";
 }
 
 std::span<const Criterion> acceptance_criteria() {

@@ -2,7 +2,8 @@
 // on each of them. Measuring is the caller's part.
 //
 //   loop       2201h before and after a while: how late the ticks between them began
-//   readings   the stream while no valve moves: how much a pressure scatters, and the step of its converter if that shows
+//   readings   the stream while no valve moves: how much a channel scatters, whether it ever changes, and the step of its
+//              converter if that shows
 //   answers    the stream while the board excites its valves: which valve does a pressure follow, and which way
 #pragma once
 
@@ -33,20 +34,21 @@ struct LoopLatency {
 LoopLatency latency_between(std::span<const LatencyBin> before, std::span<const LatencyBin> after,
                             std::uint32_t max_us);
 
+/// Of a channel; in the unit of its samples.
 struct Reading {
-  double mean_Pa = 0.0;
-  double std_Pa = 0.0;  ///< of the samples, drift included
+  double mean = 0.0;
+  double std = 0.0;  ///< of the samples, drift included
   /// White noise of a sample, blind to drift: a sixth of the mean square of second differences (Gasser, Sroka and
   /// Jennen-Steinmetz, Biometrika 73 (1986), 625-633), the median over windows of a second, so that a moment of motion
   /// does not count; its root.
-  double noise_Pa = 0.0;
+  double noise = 0.0;
   /// Of which all differences are whole multiples; empty when the samples do not show it.
-  std::optional<double> step_Pa;
-  bool changed = true;  ///< false: every sample is the same: a stuck channel, or noise below the step
+  std::optional<double> step;
+  bool changed = true;  ///< false: every sample is the same to the last bit
 };
 
 /// Of at least three samples, otherwise std::invalid_argument; NaN in, NaN out.
-Reading reading_of(std::span<const double> pressure_Pa);
+Reading reading_of(std::span<const double> samples);
 
 /// How a pressure follows the valves: the correlation of its change in a tick with a valve's command some ticks before, where
 /// that is largest in magnitude. 1: a rising command feeds it, -1: empties it, 0: no answer.
@@ -54,17 +56,30 @@ struct Answer {
   double own = 0.0;               ///< to its own valve
   std::size_t best = 0;           ///< the valve, from 0, that it follows most
   double best_correlation = 0.0;  ///< to that one
+  /// It stayed beyond its limits for a second and came no nearer to them, its own valve turned against it all the while.
+  bool escapes = false;
+};
+
+/// Within which the board keeps the pressures while it excites the valves; the commands' mean tells which way one is turned.
+struct MotionLimits {
+  double pressure_low_Pa;
+  double pressure_high_Pa;
+  double command_mean_V;
 };
 
 /// One a chamber. `pressure_Pa[c]` and `command_V[c]`: chamber c, tick by tick, all of one length; pressures are means over the
 /// tick before, commands are held from then on.
 std::vector<Answer> answers_of(std::span<const std::vector<double>> pressure_Pa,
-                               std::span<const std::vector<double>> command_V);
+                               std::span<const std::vector<double>> command_V, const MotionLimits& limits);
 
-/// Below this a correlation counts as none: noise alone, and other chambers' valves, stay below a quarter over thirty seconds.
+/// Below this a correlation counts as none: noise alone stays below a quarter over thirty seconds.
 inline constexpr double kAnswers = 0.25;
+/// From here on it names another valve: of seven others one may come near a quarter by chance.
+inline constexpr double kFollows = 0.4;
 
-/// "follows valve 3: tubes or wires are swapped", "goes the wrong way", "does not answer"; empty for one that does right.
+/// "follows valve 3: tubes or wires are swapped", "goes the wrong way", "stays beyond its limits ...", "does not answer"; empty for one that
+/// does right. Where two are swapped, each guard turns the other's valve: within a second both chambers are at a pressure's end, and what
+/// correlation was left may be chance.
 std::string trouble_of(const Answer& answer, std::size_t chamber);
 
 // ---- verdict ----

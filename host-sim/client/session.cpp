@@ -280,9 +280,13 @@ Stream Session::configure_stream(const StreamConfig& config) {
   write(object::kCodeScale, 2, lsb_m3);
   for (std::uint32_t chamber = 0; chamber < kChambers; ++chamber) {
     if ((std::uint32_t{config.chambers} >> chamber & 1U) == 0) continue;
-    const std::array<std::uint32_t, 3> objects{canopen::mapping_entry(object::kPascals + chamber, 2, 32),
-                                               canopen::mapping_entry(object::kCodes + chamber, 1, 16),
-                                               canopen::mapping_entry(object::kCodes + chamber, 2, 16)};
+    std::vector<std::uint32_t> objects{canopen::mapping_entry(object::kPascals + chamber, 2, 32)};
+    if (config.position) {
+      objects.push_back(canopen::mapping_entry(object::kPascals + chamber, 4, 32));
+    } else {
+      objects.push_back(canopen::mapping_entry(object::kCodes + chamber, 1, 16));
+      objects.push_back(canopen::mapping_entry(object::kCodes + chamber, 2, 16));
+    }
     // On event, the event timer being the pause and the inhibit time half a tick less: once in so many ticks. A SYNC
     // that is late, or two in one tick, cost no row.
     constexpr std::uint8_t kOnEvent = 255;

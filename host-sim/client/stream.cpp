@@ -24,6 +24,10 @@ std::optional<StreamSample> Stream::decode(const CanFrame& frame) const {
   StreamSample sample;
   sample.chamber = chamber;
   sample.actual_Pa = static_cast<double>(std::bit_cast<float>(canopen::load_le(data.subspan<0, 4>())));
+  if (config_.position) {
+    sample.position_V = static_cast<double>(std::bit_cast<float>(canopen::load_le(data.subspan<4, 4>())));
+    return sample;
+  }
   sample.command_V = canopen::load_le(data.subspan<4, 2>()) * (10.0 / 65535.0);
   sample.volume_m3 = canopen::load_le(data.subspan<6, 2>()) * volume_lsb_m3_;
   return sample;

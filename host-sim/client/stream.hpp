@@ -4,6 +4,8 @@
 //   bytes 0..3 actual pressure REAL32 [Pa] | 4..5 command U16, LSB 10 V / 65535 | 6..7 volume U16, LSB of
 //   object 2228h:2
 //
+// or, of a board at rest, whose commands tell nothing: bytes 4..7 position sensor REAL32 [V].
+//
 // Boards that stream at once do so on identifiers of their own: CiA 301 leaves 680h to 6DFh free for PDOs (it restricts 6E0h to 6FFh), which
 // is twelve blocks of one identifier a chamber. Node ids 1 to 12 have a block each, and so on; Session::configure_stream() passes over a block
 // that another streams on.
@@ -31,6 +33,7 @@ std::optional<std::uint32_t> stream_block(const CanFrame& frame);
 struct StreamConfig {
   std::uint8_t chambers = 0xFF;  ///< bit c: chamber c
   std::uint8_t every_ticks = 1;  ///< 1..240
+  bool position = false;         ///< the position sensor's voltage in the place of command and volume
   double largest_volume_m3 =
       6.5535e-3;  ///< what code FFFFh stands for: the smaller, the finer (1/65535 of it)
 };
@@ -40,6 +43,7 @@ struct StreamSample {
   double actual_Pa = 0.0;  ///< mean over the tick just past
   double command_V = 0.0;  ///< held from this tick to the next
   double volume_m3 = 0.0;
+  double position_V = 0.0;  ///< StreamConfig::position; command and volume are 0 then
 };
 
 /// All chambers of one tick.

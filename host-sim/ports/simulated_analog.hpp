@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -27,12 +28,20 @@ class SimulatedAnalogInput final : public plenum::ports::AnalogInput {
   /// Fault injection: no more samples arrive from a channel, or they do again.
   void set_dead(std::size_t channel, bool dead) { channel_.at(channel).dead = dead; }
 
+  /// Fault injection: the converter answers with the voltage of its next reading, whatever is at the input, or it converts again.
+  void set_stuck(std::size_t channel, bool stuck) {
+    channel_.at(channel).stuck = stuck;
+    channel_.at(channel).stuck_V.reset();
+  }
+
   void read(std::span<plenum::ports::AnalogReading> readings) noexcept override {
     const std::size_t count = std::min(readings.size(), channel_.size());
     for (std::size_t i = 0; i < count; ++i) {
       Channel& channel = channel_[i];
       // The converter runs on behind a dead line, so that its noise does not depend on the fault.
-      const float mean_V = static_cast<float>(channel.adc.read_V(channel.mean_V));
+      const float converted_V = static_cast<float>(channel.adc.read_V(channel.mean_V));
+      if (channel.stuck && !channel.stuck_V) channel.stuck_V = converted_V;
+      const float mean_V = channel.stuck_V.value_or(converted_V);
       readings[i] =
           channel.dead ? plenum::ports::AnalogReading{} : plenum::ports::AnalogReading{mean_V, true};
     }
@@ -43,15 +52,29 @@ class SimulatedAnalogInput final : public plenum::ports::AnalogInput {
     plant::AveragingAdc adc;
     double mean_V = 0.0;
     bool dead = false;
+    bool stuck = false;
+    std::optional<float> stuck_V{};
   };
   std::vector<Channel> channel_;
 };
 
 class SimulatedAnalogOutput final : public plenum::ports::AnalogOutput {
  public:
-  explicit SimulatedAnalogOutput(std::size_t channels, int bits = 16) : dac_(channels, plant::Dac(bits)) {}
+  explicit SimulatedAnalogOutput(std::size_t channels, int bits = 16)
+      : dac_(channels, plant::Dac(bits)), at_valve_(channels) {
+    for (std::size_t i = 0; i < channels; ++i) at_valve_[i] = i;
+  }
 
   double output_V(std::size_t channel) const { return dac_.at(channel).output_V(); }
+
+  /// What is at the valve's terminals; empty: its wire is cut.
+  std::optional<double> valve_V(std::size_t valve) const {
+    const std::optional<std::size_t> channel = at_valve_.at(valve);
+    return channel ? std::optional(output_V(*channel)) : std::nullopt;
+  }
+
+  /// Fault injection: the valve is wired to this channel, from 0, in the place of its own; empty: to none.
+  void wire(std::size_t valve, std::optional<std::size_t> channel) { at_valve_.at(valve) = channel; }
 
   /// Fault injection: writes are refused and the outputs stay, or they are taken again.
   void set_refusing(bool refusing) { refusing_ = refusing; }
@@ -64,6 +87,7 @@ class SimulatedAnalogOutput final : public plenum::ports::AnalogOutput {
 
  private:
   std::vector<plant::Dac> dac_;
+  std::vector<std::optional<std::size_t>> at_valve_;  ///< the channel that a valve is wired to
   bool refusing_ = false;
 };
 

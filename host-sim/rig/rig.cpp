@@ -104,7 +104,8 @@ void SimulatedBoard::move_plants() {
       const plant::VolumeState start = chamber.volume();
       double mean_m3 = start.volume_m3;
       if (started_) {
-        mean_Pa = advance(chamber, powered ? analog_out_.output_V(c) : config.unpowered_V);
+        const std::optional<double> valve_V = analog_out_.valve_V(c);
+        mean_Pa = advance(chamber, powered && valve_V ? *valve_V : config.unpowered_V);
         const plant::VolumeState end = chamber.volume();
         // The mean over the tick of the cubic through both ends and slopes: at 4 Hz exact to 1e-5 of the
         // amplitude.

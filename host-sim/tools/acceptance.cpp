@@ -63,13 +63,13 @@ void print(const Output& output, std::span<const client::Judged> judged) {
 }
 
 void print_readings(const Output& output, const AcceptanceRun& run) {
-  output.print("\n{:>7}  {:>10}  {:>10}  {:>8}  {:>9}  {}\n", "chamber", "mean [kPa]", "noise [Pa]",
-               "std [Pa]", "step [Pa]", "answer to its valve");
+  output.print("\n{:>7}  {:>10}  {:>10}  {:>8}  {:>9}  {:>17}  {}\n", "chamber", "mean [kPa]", "noise [Pa]",
+               "std [Pa]", "step [Pa]", "volume noise [mL]", "answer to its valve");
   for (std::size_t c = 0; c < run.reading.size(); ++c) {
     const client::Reading& reading = run.reading[c];
-    output.print("{:>7}  {:>10.2f}  {:>10.1f}  {:>8.1f}  {:>9}  {}\n", c + 1, 1e-3 * reading.mean_Pa,
-                 reading.noise_Pa, reading.std_Pa,
-                 reading.step_Pa ? fmt::format("{:.3g}", *reading.step_Pa) : "-",
+    output.print("{:>7}  {:>10.2f}  {:>10.1f}  {:>8.1f}  {:>9}  {:>17.3g}  {}\n", c + 1, 1e-3 * reading.mean,
+                 reading.noise, reading.std, reading.step ? fmt::format("{:.3g}", *reading.step) : "-",
+                 volume_noise_mL(run, c),
                  run.answer.empty() ? "not run" : fmt::format("{:.2f}", run.answer[c].own));
   }
 }
@@ -92,10 +92,13 @@ Json chambers_json(const AcceptanceRun& run) {
   for (std::size_t c = 0; c < run.reading.size(); ++c) {
     const client::Reading& reading = run.reading[c];
     Json one{{"chamber", c + 1},
-             {"mean_kPa", number(1e-3 * reading.mean_Pa)},
-             {"noise_Pa", number(reading.noise_Pa)},
-             {"std_Pa", number(reading.std_Pa)},
-             {"step_Pa", number(reading.step_Pa)},
+             {"mean_kPa", number(1e-3 * reading.mean)},
+             {"noise_Pa", number(reading.noise)},
+             {"std_Pa", number(reading.std)},
+             {"step_Pa", number(reading.step)},
+             {"position_V", number(run.position[c].mean)},
+             {"position_noise_V", number(run.position[c].noise)},
+             {"volume_noise_mL", number(volume_noise_mL(run, c))},
              {"answer", nullptr}};
     if (!run.answer.empty()) {
       one["answer"] = {{"own_valve", number(run.answer[c].own)},

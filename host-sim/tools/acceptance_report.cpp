@@ -50,16 +50,17 @@ report::BarChart latency_chart(const client::LoopLatency& loop) {
 }
 
 report::Table reading_table(const AcceptanceRun& run) {
-  report::Table table{
-      .caption = "Each chamber at rest",
-      .columns = {"Chamber", "Mean [kPa]", "Noise [Pa]", "Standard deviation [Pa]", "Step [Pa]"},
-      .rows = {}};
+  report::Table table{.caption = "Each chamber at rest",
+                      .columns = {"Chamber", "Mean [kPa]", "Noise [Pa]", "Standard deviation [Pa]",
+                                  "Step [Pa]", "Position [V]", "Its noise [mV]", "of the volume [mL]"},
+                      .rows = {}};
   for (std::size_t c = 0; c < run.reading.size(); ++c) {
     const client::Reading& reading = run.reading[c];
-    table.rows.push_back({fmt::format("{}", c + 1), 1e-3 * reading.mean_Pa, reading.noise_Pa, reading.std_Pa,
-                          reading.step_Pa
-                              ? report::Cell(*reading.step_Pa)
-                              : report::Cell(std::string(reading.changed ? "not seen" : "never changed"))});
+    table.rows.push_back({fmt::format("{}", c + 1), 1e-3 * reading.mean, reading.noise, reading.std,
+                          reading.step
+                              ? report::Cell(*reading.step)
+                              : report::Cell(std::string(reading.changed ? "not seen" : "never changed")),
+                          run.position[c].mean, 1e3 * run.position[c].noise, volume_noise_mL(run, c)});
   }
   return table;
 }
@@ -70,7 +71,7 @@ report::LineChart rest_chart(const AcceptanceRun& run) {
   const std::vector<double> times_s = ticks_s(run.rows);
   for (std::size_t c = 0; c < run.rest_Pa.size(); ++c) {
     std::vector<double> from_mean_Pa = run.rest_Pa[c];
-    for (double& pressure_Pa : from_mean_Pa) pressure_Pa -= run.reading[c].mean_Pa;
+    for (double& pressure_Pa : from_mean_Pa) pressure_Pa -= run.reading[c].mean;
     chart.curves.push_back({fmt::format("chamber {}", c + 1), times_s, std::move(from_mean_Pa)});
   }
   return chart;
@@ -142,7 +143,8 @@ report::Page acceptance_page(const std::string& board, const AcceptanceRun& run,
       .chart(rest_chart(run));
   report::Section& motion = page.section("Valves and their chambers");
   if (run.answer.empty()) {
-    motion.note("Not run: no valve was moved. With --move the outputs are read back by the sensors.");
+    motion.note(run.moving_fault.empty() ? fmt::format("Not run: {}.", run.not_moved)
+                                         : fmt::format("Ended early: {}.", run.moving_fault));
   } else {
     add_motion(motion, run);
   }

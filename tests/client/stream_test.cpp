@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 #include <utility>
 #include <vector>
 
@@ -60,6 +61,32 @@ TEST(Stream, GivesOneRowATickWithAllChambersOfThatTick) {
     EXPECT_EQ(static_cast<std::uint32_t>(rows[i].time_s / 0.01), tick) << "a row arrives within its tick";
   }
   EXPECT_EQ(world.node.counters().pdo_overwritten, 0U);
+}
+
+TEST(Stream, OfABoardAtRestCarriesThePositionSensorToTheLastBit) {
+  Streaming world;
+  const auto position_V = [](std::uint32_t tick, std::size_t chamber) {
+    return std::nextafter(static_cast<float>(chamber), 9.0F) + static_cast<float>(tick) / 1024.0F;
+  };
+  world.each_tick = [&] {
+    for (std::size_t c = 0; c < kChambers; ++c)
+      world.image.chamber[c].position_V = position_V(world.image.tick_count, c);
+  };
+  Session session(world, 5);
+  Stream stream = session.configure_stream({.position = true});
+  session.nmt(canopen::NmtCommand::start);
+  std::vector<StreamRow> rows;
+  session.subscribe([&](const Arrival& arrival) {
+    stream.accept(arrival.time_s, arrival.frame, [&](const StreamRow& row) { rows.push_back(row); });
+  });
+  const std::uint32_t first_tick = world.image.tick_count + 1;
+  ASSERT_TRUE(session.listen_until([&] { return rows.size() == 10; }, 0.111));
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    for (std::size_t c = 0; c < kChambers; ++c) {
+      const float expected_V = position_V(first_tick + static_cast<std::uint32_t>(i), c);
+      EXPECT_EQ(rows[i].sample[c].position_V, static_cast<double>(expected_V)) << "row " << i << " [V]";
+    }
+  }
 }
 
 TEST(Stream, CarriesOnlyTheChambersAskedFor) {
