@@ -6,15 +6,18 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "board/bus_check.hpp"
+#include "board/drivers/can_bit_rate.hpp"
 #include "board/drivers/file_store.hpp"
 #include "board/drivers/gpio_lines.hpp"
 #include "board/drivers/iio_input.hpp"
@@ -24,6 +27,7 @@
 #include "board/rt/events.hpp"
 #include "board/say.hpp"
 #include "firmware/board.hpp"
+#include "firmware/canopen/lss.hpp"
 
 namespace plenum::board {
 namespace {
@@ -163,19 +167,49 @@ void check_input(const config::BoardFile& board, Page& page) {
   page.none_missing("analog input", missing);
 }
 
+/// Looks at a line and takes it not. Throws.
+drivers::GpioInfo free_line(const drivers::GpioLine& line) {
+  const drivers::GpioInfo info = drivers::gpio_info(line);
+  if (!info.holder.empty())
+    drivers::refuse_gpio(line, "held by " + info.holder, "a line that nobody holds (stop plenumd first)");
+  return info;
+}
+
+/// Read as it stands, and only where it is an input: nothing of it changes, nor when it is let go.
+bool circuit_open(const drivers::GpioLine& stop) {
+  if (free_line(stop).output)
+    drivers::refuse_gpio(stop, "drives its pin", "an input, as a line is that nobody has set up");
+  drivers::GpioRequest line(stop, drivers::GpioUse::as_is);
+  const std::optional<bool> active = line.value();
+  if (!active) drivers::refuse_gpio(stop, "cannot be read", "its value");
+  return *active;
+}
+
+/// Takes no output: whoever takes one sets its level, and some chips make an input of one that is let go.
 void check_lines(const drivers::GpioConfig& gpio, Page& page) {
-  std::vector<std::string> missing;
-  drivers::GpioLines lines(gpio, &missing);
-  if (!page.none_missing("digital lines", missing)) return;
-  const bool open = lines.read().emergency_stop;
-  const auto fitted = [](const drivers::GpioLine& line) { return line.fitted() ? "fitted" : "not fitted"; };
-  page.line(!lines.gone(), "digital lines",
-            lines.gone() ? "a line cannot be read, expected its value"
-                         : fmt::format("valve power {}, vent {}, lamp {}, emergency stop {}",
-                                       fitted(gpio.valve_power), fitted(gpio.vent), fitted(gpio.fault_lamp),
-                                       !gpio.emergency_stop.fitted() ? "not fitted"
-                                       : open                        ? "open"
-                                                                     : "closed"));
+  std::vector<std::string> wrong;
+  const auto look = [&wrong](const drivers::GpioLine& line, auto&& found) -> std::string {
+    if (!line.fitted()) return "not fitted";
+    try {
+      return found(line);
+    } catch (const std::runtime_error& error) {
+      wrong.emplace_back(error.what());
+      return {};
+    }
+  };
+  const auto output = [](const drivers::GpioLine& line) {
+    free_line(line);
+    return "fitted";
+  };
+  const auto stop = [](const drivers::GpioLine& line) { return circuit_open(line) ? "open" : "closed"; };
+  // one after the other: arguments have no order
+  const std::string power = look(gpio.valve_power, output);
+  const std::string vent = look(gpio.vent, output);
+  const std::string lamp = look(gpio.fault_lamp, output);
+  const std::string circuit = look(gpio.emergency_stop, stop);
+  if (!page.none_missing("digital lines", wrong)) return;
+  page.line(true, "digital lines",
+            fmt::format("valve power {}, vent {}, lamp {}, emergency stop {}", power, vent, lamp, circuit));
 }
 
 void check_output(const drivers::IioOutputConfig& analog_out, Page& page) {
@@ -185,6 +219,11 @@ void check_output(const drivers::IioOutputConfig& analog_out, Page& page) {
                                     [](const auto& channel) { return channel.fitted(); });
   if (page.none_missing("analog output", missing))
     page.line(true, "analog output", fmt::format("{} opened, none written", fitted));
+}
+
+unsigned stated_kbit(const config::BoardFile& board) {
+  return plenum::canopen::kBitRates_kbit.at(
+      static_cast<std::size_t>(std::countr_zero(board.settings.node.bit_rates)));
 }
 
 /// Looks without touching: a watchdog that is opened is armed.
@@ -203,9 +242,12 @@ bool check(const config::BoardFile& board) {
   page.line(true, "configuration", fmt::format("{} chambers in use", in_use));
   page.attempt("bus", [&] {
     drivers::SocketCan can(board.interface);
-    const std::string trouble = trouble_of(can, board.interface);
-    if (!trouble.empty()) throw std::runtime_error(trouble);
-    return board.interface;
+    const std::optional<std::uint32_t> bit_rate = drivers::can_bit_rate(board.interface);
+    for (const std::string& trouble :
+         {trouble_of(can, board.interface), bit_rate_trouble(bit_rate, stated_kbit(board), board.interface)})
+      if (!trouble.empty()) throw std::runtime_error(trouble);
+    return bit_rate ? fmt::format("{}, {} kbit/s", board.interface, *bit_rate / 1000)
+                    : fmt::format("{}, which has no bit rate", board.interface);
   });
   check_lines(board.gpio, page);
   check_input(board, page);

@@ -112,7 +112,7 @@ int main(int argc, char** argv) {
   program.add_option("--config", path, "What the board is made of")->capture_default_str();
   auto* check_flag = program.add_flag(
       "--check", only_check,
-      "Read the configuration, open and read each device; valve power off, vent open, no output set");
+      "Read the configuration, open and read each device; no output changes, valve power and vent included");
   program
       .add_flag("--safe", only_safe,
                 "Set the outputs to their safe values and switch the valve power off, then end")

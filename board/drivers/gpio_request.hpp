@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "board/drivers/gpio_chip.hpp"
 
@@ -12,8 +13,18 @@ namespace plenum::board::drivers {
 enum class GpioUse {
   input,            ///< with an event at every change
   output_inactive,  ///< inactive until set
-  output_active     ///< active until set
+  output_active,    ///< active until set
+  as_is             ///< to be read: direction and level stay, now and when it is let go
 };
+
+/// What the kernel says of a line that nobody takes for that.
+struct GpioInfo {
+  std::string holder;   ///< the program or driver that has it; empty: it is free
+  bool output = false;  ///< it drives its pin
+};
+
+/// Throws as GpioRequest; `line` is fitted.
+GpioInfo gpio_info(const GpioLine& line);
 
 class GpioRequest {
  public:

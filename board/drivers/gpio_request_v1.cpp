@@ -11,6 +11,7 @@ namespace plenum::board::drivers {
 namespace {
 
 constexpr const char* kConsumer = "plenumd";
+constexpr const char* kUnnamed = "somebody without a name";
 
 struct CloseChip {
   void operator()(gpiod_chip* chip) const noexcept { ::gpiod_chip_close(chip); }  // releases its lines, too
@@ -23,13 +24,42 @@ std::optional<std::string> label_of(const std::filesystem::path& path) {
   return ::gpiod_chip_label(chip.get());
 }
 
+Chip chip_of(const GpioLine& line) {
+  Chip chip(::gpiod_chip_open(find_gpio_chip(line, label_of).c_str()));
+  if (!chip) refuse_gpio(line, errno);
+  return chip;
+}
+
+/// The chip's.
+gpiod_line& line_of(const GpioLine& line, gpiod_chip& chip) {
+  const std::optional<unsigned> offset = gpio_offset(line.line);
+  gpiod_line* const found =
+      offset ? ::gpiod_chip_get_line(&chip, *offset) : ::gpiod_chip_find_line(&chip, line.line.c_str());
+  if (found == nullptr) refuse_gpio(line, "no such line", "a name or an offset that `gpioinfo` lists");
+  return *found;
+}
+
 int request(gpiod_line* line, bool active_low, GpioUse use) {
   const int flags = active_low ? GPIOD_LINE_REQUEST_FLAG_ACTIVE_LOW : 0;
+  const gpiod_line_request_config as_is{
+      .consumer = kConsumer, .request_type = GPIOD_LINE_REQUEST_DIRECTION_AS_IS, .flags = flags};
+  if (use == GpioUse::as_is) return ::gpiod_line_request(line, &as_is, 0);
   if (use == GpioUse::input) return ::gpiod_line_request_both_edges_events_flags(line, kConsumer, flags);
   return ::gpiod_line_request_output_flags(line, kConsumer, flags, use == GpioUse::output_active ? 1 : 0);
 }
 
 }  // namespace
+
+GpioInfo gpio_info(const GpioLine& line) {
+  const Chip chip = chip_of(line);
+  gpiod_line& found = line_of(line, *chip);
+  GpioInfo info{.holder = "", .output = ::gpiod_line_direction(&found) == GPIOD_LINE_DIRECTION_OUTPUT};
+  if (::gpiod_line_is_used(&found)) {
+    const char* const consumer = ::gpiod_line_consumer(&found);
+    info.holder = consumer != nullptr ? consumer : kUnnamed;
+  }
+  return info;
+}
 
 struct GpioRequest::Handle {
   Chip chip;
@@ -40,13 +70,8 @@ struct GpioRequest::Handle {
 GpioRequest::GpioRequest(const GpioLine& line, GpioUse use) {
   if (!line.fitted()) return;
   handle_ = std::make_unique<Handle>();
-  handle_->chip.reset(::gpiod_chip_open(find_gpio_chip(line, label_of).c_str()));
-  if (!handle_->chip) refuse_gpio(line, errno);
-  const std::optional<unsigned> offset = gpio_offset(line.line);
-  handle_->line = offset ? ::gpiod_chip_get_line(handle_->chip.get(), *offset)
-                         : ::gpiod_chip_find_line(handle_->chip.get(), line.line.c_str());
-  if (handle_->line == nullptr)
-    refuse_gpio(line, "no such line", "a name or an offset that `gpioinfo` lists");
+  handle_->chip = chip_of(line);
+  handle_->line = &line_of(line, *handle_->chip);
   if (request(handle_->line, line.active_low, use) != 0) refuse_gpio(line, errno);
   handle_->input = use == GpioUse::input;
 }

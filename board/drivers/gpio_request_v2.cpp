@@ -9,6 +9,7 @@ namespace plenum::board::drivers {
 namespace {
 
 constexpr const char* kConsumer = "plenumd";
+constexpr const char* kUnnamed = "somebody without a name";
 
 template <auto function>
 struct Free {
@@ -22,6 +23,7 @@ using Owned = std::unique_ptr<T, Free<function>>;
 
 using Chip = Owned<gpiod_chip, ::gpiod_chip_close>;
 using ChipInfo = Owned<gpiod_chip_info, ::gpiod_chip_info_free>;
+using LineInfo = Owned<gpiod_line_info, ::gpiod_line_info_free>;
 using LineSettings = Owned<gpiod_line_settings, ::gpiod_line_settings_free>;
 using LineConfig = Owned<gpiod_line_config, ::gpiod_line_config_free>;
 using RequestConfig = Owned<gpiod_request_config, ::gpiod_request_config_free>;
@@ -34,6 +36,12 @@ std::optional<std::string> label_of(const std::filesystem::path& path) {
   const ChipInfo info(::gpiod_chip_get_info(chip.get()));
   if (!info) return std::nullopt;
   return ::gpiod_chip_info_get_label(info.get());
+}
+
+Chip chip_of(const GpioLine& line) {
+  Chip chip(::gpiod_chip_open(find_gpio_chip(line, label_of).c_str()));
+  if (!chip) refuse_gpio(line, errno);
+  return chip;
 }
 
 unsigned offset_of(const GpioLine& line, gpiod_chip& chip) {
@@ -55,16 +63,31 @@ Request request(gpiod_chip& chip, unsigned offset, bool active_low, GpioUse use)
       use == GpioUse::output_active ? GPIOD_LINE_VALUE_ACTIVE : GPIOD_LINE_VALUE_INACTIVE;
   const bool input = use == GpioUse::input;
   const bool set =
-      input ? ::gpiod_line_settings_set_direction(settings.get(), GPIOD_LINE_DIRECTION_INPUT) == 0 &&
-                  ::gpiod_line_settings_set_edge_detection(settings.get(), GPIOD_LINE_EDGE_BOTH) == 0
-            : ::gpiod_line_settings_set_direction(settings.get(), GPIOD_LINE_DIRECTION_OUTPUT) == 0 &&
-                  ::gpiod_line_settings_set_output_value(settings.get(), value) == 0;
+      use == GpioUse::as_is
+          ? ::gpiod_line_settings_set_direction(settings.get(), GPIOD_LINE_DIRECTION_AS_IS) == 0
+      : input ? ::gpiod_line_settings_set_direction(settings.get(), GPIOD_LINE_DIRECTION_INPUT) == 0 &&
+                    ::gpiod_line_settings_set_edge_detection(settings.get(), GPIOD_LINE_EDGE_BOTH) == 0
+              : ::gpiod_line_settings_set_direction(settings.get(), GPIOD_LINE_DIRECTION_OUTPUT) == 0 &&
+                    ::gpiod_line_settings_set_output_value(settings.get(), value) == 0;
   if (!set || ::gpiod_line_config_add_line_settings(lines.get(), &offset, 1, settings.get()) != 0)
     return nullptr;
   return Request(::gpiod_chip_request_lines(&chip, how.get(), lines.get()));
 }
 
 }  // namespace
+
+GpioInfo gpio_info(const GpioLine& line) {
+  const Chip chip = chip_of(line);
+  const LineInfo found(::gpiod_chip_get_line_info(chip.get(), offset_of(line, *chip)));
+  if (!found) refuse_gpio(line, errno);
+  GpioInfo info{.holder = "",
+                .output = ::gpiod_line_info_get_direction(found.get()) == GPIOD_LINE_DIRECTION_OUTPUT};
+  if (::gpiod_line_info_is_used(found.get())) {
+    const char* const consumer = ::gpiod_line_info_get_consumer(found.get());
+    info.holder = consumer != nullptr ? consumer : kUnnamed;
+  }
+  return info;
+}
 
 struct GpioRequest::Handle {
   Request request;
@@ -74,8 +97,7 @@ struct GpioRequest::Handle {
 
 GpioRequest::GpioRequest(const GpioLine& line, GpioUse use) {
   if (!line.fitted()) return;
-  const Chip chip(::gpiod_chip_open(find_gpio_chip(line, label_of).c_str()));
-  if (!chip) refuse_gpio(line, errno);
+  const Chip chip = chip_of(line);
   handle_ = std::make_unique<Handle>();
   handle_->offset = offset_of(line, *chip);
   handle_->request = request(*chip, handle_->offset, line.active_low, use);

@@ -59,7 +59,7 @@ class Mistakes(unittest.TestCase):
         self.assertEqual(run("--chekc").returncode, 2)
 
     def test_help_tells_that_a_check_opens_the_vent(self):
-        self.assertIn("valve power off, vent open, no output set", " ".join(run("--help").stdout.split()))
+        self.assertIn("no output changes, valve power and vent included", " ".join(run("--help").stdout.split()))
 
     def test_version_is_printed(self):
         done = run("--version")
