@@ -154,6 +154,9 @@ void read_analog_input(TomlTable& document, BoardFile& board) {
     input.refuse("rate_Hz", fmt::format("= {}", rate), fmt::format("a multiple of {}", kTicks_Hz));
   board.analog_in.rate_Hz = static_cast<unsigned>(rate);
   board.analog_in.trigger = input.text("trigger").value_or("");
+  constexpr int kHighestOversampling = 65536;
+  if (const auto ratio = input.whole("oversampling", 1, kHighestOversampling))
+    board.analog_in.oversampling = static_cast<unsigned>(*ratio);
   input.end();
 }
 

@@ -11,6 +11,7 @@
 #include <cstring>
 #include <filesystem>
 #include <optional>
+#include <sstream>
 
 #include "board/drivers/iio_attribute.hpp"
 #include "board/drivers/scan_format.hpp"
@@ -25,6 +26,7 @@ constexpr unsigned kFreeRunningBlock = 64;
 constexpr unsigned kFreeRunningBlocks = 32;
 constexpr double kRateTolerance = 0.01;
 constexpr const char* kRate = "sampling_frequency";
+constexpr const char* kOversampling = "oversampling_ratio";
 
 /// `attribute`: the kRate of a device, a channel or a trigger.
 void set_rate(const fs::path& attribute, unsigned rate_Hz) {
@@ -42,6 +44,40 @@ void set_rate(const fs::path& attribute, unsigned rate_Hz) {
                    std::to_string(rate_Hz),
                "a rate that it has");
   }
+}
+
+/// From "1 2 4 8", or "[1 1 64]": lowest, step, highest.
+bool offers(const std::string& available, unsigned ratio) {
+  std::istringstream text(available);
+  double number = 0.0;
+  if (!available.starts_with('[')) {
+    while (text >> number)
+      if (number == ratio) return true;
+    return false;
+  }
+  double step = 0.0;
+  double highest = 0.0;
+  char bracket = 0;
+  if (!(text >> bracket >> number >> step >> highest) || step <= 0.0) return false;
+  return ratio >= number && ratio <= highest && std::fmod(ratio - number, step) == 0.0;
+}
+
+/// `attribute`: the kOversampling of a device or its channels.
+void set_oversampling(const std::string& device, const fs::path& attribute, unsigned ratio) {
+  const auto refuse = [&](const std::string& found, const std::string& expected) {
+    refuse_iio(device, std::string(kOversampling) + ": " + found, expected);
+  };
+  if (!fs::exists(attribute))
+    refuse("no such attribute", "a converter that averages, or no key analog_input.oversampling");
+  const std::optional<std::string> available = attribute_text(attribute.string() + "_available");
+  if (available && !offers(*available, ratio)) refuse(std::to_string(ratio), "one of " + *available);
+  int error = IioAttribute(attribute).put(static_cast<long>(ratio));
+  const std::optional<double> actual = attribute_number(attribute);
+  if (error == 0 && !actual) error = errno;
+  if (error != 0) refuse(std::strerror(error), "one that this user may set to " + std::to_string(ratio));
+  if (*actual != ratio)
+    refuse("the device made " + std::to_string(std::lround(*actual)) + " of " + std::to_string(ratio),
+           "a ratio that it has");
 }
 
 /// /dev/iio:deviceN, which the kernel opens for one program at a time.
@@ -111,6 +147,16 @@ class IioInput::Capture {
       refuse_iio(id(), "trigger " + name + ": " + std::strerror(error),
                  "a trigger that this device admits, and this user may set");
     }
+  }
+
+  void set_oversampling(unsigned ratio) const {
+    std::vector<fs::path> attributes;  // channels may share one
+    for (const Channel& one : channels_) {
+      const fs::path attribute = one.voltage.attribute(kOversampling);
+      if (std::find(attributes.begin(), attributes.end(), attribute) == attributes.end())
+        attributes.push_back(attribute);
+    }
+    for (const fs::path& attribute : attributes) drivers::set_oversampling(id(), attribute, ratio);
   }
 
   void set_rate(const IioDevices& devices, unsigned rate_Hz) const {
@@ -244,7 +290,7 @@ IioInput::IioInput(const IioInputConfig& config) : scans_per_tick_(config.rate_H
   const IioDevices devices;
   for (const IioChannel& named : config.channels) places_.push_back(place(devices, named));
   for (const auto& capture : captures_) capture->claim();
-  set_pace(devices, config);
+  set_up(devices, config);
   for (const auto& capture : captures_) {
     if (scans_per_tick_ != 0) {
       capture->start(scans_per_tick_, kBufferTicks);
@@ -269,7 +315,11 @@ IioInput::Place IioInput::place(const IioDevices& devices, const IioChannel& nam
   return {&capture, capture.add(named, channel), scale};
 }
 
-void IioInput::set_pace(const IioDevices& devices, const IioInputConfig& config) {
+// The oversampling comes first: on some converters it bounds the rate.
+void IioInput::set_up(const IioDevices& devices, const IioInputConfig& config) {
+  if (config.oversampling) {
+    for (const auto& capture : captures_) capture->set_oversampling(*config.oversampling);
+  }
   if (!config.trigger.empty()) {
     const std::filesystem::path trigger = devices.trigger(config.trigger);
     for (const auto& capture : captures_) capture->set_trigger(trigger);

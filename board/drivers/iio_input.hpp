@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -29,6 +30,8 @@ struct IioInputConfig {
   /// channels. 0: none is set; a device that runs freely (AD7606, paced by its own busy line) brings what it brings, and
   /// cannot pace the ticks.
   unsigned rate_Hz = 1000;
+  /// Conversions that the converter averages to a sample, of every device: its attribute oversampling_ratio. Empty: left as it is.
+  std::optional<unsigned> oversampling{};
 };
 
 class IioInput final : public ports::AnalogInput {
@@ -36,7 +39,7 @@ class IioInput final : public ports::AnalogInput {
   /// Kernel buffer, in ticks: what may pass without gather() before scans are lost.
   static constexpr unsigned kBufferTicks = 8;
 
-  /// Sets trigger and rate, and starts the capture. Throws std::runtime_error: where, what was found, what was expected.
+  /// Sets oversampling, trigger and rate, and starts the capture. Throws std::runtime_error: where, what was found, what was expected.
   explicit IioInput(const IioInputConfig& config);
   ~IioInput();
   IioInput(const IioInput&) = delete;
@@ -74,7 +77,7 @@ class IioInput final : public ports::AnalogInput {
   };
 
   Place place(const IioDevices& devices, const IioChannel& named);
-  void set_pace(const IioDevices& devices, const IioInputConfig& config);
+  void set_up(const IioDevices& devices, const IioInputConfig& config);
 
   std::vector<std::unique_ptr<Capture>> captures_;
   std::vector<Place> places_;  ///< of each channel

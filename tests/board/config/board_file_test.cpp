@@ -97,6 +97,15 @@ TEST(BoardFile, TheConverterPacesTheTicksUnlessItRunsFreely) {
             "board.toml: line 13: real_time.pacing = 'adc', expected timer, as analog_input.rate_Hz is 0");
 }
 
+TEST(BoardFile, OversamplingIsLeftToTheConverterUnlessItIsStated) {
+  EXPECT_EQ(parse_board(kLeast, "").analog_in.oversampling, std::nullopt);
+  EXPECT_EQ(
+      parse_board(with("rate_Hz = 1000", "rate_Hz = 1000\noversampling = 16"), "").analog_in.oversampling,
+      16U);
+  EXPECT_EQ(refusal(with("rate_Hz = 1000", "rate_Hz = 1000\noversampling = 0")),
+            "board.toml: line 6: analog_input.oversampling = 0, expected a whole number from 1 to 65536");
+}
+
 TEST(BoardFile, WithoutANodeIdItWaitsForLss) {
   EXPECT_EQ(parse_board(kLeast, "").settings.node.node_id, canopen::kUnconfiguredNodeId);
 }

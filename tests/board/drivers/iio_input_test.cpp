@@ -414,6 +414,66 @@ TEST_F(IioInputTest, ARateThatTheDeviceDoesNotHaveIsNamed) {
   EXPECT_THAT(failure(), HasSubstr(" of 1000, expected a rate that it has"));
 }
 
+TEST_F(IioInputTest, OversamplingIsSetWhereTheDeviceHasIt) {
+  put(kAdc, "oversampling_ratio", "1");
+  put(kAdc, "oversampling_ratio_available", "1 2 4 8 16 32 64");
+  config_.oversampling = 16;
+  { const IioInput input(config_); }
+  EXPECT_EQ(text(kAdc, "oversampling_ratio"), "16");
+  put(kAdc, "in_voltage_oversampling_ratio", "1");
+  { const IioInput input(config_); }
+  EXPECT_EQ(text(kAdc, "in_voltage_oversampling_ratio"), "16") << "its channels' own come first";
+}
+
+TEST_F(IioInputTest, OversamplingIsSetAtEveryDeviceAndEveryChannelInUse) {
+  add_adc(kSecond, "ad7606-4", "be:s16/16>>0");
+  put(kSecond, "sampling_frequency", "50");
+  put(kAdc, "oversampling_ratio", "1");
+  for (const char* const channel : {"0", "1", "2"})
+    put(kSecond, std::string("in_voltage") + channel + "_oversampling_ratio", "1");
+  config_.channels = {{"ad7606-8", "voltage0"}, {"ad7606-4", "voltage0"}, {"ad7606-4", "voltage2"}};
+  config_.oversampling = 8;
+  const IioInput input(config_);
+  EXPECT_EQ(text(kAdc, "oversampling_ratio"), "8");
+  EXPECT_EQ(text(kSecond, "in_voltage0_oversampling_ratio"), "8");
+  EXPECT_EQ(text(kSecond, "in_voltage1_oversampling_ratio"), "1") << "nobody uses it";
+  EXPECT_EQ(text(kSecond, "in_voltage2_oversampling_ratio"), "8");
+}
+
+TEST_F(IioInputTest, OversamplingThatNobodyAsksForIsLeftAsItIs) {
+  put(kAdc, "oversampling_ratio", "4");
+  const IioInput input(config_);
+  EXPECT_EQ(text(kAdc, "oversampling_ratio"), "4");
+}
+
+TEST_F(IioInputTest, OversamplingThatTheDeviceDoesNotHaveIsNamedAndNothingIsSet) {
+  config_.oversampling = 3;
+  EXPECT_EQ(
+      failure(),
+      "iio:iio:device0: oversampling_ratio: no such attribute, expected a converter that averages, or no "
+      "key analog_input.oversampling");
+  put(kAdc, "oversampling_ratio", "1");
+  for (const char* const available :
+       {"1 2 4 8 16 32 64", "[2 2 64]", "[4 1 64]", "[1 1 2]", "[1 0 64]", "", "["}) {
+    put(kAdc, "oversampling_ratio_available", available);
+    EXPECT_EQ(failure(), std::string("iio:iio:device0: oversampling_ratio: 3, expected one of ") + available);
+    EXPECT_EQ(text(kAdc, "oversampling_ratio"), "1");
+    EXPECT_EQ(text(kAdc, "sampling_frequency"), "50");
+  }
+  put(kAdc, "oversampling_ratio_available", "[1 2 63]");
+  EXPECT_EQ(failure(), "no failure");
+  EXPECT_EQ(text(kAdc, "oversampling_ratio"), "3");
+}
+
+TEST_F(IioInputTest, OversamplingThatTheDeviceMakesAnotherOfIsNamed) {
+  // An attribute of the real kernel that takes a number, and reads as another.
+  std::filesystem::create_symlink("/proc/self/coredump_filter", folder(kAdc) / "oversampling_ratio");
+  config_.oversampling = 64;
+  EXPECT_EQ(failure(),
+            "iio:iio:device0: oversampling_ratio: the device made 40 of 64, expected a ratio that it has")
+      << "the kernel writes it in hexadecimal, without a sign of that";
+}
+
 TEST_F(IioInputTest, WhatIsMissingIsNamed) {
   config_.channels = {{"ad7606-4", "voltage0"}};
   EXPECT_EQ(failure(), "iio:ad7606-4: no such device, expected one of iio:device0 (ad7606-8)");
