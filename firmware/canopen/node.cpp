@@ -47,7 +47,8 @@ bool admissible(const Mapping& mapping, const std::array<std::uint8_t, 8>& data)
   std::size_t at = 0;
   for (std::size_t i = 0; i < mapping.count; ++i) {
     const MappedObject& object = mapping.object[i];
-    if (!canopen::admissible(*object.entry, load_le(std::span(data).subspan(at, object.bytes)))) return false;
+    const std::uint32_t bits = load_le(std::span(data).subspan(at, object.bytes));
+    if (judge_value(*object.entry, bits) != Abort::none) return false;
     at += object.bytes;
   }
   return true;

@@ -161,15 +161,14 @@ Found find(std::uint16_t index, std::uint8_t sub, const Entry* near) noexcept {
   return find(index, sub);
 }
 
-bool admissible(const Entry& entry, std::uint32_t bits) noexcept {
-  if (entry.type == DataType::real32) {
-    if (!is_finite(bits)) return false;
-    const float number = std::bit_cast<float>(bits);
-    return !entry.range.limited || (number >= entry.range.low && number <= entry.range.high);
-  }
-  if (!entry.range.limited) return true;
-  const auto number = static_cast<float>(integer_value(entry.type, bits));
-  return number >= entry.range.low && number <= entry.range.high;
+Abort judge_value(const Entry& entry, std::uint32_t bits) noexcept {
+  const bool is_real = entry.type == DataType::real32;
+  if (is_real && !is_finite(bits)) return Abort::value_range;
+  if (!entry.range.limited) return Abort::none;
+  const float number =
+      is_real ? std::bit_cast<float>(bits) : static_cast<float>(integer_value(entry.type, bits));
+  if (number > entry.range.high) return Abort::value_too_high;
+  return number < entry.range.low ? Abort::value_too_low : Abort::none;
 }
 
 Abort write_object(Device& device, const Found& found, std::span<const std::uint8_t> bytes) noexcept {
@@ -180,7 +179,8 @@ Abort write_object(Device& device, const Found& found, std::span<const std::uint
   if (bytes.size() > size) return Abort::length_too_high;
   if (bytes.size() < size) return Abort::length_too_low;
   const std::uint32_t bits = load_le(bytes);
-  if (!admissible(entry, bits)) return Abort::value_range;
+  const Abort abort = judge_value(entry, bits);
+  if (abort != Abort::none) return abort;
   return entry.write_value(device, found.place, bits);
 }
 

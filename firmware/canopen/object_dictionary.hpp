@@ -96,8 +96,8 @@ Found find(std::uint16_t index, std::uint8_t sub) noexcept;
 /// The same, and at once when it is of the row `near` or of the one after it. `near`: a row of the table, or null.
 Found find(std::uint16_t index, std::uint8_t sub, const Entry* near) noexcept;
 
-/// Value in range for its type, and finite if REAL32.
-bool admissible(const Entry& entry, std::uint32_t bits) noexcept;
+/// Value in range for its type, and finite if REAL32: none, or value_range, value_too_high, value_too_low.
+Abort judge_value(const Entry& entry, std::uint32_t bits) noexcept;
 
 /// Checks access, length and range, then writes. Nothing is changed unless the result is Abort::none.
 Abort write_object(Device& device, const Found& found, std::span<const std::uint8_t> bytes) noexcept;

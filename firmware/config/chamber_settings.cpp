@@ -31,18 +31,24 @@ SettingVerdict check_together(const ChamberSettings& s) noexcept {
   const struct {
     const char* field;
     float value, low, high;
+    bool crossed = false;  // a highest value has fallen below its lowest
   } relations[] = {
-      {"pressure_valid_high_V", s.pressure_valid_high_V, s.pressure_valid_low_V + kApart_V, 11.0F},
-      {"position_valid_high_V", s.position_valid_high_V, s.position_valid_low_V + kApart_V, 11.0F},
-      {"pressure_high_kPa", s.pressure_high_kPa, s.pressure_low_kPa + kApart_kPa, 2000.0F},
+      {"pressure_valid_high_V", s.pressure_valid_high_V, s.pressure_valid_low_V + kApart_V, 11.0F,
+       s.pressure_valid_high_V < s.pressure_valid_low_V},
+      {"position_valid_high_V", s.position_valid_high_V, s.position_valid_low_V + kApart_V, 11.0F,
+       s.position_valid_high_V < s.position_valid_low_V},
+      {"pressure_high_kPa", s.pressure_high_kPa, s.pressure_low_kPa + kApart_kPa, 2000.0F,
+       s.pressure_high_kPa < s.pressure_low_kPa},
       // A trip that the sensor cannot reach inside its valid range would never fire.
       {"over_pressure_kPa", s.over_pressure_kPa, s.pressure_high_kPa,
        pressure_kPa(s, s.pressure_valid_high_V)},
-      {"null_V", s.null_V, s.command_low_V + kApart_V, s.command_high_V - kApart_V},
+      {"null_V", s.null_V, s.command_low_V + kApart_V, s.command_high_V - kApart_V,
+       s.command_high_V < s.command_low_V},
       {"vent_V", s.vent_V, 0.0F, s.null_V - kApart_V},
   };
   for (const auto& r : relations) {
-    const SettingVerdict verdict = check(r.field, r.value, r.low, r.high, SettingError::not_admissible);
+    SettingVerdict verdict = check(r.field, r.value, r.low, r.high, SettingError::not_admissible);
+    verdict.max_below_min = r.crossed;
     if (!verdict) return verdict;
   }
   if (s.safe_output != SafeOutput::null && s.safe_output != SafeOutput::vent) {

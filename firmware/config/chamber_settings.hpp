@@ -72,6 +72,7 @@ struct SettingVerdict {
   float value = 0.0F;
   float low = 0.0F;
   float high = 0.0F;
+  bool max_below_min = false;  ///< `not_admissible`: because a highest value has fallen below its lowest
   explicit operator bool() const noexcept { return error == SettingError::none; }
 };
 

@@ -55,7 +55,8 @@ inline Abort write_sync_cob_id(Device& device, Place, std::uint32_t bits) noexce
 
 /// 0, or the counter's last value before it begins at 1 again. Fixed while the master tells a period.
 inline Abort write_sync_overflow(Device& device, Place, std::uint32_t bits) noexcept {
-  if (bits == 1 || bits > 240) return Abort::value_range;
+  if (bits > 240) return Abort::value_too_high;
+  if (bits == 1) return Abort::value_range;
   if (device.communication.cycle_period_us != 0) return Abort::device_state;
   device.communication.sync_overflow = static_cast<std::uint8_t>(bits);
   return Abort::none;

@@ -9,6 +9,21 @@
 
 namespace plenum::canopen::dictionary {
 
+/// 241Ah tells more.
+inline Abort abort_of(const config::SettingVerdict& verdict) noexcept {
+  if (verdict.max_below_min) return Abort::max_below_min;
+  switch (verdict.error) {
+    case config::SettingError::none:
+      return Abort::none;
+    case config::SettingError::out_of_range:
+      return verdict.value > verdict.high ? Abort::value_too_high : Abort::value_too_low;
+    case config::SettingError::not_finite:
+    case config::SettingError::not_admissible:
+      return Abort::value_range;
+  }
+  return Abort::general;
+}
+
 // ---- of a chamber ----
 
 inline Abort set_chamber(Device& device, Place at, const config::ChamberSettings& settings) noexcept {
@@ -17,7 +32,7 @@ inline Abort set_chamber(Device& device, Place at, const config::ChamberSettings
       must_vent && !device.settings.restoring();  // a reset brings back what a power cycle would
   if (refused || (device.image.status_word & word::kStateMask) != 0) return Abort::device_state;
   if (!device.settings.may_edit(at.instance)) return Abort::hardware_error;
-  return device.settings.set(at.instance, settings) ? Abort::none : Abort::value_range;
+  return abort_of(device.settings.set(at.instance, settings));
 }
 
 inline Abort read_chamber_float(const Device& device, Place at, std::uint32_t& bits) noexcept {
@@ -69,7 +84,7 @@ inline Abort write_safe_output(Device& device, Place at, std::uint32_t bits) noe
 inline Abort set_board(Device& device, const config::BoardSettings& settings) noexcept {
   if ((device.image.status_word & word::kStateMask) != 0) return Abort::device_state;
   if (!device.settings.may_edit(config::kChambers)) return Abort::hardware_error;
-  return device.settings.set(settings) ? Abort::none : Abort::value_range;
+  return abort_of(device.settings.set(settings));
 }
 
 inline Abort read_board_float(const Device& device, Place at, std::uint32_t& bits) noexcept {

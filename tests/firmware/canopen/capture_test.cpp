@@ -34,10 +34,10 @@ TEST(Capture, RecordsTheTicksAskedForAndFreezes) {
 
 TEST(Capture, RefusesWhatIsOutOfRange) {
   Bench bench;
-  EXPECT_EQ(bench.answer("605 2F 00 23 01 03 00 00 00"), "585 80 00 23 01 30 00 09 06");
-  EXPECT_EQ(bench.answer("605 2F 00 23 02 08 00 00 00"), "585 80 00 23 02 30 00 09 06");
-  EXPECT_EQ(bench.answer("605 2B 00 23 03 00 00 00 00"), "585 80 00 23 03 30 00 09 06");
-  EXPECT_EQ(bench.answer("605 2B 00 23 03 01 04 00 00"), "585 80 00 23 03 30 00 09 06") << "1025 ticks";
+  EXPECT_EQ(bench.answer("605 2F 00 23 01 03 00 00 00"), "585 80 00 23 01 31 00 09 06");
+  EXPECT_EQ(bench.answer("605 2F 00 23 02 08 00 00 00"), "585 80 00 23 02 31 00 09 06");
+  EXPECT_EQ(bench.answer("605 2B 00 23 03 00 00 00 00"), "585 80 00 23 03 32 00 09 06");
+  EXPECT_EQ(bench.answer("605 2B 00 23 03 01 04 00 00"), "585 80 00 23 03 31 00 09 06") << "1025 ticks";
   EXPECT_EQ(bench.answer("605 2F 00 23 04 02 00 00 00"), "585 80 00 23 04 02 00 01 06") << "read only";
 }
 

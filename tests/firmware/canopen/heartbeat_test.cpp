@@ -125,7 +125,7 @@ TEST(ErrorBehaviour, LeavesOperationalWhenAHeartbeatOrTheBusIsLost) {
 TEST(ErrorBehaviour, IsPreOperationalByDefaultAndKnowsThreeValues) {
   Bench bench;
   EXPECT_EQ(bench.answer("605 40 29 10 01 00 00 00 00"), "585 4F 29 10 01 00 00 00 00");
-  EXPECT_EQ(bench.answer("605 2F 29 10 01 03 00 00 00"), "585 80 29 10 01 30 00 09 06");
+  EXPECT_EQ(bench.answer("605 2F 29 10 01 03 00 00 00"), "585 80 29 10 01 31 00 09 06");
 }
 
 // ---- SYNC counter ----
@@ -171,7 +171,7 @@ TEST(SyncCounter, RefusesSyncsThatDoNotCount) {
 TEST(SyncCounter, HasTheLimitsOfCia301) {
   Bench bench;
   EXPECT_EQ(bench.answer("605 2F 19 10 00 01 00 00 00"), "585 80 19 10 00 30 00 09 06");
-  EXPECT_EQ(bench.answer("605 2F 19 10 00 F1 00 00 00"), "585 80 19 10 00 30 00 09 06");
+  EXPECT_EQ(bench.answer("605 2F 19 10 00 F1 00 00 00"), "585 80 19 10 00 31 00 09 06");
   EXPECT_EQ(bench.answer("605 2F 19 10 00 F0 00 00 00"), "585 60 19 10 00 00 00 00 00");
   EXPECT_EQ(bench.answer("605 23 06 10 00 10 27 00 00"), "585 60 06 10 00 00 00 00 00") << "10 ms";
   EXPECT_EQ(bench.answer("605 2F 19 10 00 00 00 00 00"), "585 80 19 10 00 22 00 00 08")

@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <limits>
 #include <map>
+#include <optional>
 #include <set>
 
 #include "tests/firmware/canopen/bench.hpp"
@@ -97,6 +100,48 @@ TEST(ObjectDictionary, GivesEachAccessWhatItNeeds) {
       EXPECT_NE(entry.write_value, nullptr) << label(index, sub);
     }
   });
+}
+
+/// The nearest value of a type beyond `limit`, upwards or downwards, as bits; none where the type ends there.
+std::optional<std::uint32_t> beyond(DataType type, float limit, bool upwards) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  if (type == DataType::real32)
+    return std::bit_cast<std::uint32_t>(std::nextafter(limit, upwards ? kInfinity : -kInfinity));
+  const bool is_signed = type == DataType::integer8 || type == DataType::integer16;
+  const int bits = static_cast<int>(8 * size_of(type));
+  const long number = std::lround(limit) + (upwards ? 1 : -1);
+  const long least = is_signed ? -(1L << (bits - 1)) : 0, most = (1L << (is_signed ? bits - 1 : bits)) - 1;
+  if (number < least || number > most) return std::nullopt;
+  return static_cast<std::uint32_t>(number) & static_cast<std::uint32_t>((1UL << bits) - 1);
+}
+
+std::string write_of(unsigned index, unsigned sub, DataType type, std::uint32_t bits) {
+  const auto size = static_cast<unsigned>(size_of(type));
+  std::array<char, 48> text{};
+  std::snprintf(text.data(), text.size(), "605 %02X %02X %02X %02X %02X %02X %02X %02X",
+                0x23U | (4 - size) << 2, index & 0xFFU, index >> 8, sub, bits & 0xFFU, bits >> 8 & 0xFFU,
+                bits >> 16 & 0xFFU, bits >> 24);
+  return text.data();
+}
+
+TEST(ObjectDictionary, TellsOnWhichSideOfItsRangeAValueLies) {
+  Bench bench;
+  int above = 0, below = 0;
+  for_each_object([&](const Entry& entry, unsigned index, unsigned sub) {
+    if (!entry.range.limited || entry.access == Access::read_only) return;
+    const auto expect = [&](bool upwards, const char* code, int& count) {
+      const auto bits = beyond(entry.type, upwards ? entry.range.high : entry.range.low, upwards);
+      if (!bits) return;
+      const std::string answer = bench.answer(write_of(index, sub, entry.type, *bits));
+      EXPECT_TRUE(answer.starts_with("585 80") && answer.ends_with(code))
+          << label(index, sub) << ": " << answer;
+      ++count;
+    };
+    expect(true, "31 00 09 06", above);
+    expect(false, "32 00 09 06", below);
+  });
+  EXPECT_GT(above, 200) << "settings of eight chambers alone are 24 x 8";
+  EXPECT_GT(below, 150);
 }
 
 TEST(ObjectDictionary, NamesEachRecordAtItsSubIndex0) {

@@ -12,6 +12,9 @@ namespace {
 
 constexpr const char* kNotNow = " 22 00 00 08";
 constexpr const char* kBadValue = " 30 00 09 06";
+constexpr const char* kTooHigh = " 31 00 09 06";
+constexpr const char* kTooLow = " 32 00 09 06";
+constexpr const char* kMaxBelowMin = " 36 00 09 06";
 
 constexpr std::uint16_t kInit = 0x8;
 
@@ -145,14 +148,30 @@ TEST(Settings, ThatContradictOthersAreRefusedAndTheReasonCanBeRead) {
       << "100 kPa/V x 9.9 V, the sensor's range: a bit below 990";
 }
 
+// Defaults: 0.2..9.9 V, -0.1..10.1 V, 101.325..800 kPa, 3..7 V. 0.1 = 3DCCCCCDh, 10 = 41200000h, -0.2 = BE4CCCCDh, 10.2 = 41233333h,
+// 100 = 42C80000h, 801 = 44484000h, 2 = 40000000h, 8 = 41000000h
+TEST(Settings, TellAMaximumThatWouldFallBelowItsMinimum) {
+  for (const std::string field : {"04 CD CC CC 3D", "03 00 00 20 41", "08 CD CC 4C BE", "07 33 33 23 41",
+                                  "0A 00 00 C8 42", "09 00 40 48 44", "0E 00 00 00 40", "0D 00 00 00 41"}) {
+    InitBench bench;
+    const std::string object = "06 24 " + field.substr(0, 2);
+    EXPECT_EQ(bench.answer("605 23 06 24 " + field), "585 80 " + object + kMaxBelowMin);
+    EXPECT_EQ(bench.settings.refusal().chamber, 7);
+    EXPECT_EQ(bench.settings.refusal().verdict.error, config::SettingError::not_admissible);
+    EXPECT_EQ(bench.settings.take_changed(), 0);
+  }
+  InitBench bench;  // alike is not below: 7 V = 40E00000h
+  EXPECT_EQ(bench.answer("605 23 06 24 0D 00 00 E0 40"), std::string("585 80 06 24 0D") + kBadValue);
+}
+
 TEST(Settings, OutOfRangeOrNotFiniteAreRefused) {
   InitBench bench;
   EXPECT_EQ(bench.answer("605 23 00 24 01 00 00 C0 7F"), std::string("585 80 00 24 01") + kBadValue) << "NaN";
-  EXPECT_EQ(bench.answer("605 23 00 24 01 00 00 00 00"), std::string("585 80 00 24 01") + kBadValue)
+  EXPECT_EQ(bench.answer("605 23 00 24 01 00 00 00 00"), std::string("585 80 00 24 01") + kTooLow)
       << "gain 0";
-  EXPECT_EQ(bench.answer("605 2F 10 24 02 02 00 00 00"), std::string("585 80 10 24 02") + kBadValue)
+  EXPECT_EQ(bench.answer("605 2F 10 24 02 02 00 00 00"), std::string("585 80 10 24 02") + kTooHigh)
       << "safe output 2";
-  EXPECT_EQ(bench.answer("605 2B 08 24 02 00 00 00 00"), std::string("585 80 08 24 02") + kBadValue)
+  EXPECT_EQ(bench.answer("605 2B 08 24 02 00 00 00 00"), std::string("585 80 08 24 02") + kTooLow)
       << "0 ticks";
   EXPECT_EQ(bench.settings.take_changed(), 0);
 }
@@ -166,8 +185,10 @@ TEST(Settings, ShowTheLimitsOfCia408InMillibar) {
   EXPECT_EQ(bench.answer("605 2B A0 9B 01 88 13 00 00"), "585 60 A0 9B 01 00 00 00 00")
       << "5000 mbar, chamber 8";
   EXPECT_EQ(bench.settings.chamber(7).pressure_high_kPa, 500.0F);
-  EXPECT_EQ(bench.answer("605 2B A1 9B 01 89 13 00 00"), std::string("585 80 A1 9B 01") + kBadValue)
+  EXPECT_EQ(bench.answer("605 2B A1 9B 01 89 13 00 00"), std::string("585 80 A1 9B 01") + kMaxBelowMin)
       << "a lower limit above the upper one";
+  EXPECT_EQ(bench.answer("605 2B A0 9B 01 21 4E 00 00"), std::string("585 80 A0 9B 01") + kTooHigh)
+      << "20001 mbar: the setting ends at 2000 kPa";
   bench.image.status_word = 0x9;
   EXPECT_EQ(bench.answer("605 2B A0 9B 01 58 1B 00 00"), std::string("585 80 A0 9B 01") + kNotNow);
   EXPECT_EQ(bench.settings.chamber(7).pressure_high_kPa, 500.0F);
