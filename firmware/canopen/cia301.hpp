@@ -44,7 +44,7 @@ enum class NmtState : std::uint8_t { initialising = 0, stopped = 4, operational 
 
 enum class Abort : std::uint32_t {
   none = 0,
-  pending = 1,  ///< never on the wire: the answer waits until Device::order is done
+  pending = 1,  ///< never on the wire: the answer waits for the write's outcome
   toggle_not_alternated = 0x0503'0000U,
   timed_out = 0x0504'0000U,
   unknown_command = 0x0504'0001U,

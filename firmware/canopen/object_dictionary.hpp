@@ -38,6 +38,8 @@ struct Range {
 using ReadValue = Abort (*)(const Device&, Place, std::uint32_t& bits) noexcept;
 using WriteValue = Abort (*)(Device&, Place, std::uint32_t bits) noexcept;
 using ReadBytes = std::span<const std::uint8_t> (*)(const Device&, Place) noexcept;
+/// Of a write that was answered with Abort::pending: how it has ended, or pending while it has not.
+using Outcome = Abort (*)(const Device&, Place) noexcept;
 using WriteBytes = Abort (*)(Device&, Place, std::span<const std::uint8_t>) noexcept;
 /// Bytes of a long value from `offset` on, as many as fit `bytes`; returns their count, 0 at the end. Read forward,
 /// but for a block that is repeated: that one begins again at its first byte.
@@ -65,6 +67,7 @@ struct Entry {
   /// first byte whether the value can be read now.
   ReadStream read_stream = nullptr;
   StreamSize stream_size = nullptr;
+  Outcome outcome = nullptr;  ///< of what may be answered with Abort::pending
   Kept kept = Kept::no;
   std::uint16_t most_bytes = 0;       ///< of a DOMAIN that is written
   bool of_node = false;               ///< an identifier: its base plus the node id

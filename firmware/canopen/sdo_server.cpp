@@ -93,8 +93,11 @@ bool SdoServer::conclude(Device& device, Abort abort, Bytes& response) noexcept 
 
 bool SdoServer::elapse(Device& device, std::uint32_t elapsed_us, Bytes& response) noexcept {
   share_ = kSegmentsATick;
-  const bool done = device.order.done && device.order.what != StoreOrder::What::lss;
-  if (done || state_ == State::waiting) return end_wait(device, elapsed_us, response);
+  const Abort outcome =
+      state_ == State::waiting ? found_.entry->outcome(device, found_.place) : Abort::pending;
+  // an order is taken away when it is done, also one whose client has not waited for it
+  if (device.order.done && device.order.what != StoreOrder::What::lss) device.order = {};
+  if (state_ == State::waiting) return end_wait(device, outcome, elapsed_us, response);
   if (state_ == State::idle) return false;
   const std::uint32_t timeout_us = device.config.sdo_timeout_us;
   const bool was_patient = silence_us_ < timeout_us / 2;
@@ -108,19 +111,13 @@ bool SdoServer::elapse(Device& device, std::uint32_t elapsed_us, Bytes& response
   return true;
 }
 
-/// An order is taken away when it is done, also one whose client has not waited for it.
-bool SdoServer::end_wait(Device& device, std::uint32_t elapsed_us, Bytes& response) noexcept {
-  const bool was_waiting = state_ == State::waiting;
-  Abort abort = Abort::timed_out;
-  if (device.order.done) {
-    abort = device.order.result;
-    device.order = {};
-  } else {
+bool SdoServer::end_wait(Device& device, Abort outcome, std::uint32_t elapsed_us, Bytes& response) noexcept {
+  if (outcome == Abort::pending) {
     silence_us_ += std::min(elapsed_us, device.config.store_timeout_us);
     if (silence_us_ < device.config.store_timeout_us) return false;
+    outcome = Abort::timed_out;
   }
-  if (!was_waiting) return false;
-  if (abort != Abort::none) return conclude(device, abort, response);
+  if (outcome != Abort::none) return conclude(device, outcome, response);
   response = withheld_;
   reset();
   return true;

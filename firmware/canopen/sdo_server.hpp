@@ -26,8 +26,8 @@ class SdoServer {
   /// sub-block waits for its confirmation, this tick's share has gone, or there is no such transfer.
   bool next_segment(Device& device, Bytes& segment) noexcept;
 
-  /// Time passes, once a tick. Returns true when `response` is to be sent: the answer to a write whose order is
-  /// done, the confirmation of a sub-block that has stopped short of its end, or the abort of a transfer that
+  /// Time passes, once a tick. Returns true when `response` is to be sent: the answer to a write that has waited and
+  /// ended, the confirmation of a sub-block that has stopped short of its end, or the abort of a transfer that
   /// has timed out.
   bool elapse(Device& device, std::uint32_t elapsed_us, Bytes& response) noexcept;
 
@@ -40,7 +40,7 @@ class SdoServer {
  private:
   enum class State : std::uint8_t {
     idle,
-    waiting,  ///< for the order of a write
+    waiting,  ///< for the outcome of a write
     download,
     upload,
     block_download,
@@ -69,7 +69,7 @@ class SdoServer {
 
   bool take(Device& device, const Bytes& request, Bytes& response) noexcept;
   bool conclude(Device& device, Abort abort, Bytes& response) noexcept;
-  bool end_wait(Device& device, std::uint32_t elapsed_us, Bytes& response) noexcept;
+  bool end_wait(Device& device, Abort outcome, std::uint32_t elapsed_us, Bytes& response) noexcept;
 
   State state_ = State::idle;
   std::uint16_t index_ = 0;

@@ -88,12 +88,20 @@ struct SetProgress {
   std::uint8_t refused = 0;  ///< the chamber + 1 whose image was refused, so that none is staged; 0: none was
 };
 
+/// What has become of the image handed in last.
+struct ImageJudgement {
+  bool pending = false;  ///< it is judged at the next tick's edge
+  ImageVerdict verdict;  ///< valid when not pending; good: the image is staged
+};
+
 /// Staging is per chamber or of a set, commit is for all chambers of a mask at once; nothing changes between ticks.
 class ModelDesk {
  public:
-  /// Checks an image and keeps a copy for the commit. A refused image leaves an earlier staged one discarded,
-  /// and never touches the one in force. `chamber` < kChambers.
-  virtual ImageVerdict stage(std::uint8_t chamber, std::span<const std::uint8_t> image) noexcept = 0;
+  /// Keeps a copy of an image, which is judged at the next tick's edge: then it is staged, or refused, which leaves an earlier staged
+  /// one discarded; judgement() tells. Until then nothing else is handed in and nothing committed. Returns none, or why it
+  /// is not even judged. `chamber` < kChambers.
+  virtual ImageError hand_in(std::uint8_t chamber, std::span<const std::uint8_t> image) noexcept = 0;
+  virtual ImageJudgement judgement() const noexcept = 0;
   /// Stages the images of several chambers (model_set.hpp): all of them or, when one is refused, none. Keeps a copy, and
   /// stages one image at each tick's edge; until the last has been checked nothing else is staged and nothing is committed.
   virtual SetHandIn hand_in(std::span<const std::uint8_t> set) noexcept = 0;

@@ -14,21 +14,48 @@ bool names(std::uint8_t mask, std::size_t chamber) noexcept {
 }  // namespace
 
 ImageVerdict ParameterSlots::stage(std::uint8_t chamber, std::span<const std::uint8_t> image) noexcept {
-  if (chamber >= kChambers) return {.error = ImageError::no_such_chamber};
+  const ImageError error = let_in(chamber);
+  return error == ImageError::none ? stage_let_in(chamber, image) : ImageVerdict{.error = error};
+}
+
+ImageError ParameterSlots::hand_in(std::uint8_t chamber, std::span<const std::uint8_t> image) noexcept {
+  if (image.size() > kMaxImageBytes) return ImageError::wrong_size;
+  const ImageError error = let_in(chamber);
+  if (error != ImageError::none) return error;
+  handed_in_.waits = true;
+  handed_in_.chamber = chamber;
+  handed_in_.size = image.size();
+  std::copy(image.begin(), image.end(), handed_in_.bytes.begin());
+  return error;
+}
+
+void ParameterSlots::stage_handed_in() noexcept {
+  handed_in_.waits = false;
+  handed_in_.verdict = stage_let_in(handed_in_.chamber, std::span(handed_in_.bytes).first(handed_in_.size));
+}
+
+/// Whether an image of this chamber may be staged, whatever is in it; why not is told as the chamber's refusal.
+ImageError ParameterSlots::let_in(std::size_t chamber) noexcept {
+  if (chamber >= kChambers) return ImageError::no_such_chamber;
+  ImageError error = ImageError::none;
+  if (!session_.admit() || staging_set() || handed_in_.waits) {
+    error = ImageError::staged_by_another;
+  } else if (names(pending_, chamber)) {
+    // The commit's CRC was taken over the staged image, so that image may not change before it is active.
+    error = ImageError::commit_pending;
+  }
+  if (error != ImageError::none) slots_[chamber].refusal = {.error = error};
+  return error;
+}
+
+ImageVerdict ParameterSlots::stage_let_in(std::uint8_t chamber,
+                                          std::span<const std::uint8_t> image) noexcept {
   Slot& slot = slots_[chamber];
-  slot.refusal = check_and_stage(slot, names(pending_, chamber), image);
+  slot.refusal = stage_checked(slot, image);
   if (!slot.refusal) return slot.refusal;
   staged_of_set_ = 0;  // it was whole before this one was let in
   prove_or_try(slot, chamber);
   return slot.refusal;
-}
-
-ImageVerdict ParameterSlots::check_and_stage(Slot& slot, bool pending,
-                                             std::span<const std::uint8_t> image) noexcept {
-  if (!session_.admit() || staging_set()) return {.error = ImageError::staged_by_another};
-  // The commit's CRC was taken over the staged image, so that image may not change before it is active.
-  if (pending) return {.error = ImageError::commit_pending};
-  return stage_checked(slot, image);
 }
 
 ImageVerdict ParameterSlots::stage_checked(Slot& slot, std::span<const std::uint8_t> image) noexcept {
@@ -42,7 +69,7 @@ ImageVerdict ParameterSlots::stage_checked(Slot& slot, std::span<const std::uint
 }
 
 SetHandIn ParameterSlots::hand_in(std::span<const std::uint8_t> set) noexcept {
-  if (!session_.admit() || staging_set()) return SetHandIn::not_now;
+  if (!session_.admit() || staging_set() || handed_in_.waits) return SetHandIn::not_now;
   if (!set_.take(set)) return SetHandIn::malformed;
   staged_of_set_ = 0;
   refused_of_set_ = 0;
@@ -152,7 +179,7 @@ std::span<const std::uint8_t> ParameterSlots::active_image(std::uint8_t chamber)
 CommitResult ParameterSlots::commit(std::uint8_t mask, std::uint32_t crc, std::uint32_t key) noexcept {
   if (key != kCommitKey && key != kForceKey) return CommitResult::wrong_key;
   if (mask == 0) return CommitResult::nothing_staged;
-  if (pending_ != 0 || staging_set()) return CommitResult::not_now;
+  if (pending_ != 0 || staging_set() || handed_in_.waits) return CommitResult::not_now;
   std::array<std::uint32_t, kChambers> image_crcs{};
   std::size_t count = 0;
   bool proving = false;
@@ -193,7 +220,9 @@ std::uint8_t ParameterSlots::apply_at_tick_edge() noexcept {
     slot.generation = generation_;
   }
   pending_ = 0;
-  if (set_.left() != 0) stage_next_of_set();  // after the swap: nothing waits for a commit any more
+  // after the swap: nothing waits for a commit any more
+  if (set_.left() != 0) stage_next_of_set();
+  if (handed_in_.waits) stage_handed_in();
   return changed;
 }
 

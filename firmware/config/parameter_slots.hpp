@@ -1,6 +1,7 @@
 // The parameter sets of a board: for each chamber an active set and a staged one, swapped at a tick's edge.
 //
 //   stage(image): checked, decoded, staged, its inverse checked by a ModelProof, and compared with the active one by a ModelTrial
+//   hand_in(image): the same at the next tick's edge
 //   hand_in(set): the same with the images of several chambers, one at each tick's edge; all are staged or none
 //     -> commit(mask, crc, key): pending -> apply_at_tick_edge(): active
 //
@@ -62,7 +63,11 @@ class ParameterSlots final : public ModelDesk {
   /// Images that state other serial numbers will be doubted. `chamber` < kChambers.
   void expect(std::size_t chamber, const Serials& serials) noexcept { slots_[chamber].serials = serials; }
 
-  ImageVerdict stage(std::uint8_t chamber, std::span<const std::uint8_t> image) noexcept override;
+  /// At once, for who need not mind how long that takes. A refused image leaves an earlier staged one discarded, and never
+  /// touches the one in force. `chamber` < kChambers.
+  ImageVerdict stage(std::uint8_t chamber, std::span<const std::uint8_t> image) noexcept;
+  ImageError hand_in(std::uint8_t chamber, std::span<const std::uint8_t> image) noexcept override;
+  ImageJudgement judgement() const noexcept override { return {handed_in_.waits, handed_in_.verdict}; }
   SetHandIn hand_in(std::span<const std::uint8_t> set) noexcept override;
   SetProgress set_progress() const noexcept override { return {staging_set(), refused_of_set_}; }
   std::span<const std::uint8_t> active_image(std::uint8_t chamber) const noexcept override;
@@ -86,9 +91,8 @@ class ParameterSlots final : public ModelDesk {
   /// The trial's result. Without effect when it is no longer wanted.
   void judge(std::size_t chamber, const TrialResult& result) noexcept;
 
-  /// A tick begins: swaps in the sets of a pending commit, and stages one image of a set that was handed in. Returns the
-  /// chambers whose active set has changed
-  /// (bit c: chamber c).
+  /// A tick begins: swaps in the sets of a pending commit, and stages the image, or one image of the set, that was handed in.
+  /// Returns the chambers whose active set has changed (bit c: chamber c).
   std::uint8_t apply_at_tick_edge() noexcept;
 
   /// The active set; kind `none` when the chamber has none. Valid until the next tick's edge. `chamber` <
@@ -136,7 +140,18 @@ class ParameterSlots final : public ModelDesk {
     Set& staged_set() noexcept { return set[~active & 1U]; }
   };
 
-  ImageVerdict check_and_stage(Slot& slot, bool pending, std::span<const std::uint8_t> image) noexcept;
+  /// The image that was handed in last.
+  struct HandedIn {
+    bool waits = false;  // for the tick's edge
+    std::uint8_t chamber = 0;
+    std::size_t size = 0;
+    std::array<std::uint8_t, kMaxImageBytes> bytes{};
+    ImageVerdict verdict;  // when it does not wait
+  };
+
+  ImageError let_in(std::size_t chamber) noexcept;
+  ImageVerdict stage_let_in(std::uint8_t chamber, std::span<const std::uint8_t> image) noexcept;
+  void stage_handed_in() noexcept;
   static ImageVerdict stage_checked(Slot& slot, std::span<const std::uint8_t> image) noexcept;
   void stage_next_of_set() noexcept;
   bool staging_set() const noexcept;
@@ -150,6 +165,7 @@ class ParameterSlots final : public ModelDesk {
   ModelProof* proof_;
   UploadSession session_;
   std::array<Slot, kChambers> slots_;
+  HandedIn handed_in_;
   ModelSet set_;
   std::uint8_t staged_of_set_ = 0;  // mask: staged so far of the set handed in last
   std::uint8_t refused_of_set_ = 0;

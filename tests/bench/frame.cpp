@@ -1,7 +1,9 @@
 // Instructions of one frame at a node, counted by callgrind (frame.py runs it).
 //
 // A frame is what Node::receive() does with it and next_frame() with its answer; a segment of a block upload,
-// which no frame asks for by itself, is its next_frame() alone. What a tick does is counted by tick.cpp. The
+// which no frame asks for by itself, is its next_frame() alone. Labels that begin with "tick" are what a frame leaves to a tick: how a
+// reset is worked off, how an image is judged. What a tick does otherwise is counted by tick.cpp. The data sheet is read in blocks, whose
+// segments are dearer than those of the segmented protocol (2236 and 1730 instructions) and tens of thousands. The
 // node stands on the slots, settings and recorder of a board, with the configuration that is dear for each type.
 #include <valgrind/callgrind.h>
 
@@ -18,10 +20,10 @@
 #include "firmware/canopen/crc16.hpp"
 #include "firmware/canopen/node.hpp"
 #include "firmware/canopen/objects.hpp"
+#include "firmware/config/greybox_parameters.hpp"
 #include "firmware/config/model_image.hpp"
 #include "firmware/config/parameter_record.hpp"
 #include "firmware/config/parameter_slots.hpp"
-#include "firmware/control/tassa9.hpp"
 #include "firmware/shadow_run.hpp"
 
 namespace {
@@ -96,7 +98,7 @@ class Bench {
   void count_block_upload(const std::string& label, std::uint16_t index) {
     constexpr std::uint8_t kBlock = 127;
     send(kRequest, {0xA4, byte_of(index, 0), byte_of(index, 1), 0, kBlock, 0, 0, 0});
-    send(kRequest, {0xA3, 0, 0, 0, 0, 0, 0, 0});
+    count_request(label + " started", {0xA3, 0, 0, 0, 0, 0, 0, 0});
     bool is_last = false;
     for (int sub_block = 0; !is_last; ++sub_block) {
       std::uint8_t sequence = 0;
@@ -128,22 +130,20 @@ class Bench {
     count("SDO no object", frame_of(kRequest, std::array<std::uint8_t, 8>{0x40, 0xFF, 0xFF, 0xFF}));
   }
 
-  /// A model image in blocks or segments, and its commit.
+  /// Images of each kind, in blocks and in segments, taken and refused; then eight of the dearest at once, and their commit.
   void count_models() {
-    std::array<std::uint8_t, config::kMaxImageBytes> bytes{};
-    const std::span<const std::uint8_t> image = std::span(bytes).first(config::encode(model(), bytes));
-    for (std::uint8_t chamber = 0; chamber < config::kChambers; ++chamber) {
-      const std::uint8_t low = byte_of(canopen::object::kStagedModel + std::uint32_t{chamber}, 0);
-      if (chamber % 2 == 0) {
-        count("block download", kRequest,
-              {0xC6, low, 0x21, 0, byte_of(static_cast<std::uint32_t>(image.size()), 0), 0, 0, 0});
-        count_block(image);
-      } else {
-        count("segmented download", kRequest,
-              {0x21, low, 0x21, 0, byte_of(static_cast<std::uint32_t>(image.size()), 0), 0, 0, 0});
-        count_segments(image);
-      }
+    for (const config::ModelKind kind :
+         {config::ModelKind::tassa9, config::ModelKind::tassa9r, config::ModelKind::greybox}) {
+      const std::vector<std::uint8_t> image = image_of(model(kind));
+      count_image(image, true);
+      std::vector<std::uint8_t> spoilt = image;
+      spoilt.back() ^= 1U;
+      count_image(spoilt, false);
     }
+    config::ModelParameters folded = model(config::ModelKind::greybox);
+    folded.value[config::kExhaustBend] = -40.0F;  // the last condition that is looked at, and it fails
+    count_image(image_of(folded), false);
+    const std::vector<std::uint8_t> image = image_of(model(config::ModelKind::greybox));
     count_set(image);
     std::array<std::uint32_t, config::kChambers> crcs{};
     crcs.fill(config::trailing_crc(image));
@@ -152,11 +152,18 @@ class Bench {
     count("commit of 8 models",
           frame_of(kRequest, expedited(canopen::object::kCommit, 3, config::kForceKey, 4)));
     expect(slots_.apply_at_tick_edge() == 0xFF, "eight models are committed");
-    send(kRequest, {0x40, byte_of(canopen::object::kActiveModel, 0), 0x21, 0, 0, 0, 0, 0});
+    count_segmented_upload("segmented upload of a model", canopen::object::kActiveModel);
+    count_block_upload("block upload of a model", canopen::object::kActiveModel);
+  }
+
+  void count_segmented_upload(const std::string& label, std::uint16_t index) {
+    count(label + " begun", kRequest, {0x40, byte_of(index, 0), byte_of(index, 1), 0, 0, 0, 0, 0});
     std::uint8_t toggle = 0;
-    for (std::size_t done = 0; done < image.size(); done += 7, toggle ^= 0x10U) {
-      count("segmented upload", kRequest, {static_cast<std::uint8_t>(0x60U | toggle), 0, 0, 0, 0, 0, 0, 0});
-    }
+    do {
+      count(label, kRequest, {static_cast<std::uint8_t>(0x60U | toggle), 0, 0, 0, 0, 0, 0, 0});
+      expect(last_.data[0] != 0x80, "an upload is not aborted");
+      toggle ^= 0x10U;
+    } while ((last_.data[0] & 0x81U) == 0);
   }
 
   void count_process_data() {
@@ -231,14 +238,26 @@ class Bench {
   bool failed() const { return failed_; }
 
  private:
-  static config::ModelParameters model() {
-    constexpr std::array<float, 12> kGood = {5.02F, 2.5F, 4.0F,  -0.05F, 0.003F, 0.02F,
-                                             40.0F, 0.1F, 0.08F, 0.1F,   620.0F, 101.325F};
-    config::ModelParameters parameters;
-    parameters.kind = config::ModelKind::tassa9;
-    parameters.count = control::Tassa9::kParameters;
-    std::copy(kGood.begin(), kGood.end(), parameters.value.begin());
+  static config::ModelParameters model(config::ModelKind kind) {
+    constexpr std::array<float, 12> kTassa9 = {5.02F, 2.5F, 4.0F,  -0.05F, 0.003F, 0.02F,
+                                               40.0F, 0.1F, 0.08F, 0.1F,   620.0F, 101.325F};
+    constexpr std::array<float, 11> kTassa9r = {5.02F, 2.5F,  4.0F, 0.003F, 0.02F,   40.0F,
+                                                0.1F,  0.08F, 0.1F, 620.0F, 101.325F};
+    constexpr std::array<float, config::kGreyboxParameters> kGreybox = {
+        5.08F, 4.92F, 60.0F, 64.0F, 1.0F, 1.0F, 2.0F, 1.0F, -0.5F, 0.2F,  0.6F, 0.3F,   0.1F,  0.53F,
+        0.5F,  1.0F,  0.1F,  5.0F,  1.4F, 0.1F, 0.0F, 0.1F, 0.8F,  0.02F, 0.1F, 700.0F, 101.3F};
+    config::ModelParameters parameters{.kind = kind};
+    parameters.count = static_cast<std::uint16_t>(config::parameter_schema(kind).size());
+    const float* const values = kind == config::ModelKind::tassa9    ? kTassa9.data()
+                                : kind == config::ModelKind::tassa9r ? kTassa9r.data()
+                                                                     : kGreybox.data();
+    std::copy_n(values, parameters.count, parameters.value.begin());
     return parameters;
+  }
+  static std::vector<std::uint8_t> image_of(const config::ModelParameters& parameters) {
+    std::vector<std::uint8_t> image(config::kMaxImageBytes);
+    image.resize(config::encode(parameters, image));
+    return image;
   }
 
   static std::array<std::uint8_t, 8> expedited(std::uint16_t index, std::uint8_t sub, std::uint32_t value,
@@ -293,23 +312,51 @@ class Bench {
     count("SDO write refused" + name, frame_of(kRequest, request));
   }
 
+  /// In blocks and in segments, each judged at the edge of a tick, in which it is answered.
+  void count_image(std::span<const std::uint8_t> image, bool is_good) {
+    constexpr std::uint8_t kLow = canopen::object::kStagedModel & 0xFFU;
+    const auto size = static_cast<std::uint32_t>(image.size());
+    count("block download", kRequest, {0xC6, kLow, 0x21, 0, byte_of(size, 0), 0, 0, 0});
+    count_block(image);
+    expect_answer(is_good ? 0xA1 : 0x80);
+    count("segmented download", kRequest, {0x21, kLow, 0x21, 0, byte_of(size, 0), 0, 0, 0});
+    expect_answer(count_segments(image, is_good));
+  }
+
+  /// Of a download that waits for a tick.
+  void expect_answer(std::uint8_t command) {
+    count_edge();
+    tick();
+    expect(last_.data[0] == command, "an image is judged as it is");
+  }
+
+  void count_edge() {
+    CALLGRIND_TOGGLE_COLLECT;
+    static_cast<void>(slots_.apply_at_tick_edge());
+    CALLGRIND_TOGGLE_COLLECT;
+    CALLGRIND_DUMP_STATS_AT("tick's edge that judges an image");
+  }
+
   void count_block(std::span<const std::uint8_t> image) {
     std::uint8_t sequence = 0;
     for (std::size_t done = 0; done < image.size(); done += 7) {
       const std::size_t size = std::min<std::size_t>(7, image.size() - done);
+      const bool is_last = done + size == image.size();
+      constexpr std::uint8_t kBlock = 127;
       std::array<std::uint8_t, 8> segment{};
-      segment[0] = static_cast<std::uint8_t>(++sequence | (done + size == image.size() ? 0x80U : 0U));
+      segment[0] = static_cast<std::uint8_t>(++sequence | (is_last ? 0x80U : 0U));
       std::copy_n(image.begin() + static_cast<std::ptrdiff_t>(done), size, segment.begin() + 1);
       count("block download segment", frame_of(kRequest, segment));
+      if (sequence == kBlock) sequence = 0;
     }
     const std::uint16_t crc = canopen::crc16(image);
-    const auto unused = static_cast<std::uint32_t>(std::size_t{7} * sequence - image.size());
+    const auto unused = static_cast<std::uint32_t>((7 - image.size() % 7) % 7);
     count("block download ended", kRequest,
           {static_cast<std::uint8_t>(0xC1U | unused << 2), byte_of(crc, 0), byte_of(crc, 1), 0, 0, 0, 0, 0});
-    expect(last_.data[0] == 0xA1, "a block download is taken");
   }
 
-  void count_segments(std::span<const std::uint8_t> image) {
+  /// Returns the command of the answer that is due.
+  std::uint8_t count_segments(std::span<const std::uint8_t> image, bool is_good) {
     std::uint8_t toggle = 0;
     for (std::size_t done = 0; done < image.size(); done += 7, toggle ^= 0x10U) {
       const std::size_t size = std::min<std::size_t>(7, image.size() - done);
@@ -319,7 +366,7 @@ class Bench {
       std::copy_n(image.begin() + static_cast<std::ptrdiff_t>(done), size, segment.begin() + 1);
       count(is_last ? "segmented download, last" : "segmented download", frame_of(kRequest, segment));
     }
-    expect(last_.data[0] != 0x80, "a segmented download is taken");
+    return is_good ? static_cast<std::uint8_t>(0x20U | (toggle ^ 0x10U)) : std::uint8_t{0x80};
   }
 
   /// Eight images in one block transfer, and the ticks that stage them.
@@ -330,12 +377,8 @@ class Bench {
     const auto size = static_cast<std::uint32_t>(set.size());
     count("block download", kRequest, {0xC6, 0x22, 0x21, 1, byte_of(size, 0), byte_of(size, 1), 0, 0});
     count_block(set);
-    for (std::size_t chamber = 0; chamber < config::kChambers; ++chamber) {
-      CALLGRIND_TOGGLE_COLLECT;
-      static_cast<void>(slots_.apply_at_tick_edge());
-      CALLGRIND_TOGGLE_COLLECT;
-      CALLGRIND_DUMP_STATS_AT("tick's edge that stages an image of a set");
-    }
+    expect(last_.data[0] == 0xA1, "a set is taken");
+    for (std::size_t chamber = 0; chamber < config::kChambers; ++chamber) count_edge();
     expect(!slots_.set_progress().staging && slots_.set_progress().refused == 0, "a set is staged");
   }
 
@@ -381,6 +424,7 @@ int main() {
   bench->fill_recorder();
   bench->count_models();
   bench->count_block_upload("block upload of the capture", canopen::object::kCaptureBuffer);
+  bench->count_segmented_upload("segmented upload of the capture", canopen::object::kCaptureBuffer);
   bench->count_block_upload("block upload of the data sheet", 0x1021);
   bench->count_process_data();
   bench->count_nmt();

@@ -33,6 +33,7 @@ INDIRECT = {
     r"entry\.read_bytes": rf"std::span<const unsigned char> .*\(const {DEVICE}, {PLACE}\){WITH}",
     r"entry\.write_bytes": rf"plenum::canopen::Abort .*\({DEVICE}, {PLACE}, std::span<const unsigned char>\){WITH}",
     r"entry\.read_stream": rf"std::size_t .*\({DEVICE}, {PLACE}, uint32_t, std::span<unsigned char>\){WITH}",
+    r"entry\.outcome": rf"plenum::canopen::Abort .*\(const {DEVICE}, {PLACE}\){WITH}",
     r"entry\.stream_size": rf"uint32_t .*\(const {DEVICE}, {PLACE}\){WITH}",
     r"(can|analog_in|analog_out|digital|medium)\.\w+": None,
 }

@@ -105,6 +105,10 @@ Abort order_store(Device& device, Place at, std::uint32_t bits) noexcept {
   return Abort::pending;
 }
 
+inline Abort order_outcome(const Device& device, Place) noexcept {
+  return device.order.done ? device.order.result : Abort::pending;
+}
+
 constexpr WriteValue kOrderSave = order_store<StoreOrder::What::store, kSaveSignature>;
 constexpr WriteValue kOrderLoad = order_store<StoreOrder::What::restore, kLoadSignature>;
 
@@ -143,19 +147,19 @@ inline constexpr Entry kCommunicationRows[] = {
     bytes(0x100A, kOnce, "Manufacturer software version", visible_string, constant,
           read_string<&Identity::software_version>),
     highest<3>(0x1010, kOnce, "Store parameters"),
-    value(0x1010, 1, kOnce, "Save all parameters", unsigned32, read_write, no, kAny, fixed<kOnCommand>,
-          kOrderSave),
-    value(0x1010, 2, kOnce, "Save communication parameters", unsigned32, read_write, no, kAny,
-          fixed<kOnCommand>, kOrderSave),
-    value(0x1010, 3, kOnce, "Save application parameters", unsigned32, read_write, no, kAny,
-          fixed<kOnCommand>, kOrderSave),
+    waiting_for(order_outcome, value(0x1010, 1, kOnce, "Save all parameters", unsigned32, read_write, no,
+                                     kAny, fixed<kOnCommand>, kOrderSave)),
+    waiting_for(order_outcome, value(0x1010, 2, kOnce, "Save communication parameters", unsigned32,
+                                     read_write, no, kAny, fixed<kOnCommand>, kOrderSave)),
+    waiting_for(order_outcome, value(0x1010, 3, kOnce, "Save application parameters", unsigned32, read_write,
+                                     no, kAny, fixed<kOnCommand>, kOrderSave)),
     highest<3>(0x1011, kOnce, "Restore default parameters"),
-    value(0x1011, 1, kOnce, "Restore all default parameters", unsigned32, read_write, no, kAny,
-          fixed<kOnCommand>, kOrderLoad),
-    value(0x1011, 2, kOnce, "Restore communication default parameters", unsigned32, read_write, no, kAny,
-          fixed<kOnCommand>, kOrderLoad),
-    value(0x1011, 3, kOnce, "Restore application default parameters", unsigned32, read_write, no, kAny,
-          fixed<kOnCommand>, kOrderLoad),
+    waiting_for(order_outcome, value(0x1011, 1, kOnce, "Restore all default parameters", unsigned32,
+                                     read_write, no, kAny, fixed<kOnCommand>, kOrderLoad)),
+    waiting_for(order_outcome, value(0x1011, 2, kOnce, "Restore communication default parameters", unsigned32,
+                                     read_write, no, kAny, fixed<kOnCommand>, kOrderLoad)),
+    waiting_for(order_outcome, value(0x1011, 3, kOnce, "Restore application default parameters", unsigned32,
+                                     read_write, no, kAny, fixed<kOnCommand>, kOrderLoad)),
     kept(of_node(value(0x1014, 0, kOnce, "COB-ID EMCY", unsigned32, read_write, no, kAny,
                        read_communication<&Communication::emergency_cob_id>, write_emergency_cob_id))),
     highest<HeartbeatConsumer::kWatches>(0x1016, kOnce, "Consumer heartbeat time"),

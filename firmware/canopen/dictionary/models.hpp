@@ -21,18 +21,31 @@ inline Abort read_schema_count(const Device&, Place, std::uint32_t& bits) noexce
 /// 1: IEEE 754 binary32, 2: fixed point.
 inline constexpr std::uint32_t kScalarFormat = std::is_same_v<numeric::Scalar, float> ? 1 : 2;
 
+/// It is judged at the tick's edge: some thousand instructions that no frame is to cost.
 inline Abort write_staged_model(Device& device, Place at, std::span<const std::uint8_t> image) noexcept {
-  const config::ImageVerdict verdict = device.desk.stage(at.instance, image);
-  switch (verdict.error) {
+  switch (device.desk.hand_in(at.instance, image)) {
     case config::ImageError::none:
-      return Abort::none;
-    case config::ImageError::not_finite:
-    case config::ImageError::out_of_range:
-    case config::ImageError::not_admissible:
-      return Abort::value_range;
+      return Abort::pending;
     case config::ImageError::commit_pending:
     case config::ImageError::staged_by_another:
       return Abort::device_state;
+    default:
+      return Abort::cannot_store;
+  }
+}
+
+inline Abort staged_model_outcome(const Device& device, Place) noexcept {
+  const config::ImageJudgement judgement = device.desk.judgement();
+  if (judgement.pending) return Abort::pending;
+  const config::ImageVerdict& verdict = judgement.verdict;
+  switch (verdict.error) {
+    case config::ImageError::none:
+      return Abort::none;
+    case config::ImageError::out_of_range:
+      return verdict.value > verdict.high ? Abort::value_too_high : Abort::value_too_low;
+    case config::ImageError::not_finite:
+    case config::ImageError::not_admissible:
+      return Abort::value_range;
     default:
       return Abort::cannot_store;
   }
@@ -183,7 +196,8 @@ inline constexpr Entry kModelRows[] = {
     value(0x2100, 1, kOnce, "Schema hash", unsigned32, constant, no, kAny, read_schema_hash),
     value(0x2100, 2, kOnce, "Parameter count", unsigned16, constant, no, kAny, read_schema_count),
     value(0x2100, 3, kOnce, "Scalar format", unsigned8, constant, no, kAny, fixed<kScalarFormat>),
-    domain_taken(0x2110, kChambersNext, "Staged model image", config::kMaxImageBytes, write_staged_model),
+    waiting_for(staged_model_outcome, domain_taken(0x2110, kChambersNext, "Staged model image",
+                                                   config::kMaxImageBytes, write_staged_model)),
     bytes(0x2118, kChambersNext, "Active model image", domain, read_only, read_active_model),
     highest<3>(0x2120, kOnce, "Commit of staged models"),
     value(0x2120, 1, kOnce, "Commit: chamber mask", unsigned8, read_write, no, kAny,

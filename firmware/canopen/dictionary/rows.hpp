@@ -141,6 +141,12 @@ constexpr Entry domain_taken(std::uint16_t index, Many many, const char* name, s
   return entry;
 }
 
+/// A row whose writes may have to wait.
+constexpr Entry waiting_for(Outcome outcome, Entry row) {
+  row.outcome = outcome;
+  return row;
+}
+
 /// The same row at another sub-index.
 constexpr Entry at_sub(std::uint8_t sub, Entry row) {
   row.sub = row.last_sub = sub;

@@ -189,6 +189,7 @@ TEST(Board, TheSameModelCommittedOnARampLeavesTheCommandsAsTheyWere) {
   }
   const auto image = image_of(kValve, 2);
   bench.session.sdo_write(object::kStagedModel, 0, image);
+  twin.run(bench.ticks - twin.ticks);               // until it was answered
   for (Bench* one : {&bench, &twin}) one->run(60);  // the shadow run
   double bump = 0.0;
   double residual_kPa = 0.0;

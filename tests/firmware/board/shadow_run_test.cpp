@@ -401,6 +401,8 @@ TEST(ShadowRunOnABoard, LeavesTheCommandsAsTheyWouldBeWithoutIt) {
   Bench bench, twin;
   for (Bench* one : {&bench, &twin}) record_steps(*one);
   bench.session.sdo_write(object::kStagedModel, 0, image_of(kValve, 7));
+  twin.run(bench.ticks - twin.ticks);  // until it was answered
+  ASSERT_EQ(bench.analog_out.held_V, twin.analog_out.held_V);
   for (int i = 0; i < 40; ++i) {
     bench.tick();
     twin.tick();

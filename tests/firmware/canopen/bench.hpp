@@ -13,14 +13,27 @@
 
 namespace plenum::canopen {
 
-/// Takes any image but one that starts with EEh; commits when the CRC is that of the staged ones.
+/// Judges an image when it is told to: takes any but one that starts with EEh. Commits when the CRC is that of the staged ones.
 class FakeDesk final : public config::ModelDesk {
  public:
-  config::ImageVerdict stage(std::uint8_t chamber, std::span<const std::uint8_t> image) noexcept override {
-    ++stagings;
-    if (!image.empty() && image[0] == 0xEE) return {refusal, 2, 7.0F, 1.0F, 5.0F};
-    staged[chamber].assign(image.begin(), image.end());
-    return {};
+  config::ImageError hand_in(std::uint8_t chamber, std::span<const std::uint8_t> image) noexcept override {
+    if (not_let_in != config::ImageError::none) return not_let_in;
+    ++hand_ins;
+    judged = {.pending = true, .verdict = {}};
+    of_chamber = chamber;
+    waiting.assign(image.begin(), image.end());
+    return config::ImageError::none;
+  }
+  config::ImageJudgement judgement() const noexcept override { return judged; }
+  /// As at a tick's edge.
+  void judge() {
+    if (!judged.pending) return;
+    judged.pending = false;
+    if (!waiting.empty() && waiting[0] == 0xEE) {
+      judged.verdict = {refusal, 2, refused_value, 1.0F, 5.0F};
+    } else {
+      staged[of_chamber] = waiting;
+    }
   }
   std::span<const std::uint8_t> active_image(std::uint8_t chamber) const noexcept override {
     return active[chamber];
@@ -64,12 +77,17 @@ class FakeDesk final : public config::ModelDesk {
   const config::UploadSession& upload_session() const noexcept override { return session; }
 
   config::UploadSession session;
+  config::ImageError not_let_in = config::ImageError::none;
   config::ImageError refusal = config::ImageError::bad_crc;
+  float refused_value = 7.0F;
   config::CommitResult held_back = config::CommitResult::accepted;
   config::SetHandIn hand_in_result = config::SetHandIn::taken;
   config::SetProgress progress;
   std::vector<std::uint8_t> handed_in;
-  int stagings = 0;
+  int hand_ins = 0;
+  config::ImageJudgement judged;
+  std::uint8_t of_chamber = 0;
+  std::vector<std::uint8_t> waiting;
   int commits = 0;
   std::array<std::vector<std::uint8_t>, config::kChambers> staged;
   std::array<std::vector<std::uint8_t>, config::kChambers> active;
@@ -118,7 +136,10 @@ struct Bench {
 
   void send(const std::string& text) { node.receive(frame_from(text)); }
   void tick(int times = 1) {
-    for (int i = 0; i < times; ++i) node.tick(10'000);
+    for (int i = 0; i < times; ++i) {
+      desk.judge();
+      node.tick(10'000);
+    }
   }
   Frames drain() {
     Frames frames;
@@ -130,6 +151,13 @@ struct Bench {
     send(text);
     const Frames frames = drain();
     return frames.empty() ? "" : frames.size() == 1 ? frames[0] : "more than one frame";
+  }
+  /// What it says in the next tick to one frame that it says nothing to at once.
+  std::string answer_in_tick(const std::string& text) {
+    if (const std::string said = answer(text); !said.empty()) return "at once: " + said;
+    tick();
+    const Frames frames = drain();
+    return frames.size() == 1 ? frames[0] : "no or more than one frame";
   }
 };
 

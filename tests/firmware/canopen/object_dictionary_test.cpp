@@ -93,6 +93,8 @@ TEST(ObjectDictionary, GivesEachAccessWhatItNeeds) {
         entry.read_bytes != nullptr || entry.write_bytes != nullptr || entry.read_stream != nullptr;
     EXPECT_EQ(size_of(entry.type) == 0, without_size) << label(index, sub);
     EXPECT_EQ(entry.read_stream != nullptr, entry.stream_size != nullptr) << label(index, sub);
+    const bool waits = index == 0x1010 || index == 0x1011 || (index & 0xFFF8U) == 0x2110;
+    EXPECT_EQ(waits && writable, entry.outcome != nullptr) << label(index, sub);
     if (entry.mappable != Mappable::no) {
       EXPECT_NE(entry.read_value, nullptr) << label(index, sub);
     }

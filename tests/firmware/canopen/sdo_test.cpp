@@ -80,13 +80,14 @@ TEST(Sdo, TakesAnImageOf160BytesInSegments) {
       "605 00 7E 7F 80 81 82 83 84", "605 10 85 86 87 88 89 8A 8B", "605 00 8C 8D 8E 8F 90 91 92",
       "605 10 93 94 95 96 97 98 99", "605 03 9A 9B 9C 9D 9E 9F 00"};
   for (std::size_t i = 0; i < segments.size(); ++i) {
-    EXPECT_EQ(bench.desk.stagings, 0) << "nothing is handed in before the last segment";
-    EXPECT_EQ(bench.answer(segments[i]),
+    EXPECT_EQ(bench.desk.hand_ins, 0) << "nothing is handed in before the last segment";
+    const bool is_last = i + 1 == segments.size();
+    EXPECT_EQ(is_last ? bench.answer_in_tick(segments[i]) : bench.answer(segments[i]),
               i % 2 == 0 ? "585 20 00 00 00 00 00 00 00" : "585 30 00 00 00 00 00 00 00");
   }
   ASSERT_EQ(bench.desk.staged[3].size(), 160U);
   for (std::size_t i = 0; i < 160; ++i) EXPECT_EQ(bench.desk.staged[3][i], i);
-  EXPECT_EQ(bench.desk.stagings, 1);
+  EXPECT_EQ(bench.desk.hand_ins, 1);
 }
 
 TEST(Sdo, ReadsTheActiveImageInSegments) {
@@ -156,7 +157,7 @@ TEST(Sdo, AbortsADownloadWhoseToggleBitStandsStill) {
   EXPECT_EQ(bench.answer("605 00 01 02 03 04 05 06 07"), "585 80 10 21 00 00 00 03 05") << "a duplicate";
   EXPECT_EQ(bench.answer("605 10 01 02 03 04 05 06 07"), "585 80 00 00 00 01 00 04 05")
       << "the transfer is over";
-  EXPECT_EQ(bench.desk.stagings, 0);
+  EXPECT_EQ(bench.desk.hand_ins, 0);
 }
 
 TEST(Sdo, AbortsAnUploadWhoseToggleBitStandsStill) {
@@ -174,7 +175,7 @@ TEST(Sdo, AbortsWhenSegmentsDoNotAddUpToTheAnnouncedSize) {
   Bench fewer;
   fewer.answer("605 21 10 21 00 08 00 00 00");
   EXPECT_EQ(fewer.answer("605 01 01 02 03 04 05 06 07"), "585 80 10 21 00 10 00 07 06");
-  EXPECT_EQ(more.desk.stagings + fewer.desk.stagings, 0);
+  EXPECT_EQ(more.desk.hand_ins + fewer.desk.hand_ins, 0);
 }
 
 TEST(Sdo, BoundsADownloadOfUnknownSize) {
@@ -199,7 +200,7 @@ TEST(Sdo, StartsAnewWhenTheClientDoes) {
   bench.answer("605 21 10 21 00 08 00 00 00");
   bench.answer("605 00 EE EE EE EE EE EE EE");
   EXPECT_EQ(bench.answer("605 21 11 21 00 05 00 00 00"), "585 60 11 21 00 00 00 00 00");
-  EXPECT_EQ(bench.answer("605 05 01 02 03 04 05 00 00"), "585 20 00 00 00 00 00 00 00");
+  EXPECT_EQ(bench.answer_in_tick("605 05 01 02 03 04 05 00 00"), "585 20 00 00 00 00 00 00 00");
   EXPECT_EQ(bench.desk.staged[1], (std::vector<std::uint8_t>{1, 2, 3, 4, 5}));
   EXPECT_TRUE(bench.desk.staged[0].empty());
 }
@@ -223,31 +224,105 @@ TEST(Sdo, CountsTheSilenceFromTheLastSegment) {
   bench.tick(90);
   EXPECT_EQ(bench.answer("605 00 01 02 03 04 05 06 07"), "585 20 00 00 00 00 00 00 00");
   bench.tick(90);
-  EXPECT_EQ(bench.answer("605 11 01 02 03 04 05 06 07"), "585 30 00 00 00 00 00 00 00");
-  EXPECT_EQ(bench.desk.stagings, 1);
+  EXPECT_EQ(bench.answer_in_tick("605 11 01 02 03 04 05 06 07"), "585 30 00 00 00 00 00 00 00");
+  EXPECT_EQ(bench.desk.hand_ins, 1);
 }
 
-TEST(Sdo, PassesTheDesksRefusalOn) {
+TEST(Sdo, PassesTheDesksJudgementOn) {
   Bench bench;
   const auto upload = [&] {
     bench.answer("605 21 10 21 00 05 00 00 00");
-    return bench.answer("605 05 EE 00 00 00 00 00 00");
+    return bench.answer_in_tick("605 05 EE 00 00 00 00 00 00");
   };
   EXPECT_EQ(upload(), "585 80 10 21 00 20 00 00 08") << "bad CRC";
   bench.desk.refusal = config::ImageError::out_of_range;
-  EXPECT_EQ(upload(), "585 80 10 21 00 30 00 09 06");
-  bench.desk.refusal = config::ImageError::commit_pending;
-  EXPECT_EQ(upload(), "585 80 10 21 00 22 00 00 08");
+  EXPECT_EQ(upload(), "585 80 10 21 00 31 00 09 06") << "7 of 1..5";
+  bench.desk.refused_value = 0.5F;
+  EXPECT_EQ(upload(), "585 80 10 21 00 32 00 09 06") << "0.5 of 1..5";
+  for (const auto error : {config::ImageError::not_finite, config::ImageError::not_admissible}) {
+    bench.desk.refusal = error;
+    EXPECT_EQ(upload(), "585 80 10 21 00 30 00 09 06");
+  }
   EXPECT_EQ(bench.answer("605 40 28 21 01 00 00 00 00"), "585 4F 28 21 01 04 00 00 00");
   EXPECT_EQ(bench.answer("605 40 28 21 03 00 00 00 00"), "585 43 28 21 03 44 33 22 11");
   EXPECT_EQ(bench.answer("605 40 28 21 05 00 00 00 00"), "585 4F 28 21 05 02 00 00 00");
   EXPECT_EQ(bench.answer("605 40 28 21 06 00 00 00 00"), "585 43 28 21 06 00 00 E0 40") << "7.0";
 }
 
+TEST(Sdo, SaysAtOnceWhyAnImageIsNotEvenJudged) {
+  Bench bench;
+  for (const auto error : {config::ImageError::commit_pending, config::ImageError::staged_by_another}) {
+    bench.desk.not_let_in = error;
+    bench.answer("605 21 10 21 00 05 00 00 00");
+    EXPECT_EQ(bench.answer("605 05 01 02 03 04 05 00 00"), "585 80 10 21 00 22 00 00 08");
+  }
+}
+
+/// An image of five bytes that the desk has been handed in, and has not judged.
+struct Judged : Bench {
+  explicit Judged(const std::string& last = "605 05 01 02 03 04 05 00 00") {
+    answer("605 21 10 21 00 05 00 00 00");
+    EXPECT_EQ(answer(last), "");
+    EXPECT_EQ(desk.hand_ins, 1);
+  }
+};
+
+TEST(Sdo, RefusesAllElseWhileAnImageIsJudgedAndAnswersItAllTheSame) {
+  Judged bench;
+  EXPECT_EQ(bench.answer("605 40 00 10 00 00 00 00 00"), "585 80 00 10 00 22 00 00 08");
+  EXPECT_EQ(bench.answer("605 21 11 21 00 05 00 00 00"), "585 80 11 21 00 22 00 00 08") << "another master";
+  EXPECT_EQ(bench.answer("605 2B 40 60 00 07 00 00 00"), "585 80 40 60 00 22 00 00 08");
+  EXPECT_EQ(bench.image.control_word, 0);
+  bench.tick();
+  EXPECT_EQ(bench.drain(), Frames{"585 20 00 00 00 00 00 00 00"});
+  EXPECT_EQ(bench.desk.hand_ins, 1);
+  EXPECT_EQ(bench.answer("605 40 00 10 00 00 00 00 00"), "585 43 00 10 00 98 01 FF FF");
+}
+
+TEST(Sdo, HandsInOnceAnImageWhoseLastSegmentComesTwice) {
+  Judged bench;
+  EXPECT_EQ(bench.answer("605 05 01 02 03 04 05 00 00"), "");
+  bench.tick();
+  EXPECT_EQ(bench.drain(), Frames{"585 20 00 00 00 00 00 00 00"});
+  EXPECT_EQ(bench.desk.hand_ins, 1);
+}
+
+TEST(Sdo, JudgesAnImageWhoseClientHasGivenUpAndSaysNothing) {
+  for (const char* last : {"605 05 01 02 03 04 05 00 00", "605 05 EE 02 03 04 05 00 00"}) {
+    Judged bench(last);
+    EXPECT_EQ(bench.answer("605 80 10 21 00 00 00 04 05"), "");
+    EXPECT_EQ(bench.answer("605 40 00 10 00 00 00 00 00"), "585 43 00 10 00 98 01 FF FF");
+    bench.tick();
+    EXPECT_EQ(bench.drain(), Frames{});
+    EXPECT_FALSE(bench.desk.judged.pending);
+  }
+}
+
+TEST(Sdo, ForgetsWhoWaitsForAJudgementWithTheCommunication) {
+  for (const char* command : {"000 82 05", "000 02 05"}) {
+    Judged bench;
+    bench.send(command);
+    bench.tick();
+    for (const std::string& frame : bench.drain()) EXPECT_EQ(frame, "705 00") << command;
+  }
+}
+
+TEST(Sdo, DoesNotTakeAnOrderToTheStoreForAJudgement) {
+  Bench bench;
+  EXPECT_EQ(bench.answer("605 23 10 10 01 73 61 76 65"), "");
+  EXPECT_EQ(bench.answer("605 80 10 10 01 00 00 04 05"), "") << "its client gives up";
+  bench.answer("605 21 10 21 00 05 00 00 00");
+  EXPECT_EQ(bench.answer("605 05 EE 02 03 04 05 00 00"), "");
+  bench.node.order().done = true;
+  bench.tick();
+  EXPECT_EQ(bench.drain(), Frames{"585 80 10 21 00 20 00 00 08"}) << "the image's own";
+  EXPECT_EQ(bench.node.order().what, StoreOrder::What::none);
+}
+
 TEST(Sdo, CommitsOnceAndRefusesTheReplay) {
   Bench bench;
   bench.answer("605 21 12 21 00 05 00 00 00");
-  bench.answer("605 05 01 31 32 33 34 00 00");  // trailing CRC bytes 31 32 33 34
+  bench.answer_in_tick("605 05 01 31 32 33 34 00 00");  // trailing CRC bytes 31 32 33 34
   EXPECT_EQ(bench.answer("605 2F 20 21 01 04 00 00 00"), "585 60 20 21 01 00 00 00 00");
   // CRC-32 of "1234" is 9BE3E0A3h
   EXPECT_EQ(bench.answer("605 23 20 21 02 A3 E0 E3 9B"), "585 60 20 21 02 00 00 00 00");

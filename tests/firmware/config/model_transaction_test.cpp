@@ -261,6 +261,44 @@ TEST(Transaction, DoubtsNoSerialThatOneSideDoesNotState) {
   EXPECT_EQ(slots.state(2).phase, SetPhase::staged);
 }
 
+TEST(Transaction, JudgesWhatIsHandedInAtTheTicksEdge) {
+  ParameterSlots slots;
+  const Bytes good = image_with_c7(10.0F), better = image_with_c7(20.0F);
+  Bytes spoilt = good;
+  spoilt[40] = static_cast<std::uint8_t>(spoilt[40] ^ 1U);
+  ASSERT_EQ(slots.hand_in(3, good), ImageError::none);
+  EXPECT_TRUE(slots.judgement().pending);
+  EXPECT_EQ(slots.state(3).staged_crc, 0U) << "not before the edge";
+  EXPECT_EQ(slots.commit(0x08, crc_of({good}), kCommitKey), CommitResult::not_now);
+  EXPECT_EQ(slots.apply_at_tick_edge(), 0U);
+  EXPECT_FALSE(slots.judgement().pending);
+  EXPECT_TRUE(slots.judgement().verdict);
+  EXPECT_EQ(slots.state(3).phase, SetPhase::staged);
+
+  ASSERT_EQ(slots.hand_in(3, spoilt), ImageError::none);
+  EXPECT_EQ(slots.commit(0x08, crc_of({good}), kCommitKey), CommitResult::not_now) << "what it names may go";
+  EXPECT_EQ(slots.hand_in(4, better), ImageError::staged_by_another) << "one at a time";
+  Bytes set{0x01};
+  set.insert(set.end(), better.begin(), better.end());
+  EXPECT_EQ(slots.hand_in(set), SetHandIn::not_now);
+  slots.apply_at_tick_edge();
+  EXPECT_EQ(slots.judgement().verdict.error, ImageError::bad_crc);
+  EXPECT_EQ(slots.state(3).phase, SetPhase::refused);
+  EXPECT_EQ(slots.state(3).refusal.error, ImageError::bad_crc);
+  EXPECT_EQ(slots.commit(0x08, crc_of({good}), kCommitKey), CommitResult::nothing_staged);
+
+  EXPECT_EQ(slots.hand_in(3, Bytes(kMaxImageBytes + 1)), ImageError::wrong_size);
+  ASSERT_EQ(slots.hand_in(set), SetHandIn::taken);
+  EXPECT_EQ(slots.hand_in(4, better), ImageError::staged_by_another);
+  slots.apply_at_tick_edge();
+  ASSERT_EQ(slots.commit(0x01, crc_of({better}), kCommitKey), CommitResult::accepted);
+  EXPECT_EQ(slots.hand_in(0, good), ImageError::commit_pending);
+  EXPECT_EQ(slots.hand_in(1, good), ImageError::none) << "the commit names another chamber";
+  EXPECT_EQ(slots.apply_at_tick_edge(), 0x01U);
+  EXPECT_EQ(bytes_of(slots.active_image(0)), better);
+  EXPECT_EQ(slots.state(1).phase, SetPhase::staged);
+}
+
 TEST(Transaction, KeepsWhatOneMasterStagedFromAnother) {
   ParameterSlots slots;
   const Bytes mine = image_with_c7(10.0F), other = image_with_c7(20.0F);
@@ -294,7 +332,13 @@ struct Expected {
     bool running = false;
     bool doubted = false;
   };
+  struct HandedIn {
+    std::uint8_t chamber;
+    Bytes image;
+    bool spoilt;
+  };
   std::array<std::optional<Staged>, kChambers> staged;
+  std::optional<HandedIn> handed_in;
   std::array<Bytes, kChambers> active;
   std::uint8_t pending = 0;
   std::uint32_t generation = 0;
@@ -338,20 +382,31 @@ class Storm {
     const std::uint8_t c = any_chamber();
     Bytes image = image_with_c7(static_cast<float>(++serial_));
     if (spoilt) image[40] = static_cast<std::uint8_t>(image[40] ^ 1U);
-    const bool admitted = slots_.upload_session().owner() == 0 || ticket_;
+    const bool at_once = *rc::gen::arbitrary<bool>();
+    const bool admitted =
+        (slots_.upload_session().owner() == 0 || ticket_) && !expected_.handed_in.has_value();
     ticket_ = false;
     trial_.compares = *rc::gen::arbitrary<bool>();
-    const ImageVerdict verdict = slots_.stage(c, image);
+    const ImageError error = at_once ? slots_.stage(c, image).error : slots_.hand_in(c, image);
     if (!admitted) {
-      RC_ASSERT(verdict.error == ImageError::staged_by_another);
+      RC_ASSERT(error == ImageError::staged_by_another);
     } else if ((expected_.pending >> c & 1) != 0) {
-      RC_ASSERT(verdict.error == ImageError::commit_pending);
-    } else if (spoilt) {
-      RC_ASSERT(verdict.error == ImageError::bad_crc);
-      expected_.staged[c].reset();
+      RC_ASSERT(error == ImageError::commit_pending);
+    } else if (at_once) {
+      RC_ASSERT(error == (spoilt ? ImageError::bad_crc : ImageError::none));
+      expect_judged({c, image, spoilt});
     } else {
-      RC_ASSERT(static_cast<bool>(verdict));
-      expected_.staged[c] = {image, trial_.compares && !expected_.active[c].empty(), false};
+      RC_ASSERT(error == ImageError::none);
+      expected_.handed_in = {c, image, spoilt};
+    }
+    RC_ASSERT(slots_.judgement().pending == expected_.handed_in.has_value());
+  }
+  void expect_judged(const Expected::HandedIn& one) {
+    if (one.spoilt) {
+      expected_.staged[one.chamber].reset();
+    } else {
+      const bool runs = trial_.compares && !expected_.active[one.chamber].empty();
+      expected_.staged[one.chamber] = {one.image, runs, false};
     }
   }
   void judge() {
@@ -377,7 +432,7 @@ class Storm {
       held_back = held_back || expected_.staged[c]->running || expected_.staged[c]->doubted;
     }
     const bool expected = key != kCommitKey + 1 && all_staged && right_crc && expected_.pending == 0 &&
-                          (!held_back || key == kForceKey);
+                          !expected_.handed_in && (!held_back || key == kForceKey);
     const CommitResult result = slots_.commit(mask, crc_of(images) + (right_crc ? 0U : 1U), key);
     RC_ASSERT((result == CommitResult::accepted) == expected);
     if (expected) expected_.pending = mask;
@@ -405,6 +460,10 @@ class Storm {
       expected_.staged[c].reset();
     }
     expected_.pending = 0;
+    if (!expected_.handed_in) return;
+    expect_judged(*expected_.handed_in);
+    RC_ASSERT(static_cast<bool>(slots_.judgement().verdict) == !expected_.handed_in->spoilt);
+    expected_.handed_in.reset();
   }
 
   FakeTrial trial_;
