@@ -76,16 +76,23 @@ BoardLog parse_board_log(std::span<const std::uint8_t> bytes, unsigned chamber) 
   }
   if (!(real(12) > 0.0 && real(12) < 1.0))
     refuse(chamber, fmt::format("a row every {} s, expected 0 to 1 s", real(12)));
+  if (!std::isfinite(real(16)))
+    refuse(chamber, fmt::format("a command's LSB of {} V, expected a number", real(16)));
   if (bytes[10] != chamber) refuse(chamber, fmt::format("is that of chamber {}", bytes[10] + 1));
 
   BoardLog log{.last_tick = word(4), .period_s = real(12), .rows = {}};
   const double command_lsb_V = real(16);
   for (std::size_t at = kHeaderBytes; at < size - kCrcBytes; at += kRowBytes) {
     const std::uint32_t flags = half(at + 10);
+    const bool is_measured = (flags & telemetry::row_flag::kMeasured) != 0;
+    if (is_measured && !(std::isfinite(real(at)) && std::isfinite(real(at + 4)))) {
+      refuse(chamber, fmt::format("row {}: {} Pa, {} m3, expected what is measured to be numbers",
+                                  log.rows.size() + 1, real(at), real(at + 4)));
+    }
     log.rows.push_back({.pressure_Pa = real(at),
                         .volume_m3 = real(at + 4),
                         .command_V = half(at + 8) * command_lsb_V,
-                        .measured = (flags & telemetry::row_flag::kMeasured) != 0,
+                        .measured = is_measured,
                         .follows = (flags & telemetry::row_flag::kFollows) != 0});
   }
   return log;

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <charconv>
+#include <cstdint>
+#include <limits>
 #include <set>
 #include <stdexcept>
 
@@ -79,7 +81,10 @@ client::Setting setting_of(const Fields& fields) {
   const Json& value = fields.at("value");
   try {
     setting.type = client::type_of(fields.text("type"));
-    if (!value.is_number()) fields.refuse("value", "a number");
+    const bool is_beyond =
+        value.is_number_unsigned() &&
+        value.get<std::uint64_t>() > std::uint64_t{std::numeric_limits<std::int64_t>::max()};
+    if (!value.is_number() || is_beyond) fields.refuse("value", "a number of a setting");
     const client::SettingNumber number = value.is_number_integer()
                                              ? client::SettingNumber(value.get<std::int64_t>())
                                              : client::SettingNumber(value.get<double>());
@@ -106,10 +111,10 @@ client::ModelUpload model_of(const Fields& fields) {
   return model;
 }
 
-Json parse(const std::filesystem::path& file) {
-  Json json = Json::parse(trace::read_whole_file(file), nullptr, false);
+Json parse(std::string_view text, const std::string& name) {
+  Json json = Json::parse(text, nullptr, false);
   if (json.is_discarded())
-    throw trace::InputError(fmt::format("{}: this is no JSON, expected a JSON file", file.string()));
+    throw trace::InputError(fmt::format("{}: this is no JSON, expected a JSON file", name));
   return json;
 }
 
@@ -152,13 +157,16 @@ Json backup_json(const Backup& backup) {
 }
 
 bool is_backup(const std::filesystem::path& file) {
-  Json json = parse(file);
+  const Json json = parse(trace::read_whole_file(file), file.string());
   return json.is_object() && json.value("schema", Json()) == kSchema;
 }
 
 Backup load_backup(const std::filesystem::path& file) {
-  Json json = parse(file);
-  const std::string name = file.string();
+  return parse_backup(trace::read_whole_file(file), file.string());
+}
+
+Backup parse_backup(std::string_view text, const std::string& name) {
+  const Json json = parse(text, name);
   const Fields fields(json, name);
   if (fields.at("schema") != kSchema) fields.refuse("schema", fmt::format("\"{}\"", kSchema));
   Backup backup;

@@ -6,6 +6,8 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "host-sim/client/board_facts.hpp"
@@ -31,5 +33,7 @@ Json backup_json(const Backup& backup);
 bool is_backup(const std::filesystem::path& file);
 /// Throws InputError: file, field, what was found, what was expected.
 Backup load_backup(const std::filesystem::path& file);
+/// As load_backup(), from memory; `name` is that of errors.
+Backup parse_backup(std::string_view text, const std::string& name);
 
 }  // namespace plenum::host::tools
