@@ -54,11 +54,13 @@ void listen(Link& link, double until_s, Roll& roll) {
 }
 
 /// Heartbeats tell of most nodes, and disturb nobody; only ids that are silent are asked, one after the other.
-void call(Link& link, double duration_s, Roll& roll) {
+void call(Link& link, double duration_s, Roll& roll, const std::function<void(unsigned node)>& progress) {
+  if (progress) progress(0);
   const double end_s = link.now_s() + duration_s;
   listen(link, end_s - kLastNode * kBetweenAsked_s - kAnswer_s, roll);
   for (std::uint8_t id = 1; id <= kLastNode; ++id) {
     if (roll[id].seen || roll[id].asked) continue;
+    if (progress) progress(id);
     link.send(
         {.id = cob::kSdoRequest + id, .length = 8, .data = sdo::request(0x40, object::kDeviceTypeIndex, 0)});
     listen(link, link.now_s() + kBetweenAsked_s, roll);
@@ -96,12 +98,14 @@ void ask(Session& session, ScannedNode& node) {
 
 }  // namespace
 
-std::vector<ScannedNode> scan(Link& link, double duration_s, const SessionConfig& config) {
+std::vector<ScannedNode> scan(Link& link, double duration_s, const SessionConfig& config,
+                              const std::function<void(unsigned node)>& progress) {
   Roll roll;
-  call(link, duration_s, roll);
+  call(link, duration_s, roll, progress);
   std::vector<ScannedNode> found;
   for (std::uint8_t id = 1; id <= kLastNode; ++id) {
     if (!roll[id].seen) continue;
+    if (progress) progress(id);
     ScannedNode node;
     node.node_id = id;
     node.nmt = roll[id].nmt;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -35,6 +36,9 @@ struct ScannedNode {
 ///
 /// A request would end an SDO transfer that another master has under way with the node: one that is heard by then is not asked in this
 /// way, and with `config` each session can listen before it reads.
-std::vector<ScannedNode> scan(Link& link, double duration_s, const SessionConfig& config = {});
+///
+/// `progress` is told which node is being asked; 0: none, it is being listened.
+std::vector<ScannedNode> scan(Link& link, double duration_s, const SessionConfig& config = {},
+                              const std::function<void(unsigned node)>& progress = {});
 
 }  // namespace plenum::host::client

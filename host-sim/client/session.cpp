@@ -112,6 +112,14 @@ void Session::send_sync() {
 
 // ---- objects ----
 
+TransferProgress Session::told(std::uint16_t index, std::uint8_t sub,
+                               const TransferProgress& progress) const {
+  return [this, index, sub, &progress](std::size_t done, std::optional<std::size_t> total) {
+    tell({index, sub, done, total});
+    if (progress) progress(done, total);
+  };
+}
+
 std::uint32_t Session::read_bits(std::uint16_t index, std::uint8_t sub, std::size_t size) {
   const std::vector<std::uint8_t> bytes = sdo_read(index, sub);
   if (bytes.size() != size) {

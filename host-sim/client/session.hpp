@@ -8,6 +8,7 @@
 #include <bit>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <type_traits>
@@ -56,6 +57,14 @@ struct SessionConfig {
   double state_timeout_s = 2.0;  ///< for a state asked of the board
 };
 
+/// Of a session: the object that is being read or written, and how many of its bytes have come or gone.
+struct Transfer {
+  std::uint16_t index = 0;
+  std::uint8_t sub = 0;
+  std::size_t done = 0;
+  std::optional<std::size_t> total{};  ///< empty: the board does not know it, or nothing has come yet
+};
+
 class Session {
  public:
   /// `node_id` 1..127, otherwise std::invalid_argument. The link must outlive the session.
@@ -88,16 +97,24 @@ class Session {
 
   // ---- objects: SdoAbort, Timeout, ProtocolError, ChannelTaken ----
 
-  std::vector<std::uint8_t> sdo_read(std::uint16_t index, std::uint8_t sub) { return sdo_.read(index, sub); }
+  /// Who is told of each transfer when it begins, and as it goes on. Replaces the one before.
+  void watch_transfers(std::function<void(const Transfer&)> watcher) { watcher_ = std::move(watcher); }
+
+  std::vector<std::uint8_t> sdo_read(std::uint16_t index, std::uint8_t sub) {
+    tell({index, sub});
+    return sdo_.read(index, sub);
+  }
   /// For DOMAINs and other long values: by blocks where the board knows them.
   std::vector<std::uint8_t> sdo_read_domain(std::uint16_t index, std::uint8_t sub,
                                             const TransferProgress& progress = {}) {
-    return sdo_.read_domain(index, sub, progress);
+    tell({index, sub});
+    return sdo_.read_domain(index, sub, told(index, sub, progress));
   }
   /// Expedited up to four bytes; above in segments or blocks, as the board knows them.
   void sdo_write(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> bytes,
                  const TransferProgress& progress = {}) {
-    sdo_.write(index, sub, bytes, progress);
+    tell({index, sub});
+    sdo_.write(index, sub, bytes, told(index, sub, progress));
   }
 
   /// T is the object's type: std::uint8_t .. std::int32_t, float.
@@ -162,6 +179,11 @@ class Session {
   void stop_stream();
 
  private:
+  void tell(const Transfer& transfer) const {
+    if (watcher_) watcher_(transfer);
+  }
+  /// `progress`, and the watcher beside it.
+  TransferProgress told(std::uint16_t index, std::uint8_t sub, const TransferProgress& progress) const;
   void transmit(std::uint32_t id, std::span<const std::uint8_t> data);
   std::uint32_t read_bits(std::uint16_t index, std::uint8_t sub, std::size_t size);
   void write_bits(std::uint16_t index, std::uint8_t sub, std::uint32_t bits, std::size_t size);
@@ -175,6 +197,7 @@ class Session {
   SessionConfig config_;
   SdoClient sdo_;
   std::function<void(const Arrival&)> subscriber_;
+  std::function<void(const Transfer&)> watcher_;
   SetpointFormat setpoint_format_ = SetpointFormat::millibar;
 };
 

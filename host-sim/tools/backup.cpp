@@ -16,14 +16,9 @@ struct Options {
 
 int run(const Options& options) {
   BoardAccess access(options.board);
+  const ShownTransfers shown(access.session(), "reading");
   client::require_compatible(access.session());
-  Backup backup;
-  {
-    Progress progress("reading the board");
-    backup = read_backup(access.session(), [&](std::size_t done, std::optional<std::size_t> total) {
-      progress(static_cast<double>(done) / static_cast<double>(total.value_or(1)));
-    });
-  }
+  const Backup backup = read_backup(access.session());
   trace::write_whole_file(options.out, backup_json(backup).dump(2) + '\n');
   options.output.print("node {}: {} settings, {} models: {}\n", backup.node, backup.settings.size(),
                        backup.models.size(), options.out);

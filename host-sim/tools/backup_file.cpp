@@ -120,14 +120,13 @@ Json parse(std::string_view text, const std::string& name) {
 
 }  // namespace
 
-Backup read_backup(client::Session& session, const client::TransferProgress& progress) {
+Backup read_backup(client::Session& session) {
   Backup backup;
   backup.node = session.node_id();
   backup.identity = client::read_identity(session);
   backup.versions = client::read_versions(session);
   backup.settings = client::read_settings(session);
   for (std::uint8_t chamber = 0; chamber < client::kChambers; ++chamber) {
-    if (progress) progress(chamber, client::kChambers);
     auto image = session.download_model(chamber);
     if (!image.empty()) backup.models.push_back({chamber, std::move(image)});
   }

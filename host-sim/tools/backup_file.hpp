@@ -25,7 +25,7 @@ struct Backup {
 };
 
 /// Everything that can be read from the board and written to it again.
-Backup read_backup(client::Session& session, const client::TransferProgress& progress = {});
+Backup read_backup(client::Session& session);
 
 Json backup_json(const Backup& backup);
 

@@ -11,6 +11,7 @@
 #include "host-sim/client/session.hpp"
 #include "host-sim/tools/command_line.hpp"
 #include "host-sim/tools/inproc.hpp"
+#include "host-sim/tools/output.hpp"
 
 namespace plenum::host::rig {
 class Rig;
@@ -65,6 +66,19 @@ class BoardAccess {
   std::unique_ptr<rig::Rig> rig_;
   std::unique_ptr<client::Link> link_;
   std::optional<client::Session> session_;
+};
+
+/// Says on a terminal which object of the board is being read or written, of which chamber, and how many of its bytes are there.
+class ShownTransfers {
+ public:
+  ShownTransfers(client::Session& session, std::string doing);
+  ~ShownTransfers() { session_.watch_transfers({}); }
+  ShownTransfers(const ShownTransfers&) = delete;
+  ShownTransfers& operator=(const ShownTransfers&) = delete;
+
+ private:
+  client::Session& session_;
+  Progress progress_;
 };
 
 /// The images of the models of the board's chambers. Throws std::runtime_error naming the first chamber that has none.

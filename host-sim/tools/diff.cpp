@@ -117,6 +117,7 @@ int run(const Options& options) {
     throw std::invalid_argument("--chamber with a backup, expected it with a model alone");
   }
   BoardAccess access(options.board);
+  const ShownTransfers shown(access.session(), "comparing");
   client::require_compatible(access.session());
   const std::vector<Line> lines =
       backup ? compare_backup(options, access.session()) : compare_model(options, access.session());

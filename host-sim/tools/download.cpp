@@ -19,6 +19,7 @@ struct Options {
 int run(const Options& options) {
   options.board.require_stored();
   BoardAccess board(options.board);
+  const ShownTransfers shown(board.session(), "downloading");
   std::vector<trace::ModelFile> models;
   for (unsigned c = 0; c < options.board.rig.chambers; ++c) {
     const auto image = board.session().download_model(static_cast<std::uint8_t>(c));

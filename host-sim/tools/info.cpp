@@ -128,6 +128,7 @@ int run(const Options& options) {
   BoardAccess access(options.board);
   client::Session& session = access.session();
   const Output& output = options.output;
+  const ShownTransfers shown(session, "reading");
   client::require_compatible(session);
   const client::Identity identity = client::read_identity(session);
   const client::Versions versions = client::read_versions(session);

@@ -37,19 +37,31 @@ void Output::finish(const Json& result) const {
 }
 
 Progress::Progress(std::string doing) : doing_(std::move(doing)), terminal_(::isatty(STDERR_FILENO) != 0) {
-  (*this)(0.0);
+  show(doing_);
 }
 
-Progress::~Progress() {
-  if (terminal_) fmt::print(stderr, "\r\033[K");
+bool Progress::stands_ = false;
+
+void Progress::clear() {
+  if (stands_) fmt::print(stderr, "\r\033[K");
+  stands_ = false;
 }
 
 void Progress::operator()(double done) {
+  const bool is_young = std::chrono::steady_clock::now() - shown_ < std::chrono::milliseconds(100);
+  if (terminal_ && !is_young) show(fmt::format("{} {:.0f} %", doing_, 100.0 * done));
+}
+
+void Progress::operator()(const std::string& what) {
+  if (terminal_) show(fmt::format("{}: {}", doing_, what));
+}
+
+void Progress::show(const std::string& line) {
   if (!terminal_) return;
-  const auto now = std::chrono::steady_clock::now();
-  if (done > 0.0 && now - shown_ < std::chrono::milliseconds(100)) return;
-  shown_ = now;
-  fmt::print(stderr, "\r\033[K{} {:.0f} %", doing_, 100.0 * done);
+  constexpr std::size_t kColumns = 79;  // a line that wraps could not be taken back
+  shown_ = std::chrono::steady_clock::now();
+  stands_ = true;
+  fmt::print(stderr, "\r\033[K{:.{}}", line, kColumns);
   std::fflush(stderr);
 }
 

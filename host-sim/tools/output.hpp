@@ -15,6 +15,28 @@ class Arguments;
 
 using Json = nlohmann::ordered_json;
 
+/// A line on standard error that says how far the work is; silent unless that is a terminal. What Output prints takes its place.
+class Progress {
+ public:
+  explicit Progress(std::string doing);
+  ~Progress() { clear(); }
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+  void operator()(double done);  ///< as a share; not shown when the line is younger than 0.1 s
+  void operator()(const std::string& what);
+
+  /// Takes away the line that stands, if any.
+  static void clear();
+
+ private:
+  void show(const std::string& line);
+
+  static bool stands_;
+  std::string doing_;
+  bool terminal_;
+  std::chrono::steady_clock::time_point shown_;
+};
+
 /// Text for people on standard output, and the same result as JSON where --json asks for it. With `--json -`
 /// standard output is the JSON alone.
 class Output {
@@ -24,7 +46,9 @@ class Output {
 
   template <class... Args>
   void print(fmt::format_string<Args...> format, Args&&... args) const {
-    if (json_ != "-") fmt::print(format, std::forward<Args>(args)...);
+    if (json_ == "-") return;
+    Progress::clear();
+    fmt::print(format, std::forward<Args>(args)...);
   }
   /// A line that whoever waits for this program needs at once: on standard output, beside `--json -` on standard
   /// error.
@@ -34,21 +58,6 @@ class Output {
 
  private:
   std::string json_;
-};
-
-/// A line on standard error that says how far the work is; silent unless that is a terminal.
-class Progress {
- public:
-  explicit Progress(std::string doing);
-  ~Progress();
-  Progress(const Progress&) = delete;
-  Progress& operator=(const Progress&) = delete;
-  void operator()(double done);
-
- private:
-  std::string doing_;
-  bool terminal_;
-  std::chrono::steady_clock::time_point shown_;
 };
 
 /// Makes the folder, and sees that files can be written there before any long work. Throws InputError.

@@ -81,6 +81,7 @@ int run(const Options& options) {
   const Backup backup = load_backup(options.file);
   BoardAccess access(options.board);
   client::Session& session = access.session();
+  const ShownTransfers shown(session, "restoring");
   require_fitting(backup, session, options);
   client::require_compatible(session);
   require_at_rest(session);

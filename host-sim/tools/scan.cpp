@@ -61,8 +61,10 @@ void print_row(const Output& output, const client::ScannedNode& node) {
 
 int run(const Options& options) {
   BoardAccess access(options.board);
-  const std::vector<client::ScannedNode> nodes =
-      client::scan(access.link(), options.seconds, options.board.session_config());
+  Progress progress("scanning");
+  const std::vector<client::ScannedNode> nodes = client::scan(
+      access.link(), options.seconds, options.board.session_config(),
+      [&](unsigned node) { progress(node == 0 ? std::string("listening") : fmt::format("node {}", node)); });
   Json list = Json::array();
   if (!nodes.empty()) {
     options.output.print("{:>4}  {:<15}  {:<22}  {:<18}  {:<10}  {:<14}  {:>6}  {}\n", "node", "NMT",

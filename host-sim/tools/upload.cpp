@@ -61,6 +61,7 @@ int run(const Options& options) {
   const std::string& store = options.board.store;
   if (options.board.simulated()) require_folder(store);
   BoardAccess board(options.board);
+  const ShownTransfers shown(board.session(), "uploading");
   client::require_compatible(board.session());
   board.session().upload_models(uploads, options.force ? client::Doubted::force : client::Doubted::refuse);
   // The session has read back and compared; what is left is that the board keeps them.

@@ -2,6 +2,8 @@
 
 import configparser
 import json
+import os
+import pty
 import re
 import subprocess
 import sys
@@ -167,6 +169,57 @@ class Naming(BoardCommands):
         self.refused(2, "lss", *self.bus, "--node", 1, "--set-bit-rate", 123, says=["bit rate 123", "1000000"])
         self.refused(3, "lss", *self.bus, "--node", 9, "--set-node", 10, says=["node 9"])
         self.assertEqual(self.nodes(), [1, 2])
+
+
+class Progress(BoardCommands):
+    """What commands say of a transfer to who waits at a terminal, and to nobody else."""
+
+    def drawn(self, *arguments):
+        """Standard output, and what went to standard error, a terminal."""
+        leader, follower = pty.openpty()
+        ran = subprocess.Popen([plenum_test.PROGRAM, *map(str, arguments)], cwd=self.folder, stdout=subprocess.PIPE, stderr=follower)
+        os.close(follower)
+        said = b""
+        while True:
+            try:
+                part = os.read(leader, 65536)
+            except OSError:  # the other end is closed
+                part = b""
+            if not part:
+                break
+            said += part
+        os.close(leader)
+        out = ran.communicate(timeout=60)[0].decode()
+        self.assertEqual(ran.returncode, 0, said)
+        return out, said.decode()
+
+    def test_a_terminal_sees_chamber_and_bytes(self):
+        self.write("model-2.json", json.dumps(MODEL))
+        # the header, twelve parameters and a CRC: 32 + 12 x 4 + 4
+        said = {
+            "upload": ["uploading: ", "chamber 2: Active model image, 84 of 84 bytes", "Mask and model images, 85 of 85 bytes"],
+            "download": ["downloading: chamber 2: Active model image, 84 of 84 bytes"],
+            "diff": ["comparing: chamber 2: Active model image, 84 of 84 bytes"],
+            "info": ["reading: chamber 2: Active model image, 84 of 84 bytes", "chamber 8: residual_ticks"],
+            "backup": ["reading: chamber 2: Active model image, 84 of 84 bytes"],
+            "restore": ["restoring: ", "chamber 2: Active model image, 84 of 84 bytes"],
+            "scan": ["scanning: listening", "scanning: node 1"],
+        }
+        given = {"upload": ["model-2.json"], "diff": ["model-2.json"], "backup": ["-o", "b.json"], "restore": ["b.json"]}
+        for command, parts in said.items():
+            with self.subTest(command):
+                out, drawn = self.drawn(command, "--store", "board", *given.get(command, []), "--json", "-")
+                json.loads(out)
+                for part in parts:
+                    self.assertIn(part, drawn)
+                self.assertTrue(drawn.endswith("\r\x1b[K"), "the line is taken away")
+                for line in drawn.replace("\x1b[K", "").split("\r"):
+                    self.assertLess(len(line), 80)
+
+    def test_what_is_printed_takes_the_place_of_the_line(self):
+        self.upload()
+        _, drawn = self.drawn("info", "--store", "board")
+        self.assertIn("\r\x1b[K\r\x1b[K", drawn)
 
 
 class Keeping(BoardCommands):
