@@ -55,6 +55,7 @@ inline constexpr std::uint8_t kSetUnderWay = 0xFF;  ///< outcome of a set that i
 inline constexpr std::uint16_t kSetState = 0x2128;
 inline constexpr std::uint16_t kStoredSet =
     0x2130;  ///< {phase, found at start, generation, rows skipped, first of them, failures}
+inline constexpr std::uint16_t kSerials = 0x2148;  ///< + chamber {valve, sensor}: built in; 0: not stated
 inline constexpr std::uint16_t kPascals =
     0x2150;  ///< + chamber {set point Pa, actual Pa, volume m3, position sensor V}
 inline constexpr std::uint16_t kSupply = 0x2158;  ///< REAL32 [Pa]

@@ -34,6 +34,16 @@ Versions read_versions(Session& session) {
           .scalar_format = session.read<std::uint8_t>(object::kSchema, 3)};
 }
 
+Serials read_serials(Session& session, std::uint8_t chamber) {
+  const auto index = static_cast<std::uint16_t>(object::kSerials + chamber);
+  try {
+    return {session.read<std::uint32_t>(index, 1), session.read<std::uint32_t>(index, 2)};
+  } catch (const SdoAbort& abort) {
+    if (abort.code != static_cast<std::uint32_t>(canopen::Abort::no_object)) throw;
+    return {};
+  }
+}
+
 std::uint32_t own_schema_hash() {
   return plenum::config::schema_hash(ModelKind::tassa9);
 }

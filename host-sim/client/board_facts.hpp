@@ -39,6 +39,13 @@ Versions read_versions(Session& session);
 std::uint32_t own_schema_hash();
 unsigned own_parameter_count();
 
+/// What is built into a chamber: 2148h+c; 0: not stated, or not by this firmware.
+struct Serials {
+  std::uint32_t valve = 0;
+  std::uint32_t sensor = 0;
+};
+Serials read_serials(Session& session, std::uint8_t chamber);
+
 /// To be asked before a board is changed: throws Refused when its firmware and this program do not fit each other, or it
 /// is no board of this project.
 void require_compatible(Session& session);

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "host-sim/client/abort_text.hpp"
+#include "host-sim/client/board_facts.hpp"
 #include "host-sim/client/session.hpp"
 
 namespace plenum::host::client {
@@ -54,6 +55,31 @@ FailingPoint failing_point(Session& session, std::uint16_t state) {
   return {number(14) / 1e3, number(15) * 1e6, number(16), number(17) / 1e3, number(18) / 1e3};
 }
 
+std::string of_another(const char* what, std::uint32_t stated, std::uint32_t built_in) {
+  return fmt::format("it is of {} {}, the board has {}", what, stated, built_in);
+}
+
+/// Of an image; none of one that is too short for them.
+Serials stated_serials(std::span<const std::uint8_t> image) {
+  constexpr std::size_t kValveAt = 20, kSensorAt = 24, kEnd = 28;
+  if (image.size() < kEnd) return {};
+  return {canopen::load_le(image.subspan(kValveAt, 4)), canopen::load_le(image.subspan(kSensorAt, 4))};
+}
+
+/// Before a byte of it is sent; the board would find it out when all images are there.
+void require_serials(Session& session, const ModelUpload& upload) {
+  const Serials stated = stated_serials(upload.image);
+  if (stated.valve == 0 && stated.sensor == 0) return;
+  const Serials built_in = read_serials(session, upload.chamber);
+  const auto require = [&](const char* what, std::uint32_t of_image, std::uint32_t of_board) {
+    if (of_image == 0 || of_board == 0 || of_image == of_board) return;
+    throw Refused(fmt::format("{}: model refused: {}; to be committed with force only",
+                              where(session, upload), of_another(what, of_image, of_board)));
+  };
+  require("valve", stated.valve, built_in.valve);
+  require("sensor", stated.sensor, built_in.sensor);
+}
+
 /// Why the board does not take the image: a clause for a person.
 std::string refusal(Session& session, const ModelUpload& upload, ImageError error) {
   const std::uint16_t state = chamber_index(object::kSetState, upload.chamber);
@@ -88,10 +114,9 @@ std::string refusal(Session& session, const ModelUpload& upload, ImageError erro
     }
     case ImageError::wrong_serial: {
       const bool valve = session.read<std::uint8_t>(state, 5) == plenum::config::kValveSerialField;
-      constexpr std::size_t kValveAt = 20, kSensorAt = 24;
-      return fmt::format("it is of {} {}, the board has {}", valve ? "valve" : "sensor",
-                         canopen::load_le(std::span(upload.image).subspan(valve ? kValveAt : kSensorAt, 4)),
-                         session.read<std::uint32_t>(state, 13));
+      const Serials stated = stated_serials(upload.image);
+      return of_another(valve ? "valve" : "sensor", valve ? stated.valve : stated.sensor,
+                        session.read<std::uint32_t>(state, 13));
     }
     default:
       return fmt::format("the image {}", plenum::config::describe(error));
@@ -263,6 +288,9 @@ void Session::upload_models(std::span<const ModelUpload> uploads, Doubted doubte
   }
   if (uploads.empty()) return;
 
+  if (doubted == Doubted::refuse) {
+    for (const ModelUpload& upload : uploads) require_serials(*this, upload);
+  }
   HeldSession held(*this);
   held.take();
   stage(*this, of_chamber, config_.state_timeout_s);

@@ -45,16 +45,26 @@ SetpointRange reference_range(const Options& options, const trace::RigDescriptio
       options.pressure_low_kPa, options.pressure_high_kPa, able.low_Pa / 1e3, able.high_Pa / 1e3));
 }
 
+/// Of what is built into the board's chambers, as far as it states them.
+void state_serials(trace::RigDescription& description, client::Session& session, unsigned chambers) {
+  for (unsigned c = 0; c < chambers; ++c) {
+    const client::Serials serials = client::read_serials(session, static_cast<std::uint8_t>(c));
+    if (serials.valve == 0 && serials.sensor == 0) continue;
+    description.chamber[c + 1] = {.valve_serial = serials.valve, .sensor_serial = serials.sensor};
+  }
+}
+
 int run(const Options& options) {
   require_order("--pressure-low", options.pressure_low_kPa, "--pressure-high", options.pressure_high_kPa,
                 "kPa");
   require_order("--command-low", options.command_low_V, "--command-high", options.command_high_V, "V");
-  const trace::RigDescription description = options.board.rig.description();
+  trace::RigDescription description = options.board.rig.description();
   if (options.closed_loop || !options.board.store.empty()) options.board.require_stored();
   BoardAccess board(options.board);
   client::require_compatible(board.session());
   const unsigned chambers = options.board.rig.chambers;
   if (options.closed_loop) require_models(board.session(), options.board);
+  state_serials(description, board.session(), chambers);
   std::optional<StopSignal> stop;
   if (!options.last)
     stop.emplace();  // what is driven has to come to rest, and what is borrowed be given back
@@ -158,7 +168,9 @@ Command add_capture(Program& program) {
               "Of a chamber [L]: what the recording's volumes have room for, in steps of a 65535th of it")
       .within(0.01, 1000.0)
       .show_default();
-  arguments.option("-o,--out", options->out, "Folder for chamber-N.csv and rig.toml")
+  arguments
+      .option("-o,--out", options->out,
+              "Folder for chamber-N.csv and rig.toml, with the serial numbers that the board states")
       .type_name("DIR")
       .show_default();
   options->output.add_to(arguments);

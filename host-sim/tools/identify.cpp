@@ -8,6 +8,7 @@
 #include "host-sim/identify/free_run.hpp"
 #include "host-sim/identify/profile.hpp"
 #include "host-sim/tools/command.hpp"
+#include "host-sim/tools/fit_origin.hpp"
 #include "host-sim/tools/identify_greybox.hpp"
 #include "host-sim/tools/identify_report.hpp"
 #include "host-sim/tools/log_input.hpp"
@@ -35,6 +36,7 @@ struct Options {
   double stretch_s = 0.2;
   bool free_run = true;
   unsigned chamber = 0;
+  std::string date;
   std::string out = "model.json";
   std::string report;
   Output output;
@@ -83,6 +85,7 @@ int run_greybox(const Options& options) {
                            .predicted = options.input.read(options.predict, rig),
                            .chamber = options.chamber != 0 ? std::optional(options.chamber)
                                                            : chamber_in_name(options.logs.front()),
+                           .date_s = fit_date_s(options.date),
                            .out = options.out,
                            .report = options.report},
                           options.output);
@@ -96,6 +99,7 @@ int run(const Options& options) {
   how.form = identify::form_of(options.model);
   const bool profiled = options.c_gamma == "auto";
   if (!profiled) how.c_gamma_V = kink_width_V(options.c_gamma);
+  const std::uint32_t date_s = fit_date_s(options.date);
   const trace::RigDescription rig = options.input.rig();
   Identified identified{.fit = {},
                         .stretch_s = options.free_run ? options.stretch_s : 0.0,
@@ -111,7 +115,8 @@ int run(const Options& options) {
 
   const std::optional<unsigned> chamber =
       options.chamber != 0 ? std::optional(options.chamber) : chamber_in_name(options.logs.front());
-  const trace::ModelFile model = identify::to_model_file(fit, chamber);
+  trace::ModelFile model = identify::to_model_file(fit, chamber);
+  state_origin(model, date_s, rig);
   trace::write_model(options.out, model);
   print_fit(options.output, fit, options.stretch_s);
 
@@ -145,9 +150,10 @@ Command add_identify(Program& program) {
   const auto options = std::make_shared<Options>();
   Arguments arguments = program.command("identify", "Fit a model of a chamber to its logs");
   arguments.option("LOG", options->logs, "Logs of one chamber").type_name("LOG.csv").required();
-  options->input.add_to(
-      arguments,
-      "What is known of the rig; its supply and ambient pressure are used (default: 700 and 101.325 kPa)");
+  options->input.add_to(arguments,
+                        "What is known of the rig; its supply and ambient pressure are used (default: 700 "
+                        "and 101.325 kPa), and the "
+                        "serial numbers of the chamber's valve and sensor go into the model");
   arguments
       .option("--model", options->model,
               "tassa9 as published; tassa9r: with the moving volume where the physics has it (for chambers "
@@ -176,6 +182,12 @@ Command add_identify(Program& program) {
   arguments
       .option("--chamber", options->chamber, "Chamber of the board, from 1 (default: N of chamber-N.csv)")
       .within(1, 8);
+  arguments
+      .option(
+          "--date", options->date,
+          "When the model was fitted, to be told in it: 2026-11-24, or seconds since 1970 (default: that of "
+          "SOURCE_DATE_EPOCH, else now)")
+      .type_name("DATE");
   arguments.option("-o,--out", options->out, "Model file to write").type_name("FILE").show_default();
   arguments
       .option("--report", options->report,

@@ -9,6 +9,7 @@
 #include "host-sim/identify/free_run.hpp"
 #include "host-sim/report/page.hpp"
 #include "host-sim/tools/command.hpp"
+#include "host-sim/tools/fit_origin.hpp"
 #include "host-sim/tools/gap_text.hpp"
 #include "host-sim/tools/model_charts.hpp"
 #include "host-sim/tools/output.hpp"
@@ -154,7 +155,8 @@ int identify_greybox(const GreyboxRequest& request, const Output& output) {
     Progress progress("identifying");
     return identify::chamber::fit_greybox(logs, request.rig, std::ref(progress));
   }();
-  const trace::ModelFile model = identify::chamber::to_model_file(fit, request.chamber);
+  trace::ModelFile model = identify::chamber::to_model_file(fit, request.chamber);
+  state_origin(model, request.date_s, request.rig);
   trace::write_model(request.out, model);
   print_fit(output, fit);
 

@@ -1,6 +1,7 @@
 // `plenum identify --model greybox`: the fit of the chamber's physics, what it prints, its files and its page.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,6 +17,7 @@ struct GreyboxRequest {
   std::vector<trace::NamedLog> fitted;
   std::vector<trace::NamedLog> predicted;
   std::optional<unsigned> chamber;
+  std::uint32_t date_s = 0;  ///< of the fit, since 1970
   std::string out;
   std::string report;  ///< empty: none
 };

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 
 #include "host-sim/trace/input_error.hpp"
 #include "host-sim/trace/legible.hpp"
@@ -145,6 +147,44 @@ void parse_effects(const toml::table& effects, std::string_view file, RigDescrip
   }
 }
 
+constexpr std::string_view kChamber = "chamber";
+constexpr unsigned kMostChambers = 8;
+constexpr std::string_view kValveSerial = "valve_serial";
+constexpr std::string_view kSensorSerial = "sensor_serial";
+
+std::uint32_t serial_of(const toml::node& node, std::string_view where, std::string_view name) {
+  constexpr std::int64_t kMost = std::numeric_limits<std::uint32_t>::max();
+  const auto* whole = node.as_integer();
+  if (whole == nullptr || whole->get() < 0 || whole->get() > kMost) {
+    throw InputError(
+        fmt::format("{}: {} is no serial number, expected a whole number from 0 to {}", where, name, kMost));
+  }
+  return static_cast<std::uint32_t>(whole->get());
+}
+
+void parse_chambers(const toml::table& chambers, std::string_view file, RigDescription& rig) {
+  for (const auto& [number_key, node] : chambers) {
+    const std::string_view number = number_key.str();
+    const std::string where = fmt::format("{}: line {}", file, number_key.source().begin.line);
+    const auto* entries = node.as_table();
+    if (entries == nullptr || number.size() != 1 || number[0] < '1' || number[0] > '0' + int{kMostChambers}) {
+      throw InputError(fmt::format("{}: chamber.{}, expected a table [chamber.N], N from 1 to {}", where,
+                                   legible(number), kMostChambers));
+    }
+    RigDescription::Chamber& chamber = rig.chamber[static_cast<unsigned>(number[0] - '0')];
+    for (const auto& [name_key, entry] : *entries) {
+      const std::string_view name = name_key.str();
+      const std::string at = fmt::format("{}: line {}", file, name_key.source().begin.line);
+      if (name != kValveSerial && name != kSensorSerial) {
+        throw InputError(fmt::format("{}: unknown key '{}' in [chamber.{}], expected {}, {}", at,
+                                     legible(name), number, kValveSerial, kSensorSerial));
+      }
+      (name == kValveSerial ? chamber.valve_serial : chamber.sensor_serial) =
+          serial_of(entry, at, fmt::format("chamber.{}.{}", number, name));
+    }
+  }
+}
+
 /// What of a line TOML reads, and the most parts that a key in it has, "a.b" being of two.
 struct Code {
   std::size_t size = 0;  ///< without the comment
@@ -222,10 +262,10 @@ RigDescription parse_rig(std::string_view text, std::string_view file) {
   for (const auto& [table_key, table_node] : document) {
     const std::string_view table = table_key.str();
     const std::string where = fmt::format("{}: line {}", file, table_key.source().begin.line);
-    if (names_of(table).empty() && table != kEffects) {
+    if (names_of(table).empty() && table != kEffects && table != kChamber) {
       throw InputError(
           fmt::format("{}: unknown table or key '{}', expected [sampling], [gas], [supply], [ambient], "
-                      "[valve], [sensor] or [effects.ID]",
+                      "[valve], [sensor], [effects.ID] or [chamber.N]",
                       where, legible(table)));
     }
     const auto* entries = table_node.as_table();
@@ -233,6 +273,10 @@ RigDescription parse_rig(std::string_view text, std::string_view file) {
       throw InputError(fmt::format("{}: '{}' is a value, expected a table", where, legible(table)));
     if (table == kEffects) {
       parse_effects(*entries, file, rig);
+      continue;
+    }
+    if (table == kChamber) {
+      parse_chambers(*entries, file, rig);
       continue;
     }
     for (const auto& [entry_key, entry_node] : *entries) {
@@ -278,6 +322,10 @@ std::string format_rig(const RigDescription& rig) {
     text += fmt::format("\n[effects.{}]\n", id);
     for (const auto& [name, value] : figures) text += fmt::format("{} = {}\n", name, value);
   }
+  for (const auto& [number, chamber] : rig.chamber) {
+    text += fmt::format("\n[chamber.{}]\n{} = {}\n{} = {}\n", number, kValveSerial, chamber.valve_serial,
+                        kSensorSerial, chamber.sensor_serial);
+  }
   return text;
 }
 
@@ -288,6 +336,10 @@ void write_rig(const std::filesystem::path& path, const RigDescription& rig) {
   for (const auto& [id, figures] : rig.effects) {
     check_effect_name(id, "rig to write");
     for (const auto& [name, value] : figures) check_effect_figure(id, name, value, "rig to write");
+  }
+  for (const auto& [number, chamber] : rig.chamber) {
+    if (number >= 1 && number <= kMostChambers) continue;
+    throw InputError(fmt::format("rig to write: chamber {}, expected 1 to {}", number, kMostChambers));
   }
   write_whole_file(path, format_rig(rig));
 }

@@ -1,6 +1,7 @@
 // What a rig's user knows of it, as a TOML file: README.md of this room holds the format.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <string>
@@ -40,12 +41,19 @@ struct RigDescription {
   /// unit ("spool_lag": {"natural_frequency_Hz": 9.8}). Which ids and figures there are, and what they may
   /// be, is for the catalogue of effects to say; here a name has only its form.
   std::map<std::string, std::map<std::string, double>> effects;
+  /// What is built into a chamber, by its number from 1: serial numbers, 0 where they are not stated.
+  struct Chamber {
+    std::uint32_t valve_serial = 0;
+    std::uint32_t sensor_serial = 0;
+  };
+  std::map<unsigned, Chamber> chamber;
 };
 
 /// Reads a rig. Throws InputError naming file, line, table and key, the value found and the allowed range,
 /// for: a syntax error, an unknown table or key, a value that is not a finite number or is out of range, a
 /// missing sampling.rate_Hz, an averaging time longer than a tick, a supply that is not above ambient; in
-/// [effects.ID] for a name that is not made of letters, digits and _, and for anything but finite numbers.
+/// [effects.ID] for a name that is not made of letters, digits and _, and for anything but finite numbers; in [chamber.N] for
+/// an N that is not 1 to 8, and for anything but the whole numbers valve_serial and sensor_serial, 0 to 4294967295.
 RigDescription read_rig(const std::filesystem::path& path);
 
 /// As read_rig, from memory; `file` is the name used in errors.

@@ -7,6 +7,7 @@
 
 #include <limits>
 #include <map>
+#include <tuple>
 
 #include "host-sim/client/sdo_client.hpp"
 #include "tests/client/board_on_bus.hpp"
@@ -97,6 +98,76 @@ TEST(Session, LeavesNothingBehindAfterATimeOutInTheMiddleOfATransfer) {
   EXPECT_TRUE(world.slots.active_image(0).empty());
   session.upload_model(0, image);
   EXPECT_EQ(session.download_model(0), image);
+}
+
+/// What a session writes, by index: how often a transfer of it begins.
+struct Writes {
+  std::map<unsigned, int> begun;
+  void watch(BoardOnBus& world) {
+    world.bus.drop_when([this](const CanFrame& frame, std::size_t) {
+      const unsigned command = frame.data[0] >> 5U;
+      const bool begins = frame.id == 0x605 && (command == 1 || (command == 6 && (frame.data[0] & 1U) == 0));
+      if (begins) ++begun[frame.data[1] | frame.data[2] * 256U];
+      return false;
+    });
+  }
+};
+
+TEST(Session, SendsNoModelOfAnotherValveOrSensorThanTheBoardHas) {
+  for (const auto& [valve, sensor, says] :
+       {std::tuple{4712U, 815U, "it is of valve 1002, the board has 4712"},
+        std::tuple{1002U, 816U, "it is of sensor 815, the board has 816"}}) {
+    BoardOnBus world;
+    config::ChamberSettings settings;
+    settings.valve_serial = valve;
+    settings.sensor_serial = sensor;
+    world.settings.set(2, settings);
+    Session session(world, 5);
+    Writes writes;
+    writes.watch(world);
+    const auto upload = [&] { session.upload_model(2, image_for(2)); };
+    EXPECT_THAT(message_of<Refused>(upload),
+                AllOf(HasSubstr("node 5 chamber 3: model refused: "), HasSubstr(says), HasSubstr("force")));
+    EXPECT_TRUE(writes.begun.empty()) << "not even the upload session is taken";
+    session.upload_model(2, image_for(2), Doubted::force);
+    EXPECT_EQ(session.download_model(2), image_for(2));
+  }
+}
+
+TEST(Session, AsksNoBoardForSerialNumbersThatAModelDoesNotState) {
+  BoardOnBus world;
+  config::ChamberSettings settings;
+  settings.valve_serial = 4712;
+  world.settings.set(0, settings);
+  config::ModelParameters unstated = config::tassa9_sample();
+  unstated.valve_serial = unstated.sensor_serial = 0;
+  Session session(world, 5);
+  session.upload_model(0, config::image_of(unstated));
+  EXPECT_EQ(session.download_model(0), config::image_of(unstated));
+}
+
+TEST(Session, TellsHowFarEachTransferIs) {
+  BoardOnBus world;
+  Session session(world, 5);
+  session.upload_model(3, image_for(3));
+  std::vector<Transfer> seen;
+  session.watch_transfers([&](const Transfer& transfer) { seen.push_back(transfer); });
+  const std::vector<std::uint8_t> image = session.download_model(3);
+  ASSERT_GE(seen.size(), 2U);
+  for (const Transfer& transfer : seen) EXPECT_EQ(transfer.index, object::kActiveModel + 3);
+  EXPECT_EQ(seen.front().done, 0U);
+  EXPECT_FALSE(seen.front().total);
+  EXPECT_EQ(seen.back().done, image.size());
+  EXPECT_EQ(seen.back().total, image.size());
+  seen.clear();
+  session.write(object::kPascals + 3, 1, 250000.0F);
+  ASSERT_FALSE(seen.empty());
+  EXPECT_EQ(seen.front().index, object::kPascals + 3);
+  EXPECT_EQ(seen.front().sub, 1);
+  session.watch_transfers({});
+  const std::size_t before = seen.size();
+  session.status_word();
+  EXPECT_EQ(seen.size(), before);
 }
 
 TEST(Session, UploadsModelsOfEightChambersAtOnceAndReadsThemBack) {

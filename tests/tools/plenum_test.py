@@ -4,11 +4,13 @@ import csv
 import html
 import json
 import math
+import os
 import random
 import re
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 from pathlib import Path
 
@@ -368,6 +370,7 @@ class Line(Plenum):
             result = json.loads(self.done("identify", f"first/chamber-{chamber}.csv", "--rig", "first/rig.toml", "-o",
                                           f"{chamber}.json", "--json", "-"))
             self.assertEqual(result["chamber"], chamber, "the number in the log's name")
+            self.assertNotIn("valve_serial", result["fit"], "a simulated board states none")
             self.assertLess(result["fit"]["rms_one_step_kPa"], 10.0)
         self.done("upload", "--store", "board", *SMALL, "1.json", "2.json")
         self.done("capture", "--closed-loop", "--store", "board", *SMALL, "--seed", 2, "--seconds", 5, "-o", "second")
@@ -382,6 +385,32 @@ class Line(Plenum):
             self.assertLess(rmse_kPa, 10.0, "a tenth of the amplitude [kPa]")
             self.assertIsNone(chamber["overshoot_percent_of_span"])
 
+    def test_a_model_tells_when_and_on_what_it_was_fitted(self):
+        self.done("capture", *SMALL, "--seconds", 5, "-o", "log")
+        rig = self.folder / "log" / "rig.toml"
+        rig.write_text(rig.read_text() + "\n[chamber.2]\nvalve_serial = 4711\nsensor_serial = 815\n")
+        def fit(*arguments, **environment):
+            ran = subprocess.run([PROGRAM, "identify", "--rig", "log/rig.toml", "-o", "m.json", "--no-free-run", *arguments],
+                                 cwd=self.folder, capture_output=True, text=True, timeout=900, env={**os.environ, **environment})
+            self.assertEqual((ran.returncode, ran.stderr), (0, ""))
+            return json.loads((self.folder / "m.json").read_text())["fit"], (self.folder / "m.json").read_bytes()
+        day = 20781 * 86400  # 2026-11-24
+        told, _ = fit("log/chamber-2.csv", "--date", "2026-11-24")
+        self.assertEqual((told["date_s"], told["valve_serial"], told["sensor_serial"]), (day, 4711, 815))
+        of_chamber_1, _ = fit("log/chamber-1.csv", "--date", str(day + 5))
+        self.assertEqual(of_chamber_1["date_s"], day + 5)
+        self.assertNotIn("valve_serial", of_chamber_1)
+        first, second = (fit("log/chamber-2.csv", SOURCE_DATE_EPOCH="1700000000") for _ in range(2))
+        self.assertEqual(first[0]["date_s"], 1700000000)
+        self.assertEqual(first[1], second[1], "the same input gives the same file")
+        before = int(time.time())
+        self.assertGreaterEqual(fit("log/chamber-2.csv")[0]["date_s"], before, "else it is now")
+        for date in ["2026-13-01", "2026-02-30", "yesterday", "-1", "4294967296"]:
+            self.refused(2, "identify", "log/chamber-2.csv", "-o", "n.json", f"--date={date}", says=["--date", date, "2026-11-24"])
+        self.done("upload", "--store", "board", *SMALL, "m.json")
+        info = json.loads(self.done("info", "--store", "board", "--json", "-"))["models"][1]
+        self.assertEqual((info["valve_serial"], info["sensor_serial"]), (4711, 815))
+
     def test_the_grey_box_model_goes_from_capture_to_regulation(self):
         rig = ["--plant", "thin-plate", "--chambers", 1, "--effect", "spool_lag=12"]
         self.done("capture", *rig, "--seconds", 10, "-o", "first")
@@ -389,6 +418,7 @@ class Line(Plenum):
         result = json.loads(self.done("identify", "--model", "greybox", "first/chamber-1.csv", "--rig", "first/rig.toml", "-o", "1.json",
                                       "--predict", "first/chamber-1.csv", "--report", "page.html", "--json", "-"))
         self.assertEqual((result["kind"], result["chamber"]), ("greybox", 1))
+        self.assertIn("date_s", result["fit"])
         self.assertEqual(result["fit"]["effects"], ["spool_lag"])
         self.assertAlmostEqual(result["fit"]["parameters"]["spool_lag.natural_frequency_Hz"]["value"], 12, delta=0.5)
         self.assertLess(result["predicted"][0]["rms_free_run_kPa"], 1.0)

@@ -121,8 +121,24 @@ TEST(RigToml, HoldsTheFiguresOfEffectsByIdAndName) {
   EXPECT_EQ(rig.effects, expected);
 }
 
-TEST(RigToml, OfANominalRigPrintsNoEffects) {
+TEST(RigToml, OfANominalRigPrintsNeitherEffectsNorChambers) {
   EXPECT_EQ(format_rig(RigDescription{}).find("effects"), std::string::npos);
+  EXPECT_EQ(format_rig(RigDescription{}).find("chamber."), std::string::npos);
+}
+
+TEST(RigToml, HoldsTheSerialNumbersOfAChambersValveAndSensor) {
+  const RigDescription rig = parse_rig(
+      "[sampling]\nrate_Hz = 100\n[chamber.3]\nvalve_serial = 4294967295\nsensor_serial = 815\n"
+      "[chamber.8]\nsensor_serial = 7\n",
+      "rig.toml");
+  ASSERT_EQ(rig.chamber.size(), 2U);
+  EXPECT_EQ(rig.chamber.at(3).valve_serial, 4294967295U);
+  EXPECT_EQ(rig.chamber.at(3).sensor_serial, 815U);
+  EXPECT_EQ(rig.chamber.at(8).valve_serial, 0U) << "not stated";
+  EXPECT_EQ(rig.chamber.at(8).sensor_serial, 7U);
+  const std::string text = format_rig(rig);
+  EXPECT_EQ(format_rig(parse_rig(text, "rig.toml")), text);
+  EXPECT_THAT(text, HasSubstr("[chamber.3]\nvalve_serial = 4294967295\nsensor_serial = 815\n"));
 }
 
 struct BadRig {
@@ -174,6 +190,17 @@ INSTANTIATE_TEST_SUITE_P(
                kRate + "[effects.\"spool lag\"]\n",
                {"line 3", "'spool lag'", "letters"}},
         BadRig{"AFigureWithABadName", kRate + "[effects.spool_lag]\n9 = 1\n", {"line 4", "'9'", "letters"}},
+        BadRig{"AChamberThatNoBoardHas", kRate + "[chamber.9]\n", {"line 3", "chamber.9", "1 to 8"}},
+        BadRig{"AChamberThatIsANumber", kRate + "[chamber]\n3 = 1\n", {"line 4", "chamber.3", "[chamber.N]"}},
+        BadRig{"AnUnknownKeyOfAChamber",
+               kRate + "[chamber.3]\nserial = 1\n",
+               {"line 4", "'serial'", "[chamber.3]", "valve_serial"}},
+        BadRig{"ASerialThatIsNoWholeNumber",
+               kRate + "[chamber.3]\nvalve_serial = 1.5\n",
+               {"line 4", "chamber.3.valve_serial", "whole number", "4294967295"}},
+        BadRig{"ASerialBeyond32Bits",
+               kRate + "[chamber.3]\nsensor_serial = 4294967296\n",
+               {"line 4", "chamber.3.sensor_serial", "4294967295"}},
         BadRig{"SupplyBelowAmbient",
                kRate + "[supply]\npressure_Pa = 100000\n",
                {"supply.pressure_Pa = 100000"}}),
@@ -188,6 +215,9 @@ TEST(RigToml, RefusesToWriteWhatItWouldNotRead) {
   EXPECT_THROW(write_rig("never.toml", with_effect), InputError);
   with_effect.effects = {{"spool lag", {}}};
   EXPECT_THROW(write_rig("never.toml", with_effect), InputError);
+  RigDescription with_chamber;
+  with_chamber.chamber[9] = {.valve_serial = 1};
+  EXPECT_THROW(write_rig("never.toml", with_chamber), InputError);
 }
 
 }  // namespace

@@ -191,6 +191,12 @@ inline Abort read_model_parameter(const Device& device, Place at, std::uint32_t&
   return Abort::none;
 }
 
+inline Abort read_serial(const Device& device, Place at, std::uint32_t& bits) noexcept {
+  const config::ChamberSettings& chamber = device.settings.chamber(at.instance);
+  bits = at.sub == 1 ? chamber.valve_serial : chamber.sensor_serial;
+  return Abort::none;
+}
+
 inline constexpr Entry kModelRows[] = {
     highest<3>(0x2100, kOnce, "Model schema"),
     value(0x2100, 1, kOnce, "Schema hash", unsigned32, constant, no, kAny, read_schema_hash),
@@ -249,6 +255,11 @@ inline constexpr Entry kModelParameterRows[] = {
     highest<config::kMaxParameters>(0x2140, kChambersNext, "Parameters of the active model"),
     value(0x2140, {1, config::kMaxParameters}, kChambersNext, "Parameter", real32, read_only, no, kAny,
           read_model_parameter),
+    highest<2>(object::kSerials, kChambersNext, "Serial numbers of what is built in"),
+    value(object::kSerials, 1, kChambersNext, "Serial number of the valve (0: not stated)", unsigned32,
+          read_only, no, kAny, read_serial),
+    value(object::kSerials, 2, kChambersNext, "Serial number of the pressure sensor (0: not stated)",
+          unsigned32, read_only, no, kAny, read_serial),
 };
 
 }  // namespace plenum::canopen::dictionary

@@ -54,6 +54,20 @@ TEST(Settings, BearTheNamesAndRangesOfTheirFields) {
   EXPECT_STREQ(row(0x2419, 0).name, "supply_ticks");
 }
 
+TEST(Settings, ShowTheSerialNumbersOfWhatIsBuiltIn) {
+  InitBench bench;
+  bench.settings.set(3, [] {
+    config::ChamberSettings settings;
+    settings.valve_serial = 0x01020304;
+    settings.sensor_serial = 0xA0B0C0D0;
+    return settings;
+  }());
+  EXPECT_EQ(bench.answer("605 40 4B 21 01 00 00 00 00"), "585 43 4B 21 01 04 03 02 01");
+  EXPECT_EQ(bench.answer("605 40 4B 21 02 00 00 00 00"), "585 43 4B 21 02 D0 C0 B0 A0");
+  EXPECT_EQ(bench.answer("605 40 4C 21 01 00 00 00 00"), "585 43 4C 21 01 00 00 00 00") << "not stated";
+  EXPECT_EQ(bench.answer("605 23 4B 21 01 01 00 00 00"), "585 80 4B 21 01 02 00 01 06") << "the installer's";
+}
+
 /// A bit has flipped in memory.
 template <class T>
 void flip_a_bit_of(const T& value) {
