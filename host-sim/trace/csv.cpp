@@ -78,7 +78,7 @@ std::size_t column_of(const NumberTable& table, std::string_view name, std::stri
 }
 
 NumberTable parse_numbers(std::string_view text, std::string_view file,
-                          bool (*wanted)(std::string_view name)) {
+                          const std::function<bool(std::string_view name)>& wanted) {
   if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
   if (text.empty()) throw InputError(fmt::format("{}: empty, expected a header row", file));
   NumberTable table;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,7 +26,7 @@ std::size_t column_of(const NumberTable& table, std::string_view name, std::stri
 /// not finite; a row longer than the header; a last line without line end (a truncated number cannot be told
 /// from a whole one); a column that appears twice; no header; no rows.
 NumberTable parse_numbers(std::string_view text, std::string_view file,
-                          bool (*wanted)(std::string_view name));
+                          const std::function<bool(std::string_view name)>& wanted);
 
 /// A tick may differ from the first by this much before time counts as non-uniform: jitter of a recorder's
 /// time stamp is smaller, a lost row is a hundred times larger.
