@@ -50,7 +50,8 @@ double free_run_squares(const DiscreteModel& model, const Branch& branch, double
 
 }  // namespace
 
-SwarmFit fit_swarm(const Branch& branch, const swarm::Settings& settings) {
+SwarmFit fit_swarm(const Branch& branch, const swarm::Settings& settings,
+                   const std::function<void(double)>& progress) {
   validate(branch);
   const std::size_t samples = branch.pressure_Pa.size();
   if (samples < kFewest)
@@ -67,7 +68,7 @@ SwarmFit fit_swarm(const Branch& branch, const swarm::Settings& settings) {
   const auto cost = [&](const Eigen::VectorXd& place) {
     return free_run_squares(model_at(place, branch.sample_s), branch, limit);
   };
-  SwarmFit fit{.model = {}, .search = swarm::minimise(cost, box, settings)};
+  SwarmFit fit{.model = {}, .search = swarm::minimise(cost, box, settings, progress)};
   for (const auto& [variable, name] : {std::pair{0, "static gain [Pa/m]"}, std::pair{1, "residue"}}) {
     const double found = fit.search.best[variable];
     if (found > box.low[variable] && found < box.high[variable]) continue;

@@ -12,6 +12,8 @@
 // Particle Swarm Optimization Methods", (35)-(37), section 4.2.
 #pragma once
 
+#include <functional>
+
 #include "host-sim/identify/regulator_valve/branch.hpp"
 #include "host-sim/identify/regulator_valve/discrete_model.hpp"
 #include "host-sim/identify/swarm/swarm.hpp"
@@ -25,6 +27,7 @@ struct SwarmFit {
 
 /// Throws CannotIdentify for fewer than 8 samples, where screw or pressure never change, and where the gain or
 /// the residue ends at its bound; std::invalid_argument as swarm::minimise().
-SwarmFit fit_swarm(const Branch& branch, const swarm::Settings& settings = {});
+SwarmFit fit_swarm(const Branch& branch, const swarm::Settings& settings = {},
+                   const std::function<void(double)>& progress = {});
 
 }  // namespace plenum::host::identify::regulator_valve

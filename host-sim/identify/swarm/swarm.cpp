@@ -67,7 +67,8 @@ double constriction_factor(double phi, double k) {
   return 2.0 * k / std::abs(2.0 - phi - std::sqrt(phi * phi - 4.0 * phi));
 }
 
-Solution minimise(const Cost& cost, const Box& box, const Settings& settings) {
+Solution minimise(const Cost& cost, const Box& box, const Settings& settings,
+                  const std::function<void(double)>& progress) {
   validate(box, settings);
   const double chi = constriction_factor(settings.cognitive + settings.social, settings.k);
   plant::Random random(settings.seed);
@@ -108,6 +109,7 @@ Solution minimise(const Cost& cost, const Box& box, const Settings& settings) {
       keep_inside(particle, box);
     }
     look();
+    if (progress) progress(static_cast<double>(iteration + 1) / settings.iterations);
   }
   if (solution.cost == kInfinite) {
     throw CannotIdentify(

@@ -49,9 +49,10 @@ struct Solution {
 
 using Cost = std::function<double(const Eigen::VectorXd&)>;
 
-/// particles * (iterations + 1) evaluations of `cost`, each within the box. Throws std::invalid_argument for a
+/// particles * (iterations + 1) evaluations of `cost`, each within the box; `progress` is told the share done. Throws std::invalid_argument for a
 /// box that is empty, upside down or not finite, for less than one particle or iteration, and as
 /// constriction_factor(); CannotIdentify if the cost was finite nowhere.
-Solution minimise(const Cost& cost, const Box& box, const Settings& settings = {});
+Solution minimise(const Cost& cost, const Box& box, const Settings& settings = {},
+                  const std::function<void(double)>& progress = {});
 
 }  // namespace plenum::host::identify::swarm
