@@ -157,6 +157,29 @@ DynamicFit fit_free_run(std::span<const Transient> transients, const GreyBoxConf
   return fit;
 }
 
+double lag_error_s(std::span<const Transient> transients, const GreyBoxConfig& valve) {
+  validate(valve);
+  plant::require_above("lag error lag_s", valve.lag_s, 0.0);
+  constexpr double kStep = 1e-4;  // of the lag
+  GreyBoxConfig longer = valve;
+  GreyBoxConfig shorter = valve;
+  longer.lag_s *= 1.0 + kStep;
+  shorter.lag_s *= 1.0 - kStep;
+  double errors = 0.0;
+  double slopes = 0.0;
+  for (const Transient& transient : transients) {
+    const std::vector<double> P = predict_pressure(valve, transient);
+    const std::vector<double> above = predict_pressure(longer, transient);
+    const std::vector<double> below = predict_pressure(shorter, transient);
+    for (std::size_t k = 0; k < P.size(); ++k) {
+      errors += std::pow(transient.pressure_Pa[k] - P[k], 2);
+      slopes += std::pow((above[k] - below[k]) / (2.0 * kStep * valve.lag_s), 2);
+    }
+  }
+  if (!(slopes > 0.0)) return std::numeric_limits<double>::infinity();
+  return std::sqrt(errors / static_cast<double>(rows_of(transients) - 1) / slopes);
+}
+
 DynamicFit fit_lag(std::span<const Transient> transients, const GreyBoxConfig& valve, double low_s,
                    double high_s) {
   plant::require_above("lag fit low_s", low_s, 0.0);

@@ -28,6 +28,10 @@ struct DynamicFit {
   int evaluations = 0;                   ///< of (4.5)
 };
 
+/// Standard error of the lag alone [s], the rest of `valve` held and errors of the pressure taken as white; infinite
+/// where they do not see it. By central differences in its logarithm.
+double lag_error_s(std::span<const Transient> transients, const plant::relief_valve::GreyBoxConfig& valve);
+
 /// 2. From `start`. Throws identify::CannotIdentify when the minimum is not found or the lag runs to a bound.
 DynamicFit fit_free_run(std::span<const Transient> transients,
                         const plant::relief_valve::GreyBoxConfig& start);

@@ -70,6 +70,53 @@ StaticGreyBox fit_static(std::span<const StaticPoint> points, double density_kg_
   return {k(0), unknowns == 3 ? k(1) : 0.0, k(unknowns - 1), density_kg_m3};
 }
 
+StaticError static_error(const StaticGreyBox& valve, std::span<const StaticPoint> points,
+                         FlowForce flow_force) {
+  const bool fits_k2 = flow_force == FlowForce::kFitted;
+  const bool fits_k3 = valve.k3_m2 != 0.0;
+  const auto rows = static_cast<Eigen::Index>(points.size());
+  const Eigen::Index unknowns = 1 + (fits_k2 ? 1 : 0) + (fits_k3 ? 1 : 0);
+  if (rows <= unknowns) {
+    throw CannotIdentify(fmt::format(
+        "static fit: {} points for {} parameters, expected more to know how well", rows, unknowns));
+  }
+  const Eigen::Index k2 = fits_k2 ? 1 : -1;
+  const Eigen::Index k3 = fits_k3 ? unknowns - 1 : -1;
+  Eigen::MatrixXd A(rows, unknowns);
+  double squares = 0.0;
+  for (Eigen::Index i = 0; i < rows; ++i) {
+    const auto& [P, Q] = points[static_cast<std::size_t>(i)];
+    A(i, 0) = P;
+    if (fits_k2) A(i, k2) = Q * std::sqrt(P);
+    if (fits_k3) A(i, k3) = 1.0;
+    const double a = valve.k1_m2_Pa * P + valve.k2_s_m_sqrtPa * Q * std::sqrt(P) + valve.k3_m2;
+    squares += std::pow(plant::relief_valve::opening_m2(Q, P, valve.density_kg_m3) - a, 2);
+  }
+  const Eigen::VectorXd length = A.colwise().norm().cwiseMax(std::numeric_limits<double>::min());
+  const Eigen::MatrixXd scaled = A * length.cwiseInverse().asDiagonal();
+  const Eigen::MatrixXd root =
+      length.cwiseInverse().asDiagonal() * scaled.completeOrthogonalDecomposition().pseudoInverse();
+  const Eigen::MatrixXd covariance = squares / static_cast<double>(rows - unknowns) * root * root.transpose();
+  StaticError error;
+  error.k1_m2_Pa = std::sqrt(covariance(0, 0));
+  if (fits_k3) {
+    error.k3_m2 = std::sqrt(covariance(k3, k3));
+    // -k3/k1 over k1 and k3
+    const double over_k1 = valve.k3_m2 / (valve.k1_m2_Pa * valve.k1_m2_Pa);
+    const double over_k3 = -1.0 / valve.k1_m2_Pa;
+    error.cracking_Pa =
+        std::sqrt(over_k1 * over_k1 * covariance(0, 0) + over_k3 * over_k3 * covariance(k3, k3) +
+                  2.0 * over_k1 * over_k3 * covariance(0, k3));
+  }
+  if (fits_k2) {
+    error.k2_s_m_sqrtPa = std::sqrt(covariance(k2, k2));
+    error.maximum_Pa = valve.k2_s_m_sqrtPa > 0.0
+                           ? maximum_pressure_Pa(valve) * error.k2_s_m_sqrtPa / valve.k2_s_m_sqrtPa
+                           : std::numeric_limits<double>::infinity();
+  }
+  return error;
+}
+
 StaticGreyBox static_through(double cracking_Pa, const StaticPoint& rated, double density_kg_m3) {
   require_sensible(rated);
   plant::require_above("static line density_kg_m3", density_kg_m3, 0.0);

@@ -30,6 +30,20 @@ enum class FlowForce {
 plant::relief_valve::StaticGreyBox fit_static(std::span<const StaticPoint> points, double density_kg_m3,
                                               FlowForce flow_force = FlowForce::kFitted);
 
+/// Standard errors of what (4.1) finds, errors of the opening taken as white; 0 for what was held (k2 left out, k3 at 0)
+/// and for what follows from it alone, infinite for the maximum pressure of k2 <= 0.
+struct StaticError {
+  double k1_m2_Pa = 0.0;
+  double k2_s_m_sqrtPa = 0.0;
+  double k3_m2 = 0.0;
+  double cracking_Pa = 0.0;
+  double maximum_Pa = 0.0;
+};
+/// Of `valve`, which fit_static() found on these points. Throws identify::CannotIdentify for no more points than
+/// parameters.
+StaticError static_error(const plant::relief_valve::StaticGreyBox& valve, std::span<const StaticPoint> points,
+                         FlowForce flow_force = FlowForce::kFitted);
+
 /// (4.7)-(4.8): the line of (3.15) through the cracking pressure and one point of flow above 0 and pressure
 /// above it.
 plant::relief_valve::StaticGreyBox static_through(double cracking_Pa, const StaticPoint& rated,

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "host-sim/identify/cannot_identify.hpp"
+#include "host-sim/plant/random.hpp"
 
 namespace {
 
@@ -62,6 +63,27 @@ TEST(DynamicFit, AlgebraicEquationsGiveBackTheirValve) {
     EXPECT_NEAR(-found.k3_m2 / found.k1_m2_Pa, 5e6, 2e-2 * 5e6);
     EXPECT_NEAR(lag, 0.015, 2e-2 * 0.015) << "s";
   }
+}
+
+TEST(DynamicFit, ErrorOfTheLagIsItsScatterOverManyRecordings) {
+  constexpr int kRecordings = 60;  // tells a deviation to 9 %
+  const Transient exact = made_by(truth());
+  plenum::host::plant::Random random(9);
+  double squares = 0.0;
+  double told_s = 0.0;
+  for (int i = 0; i < kRecordings; ++i) {
+    std::vector<Transient> noisy{exact};
+    for (double& P : noisy[0].pressure_Pa) P += 2e4 * random.gaussian();
+    const GreyBoxConfig found = fit_lag(noisy, truth(), 1e-3, 0.2).valve;
+    squares += std::pow(found.lag_s - truth().lag_s, 2);
+    told_s += lag_error_s(noisy, found) / kRecordings;
+  }
+  EXPECT_NEAR(told_s / std::sqrt(squares / kRecordings), 1.0, 0.3);
+}
+
+TEST(DynamicFit, LagOfAValveAtRestHasNoEnd) {
+  const std::vector<Transient> still{at_rest()};
+  EXPECT_GT(lag_error_s(still, truth()), truth().lag_s);
 }
 
 TEST(DynamicFit, FreeRunFindsTheValveFromAnother) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "host-sim/identify/cannot_identify.hpp"
+#include "host-sim/plant/random.hpp"
 
 namespace {
 
@@ -51,6 +52,50 @@ TEST(StaticFit, LineWithoutFlowForceIsRecoveredToo) {
   const StaticGreyBox found = fit_static(curve(line, 10), 865.0, FlowForce::kLeftOut);
   EXPECT_NEAR(found.k1_m2_Pa, line.k1_m2_Pa, 1e-9 * line.k1_m2_Pa);
   EXPECT_EQ(found.k2_s_m_sqrtPa, 0.0);
+}
+
+// Flow such that the opening errs by white noise at exact pressures, which is what the error speaks of.
+TEST(StaticFit, StandardErrorIsTheScatterOfManyCurves) {
+  constexpr int kCurves = 400;  // tells a deviation to 4 %
+  StaticGreyBox line = kTruth;
+  line.k2_s_m_sqrtPa = 0.0;
+  const std::vector<StaticPoint> exact = curve(line, 30);
+  plenum::host::plant::Random random(5);
+  std::vector<double> k1;
+  std::vector<double> cracking;
+  double told_k1 = 0.0;
+  double told_cracking = 0.0;
+  double told_k2 = 0.0;
+  for (int i = 0; i < kCurves; ++i) {
+    std::vector<StaticPoint> points = exact;
+    for (auto& [P, Q] : points) Q += 1e-8 * random.gaussian() / std::sqrt(865.0 / (2.0 * P));
+    const StaticGreyBox found = fit_static(points, 865.0, FlowForce::kLeftOut);
+    k1.push_back(found.k1_m2_Pa);
+    cracking.push_back(cracking_pressure_Pa(found));
+    const StaticError told = static_error(found, points, FlowForce::kLeftOut);
+    told_k1 += told.k1_m2_Pa / kCurves;
+    told_cracking += told.cracking_Pa / kCurves;
+    told_k2 += told.k2_s_m_sqrtPa;
+  }
+  const auto scatter = [](const std::vector<double>& of) {
+    double mean = 0.0;
+    for (const double x : of) mean += x / kCurves;
+    double squares = 0.0;
+    for (const double x : of) squares += (x - mean) * (x - mean);
+    return std::sqrt(squares / (kCurves - 1));
+  };
+  EXPECT_NEAR(told_k1 / scatter(k1), 1.0, 0.15);
+  EXPECT_NEAR(told_cracking / scatter(cracking), 1.0, 0.15);
+  EXPECT_EQ(told_k2, 0.0);
+}
+
+TEST(StaticFit, ExactCurveHasNoErrorAndTooFewPointsHaveNone) {
+  const StaticGreyBox found = fit_static(curve(kTruth, 20), 865.0);
+  const StaticError told = static_error(found, curve(kTruth, 20));
+  EXPECT_LT(told.cracking_Pa, 1e-5 * cracking_pressure_Pa(kTruth));
+  EXPECT_LT(told.maximum_Pa, 1e-5 * maximum_pressure_Pa(kTruth));
+  EXPECT_NE(reason([&] { static_error(found, curve(kTruth, 3)); }).find("3 points for 3 parameters"),
+            std::string::npos);
 }
 
 TEST(StaticFit, ResidualIsOrthogonalToTheColumns) {
