@@ -85,8 +85,10 @@ std::vector<SlidingRow> gathered(std::span<const SlidingRow> rows, double width_
 }
 
 FrictionFit fit_friction(std::span<const std::vector<SlidingRow>> records, const FrictionTerms& terms) {
-  if (records.size() < 2)
-    throw CannotIdentify("friction: one record, expected two or more pressures to tell area from force zero");
+  if (records.empty()) throw CannotIdentify("friction: no record");
+  if (records.size() < 2 && !terms.area_m2)
+    throw CannotIdentify(
+        "friction: one record, expected two or more pressures to tell area from force zero, or a known area");
   std::size_t count = 0;
   for (std::size_t r = 0; r < records.size(); ++r) {
     if (records[r].empty())
@@ -99,8 +101,10 @@ FrictionFit fit_friction(std::span<const std::vector<SlidingRow>> records, const
           r));
     count += records[r].size();
   }
-  // columns: A [N/bar], F_0, F_c of each record, then F_v [N s/mm] and F_s where they are asked for
-  const auto plain = static_cast<Eigen::Index>(2 + records.size());
+  // columns: A [N/bar] unless it is held, F_0, F_c of each record, then F_v [N s/mm] and F_s where they are asked for
+  const Eigen::Index zero = terms.area_m2 ? 0 : 1;
+  const Eigen::Index coulomb = zero + 1;
+  const auto plain = coulomb + static_cast<Eigen::Index>(records.size());
   const Eigen::Index viscous = plain;
   const Eigen::Index stribeck = plain + (terms.viscous ? 1 : 0);
   const Eigen::Index columns = stribeck + (terms.stribeck_velocity_m_s ? 1 : 0);
@@ -110,13 +114,13 @@ FrictionFit fit_friction(std::span<const std::vector<SlidingRow>> records, const
   Eigen::Index row = 0;
   for (std::size_t r = 0; r < records.size(); ++r) {
     for (const SlidingRow& slide : records[r]) {
-      X(row, 0) = slide.pressure_Pa / kBar;
-      X(row, 1) = 1.0;
-      X(row, static_cast<Eigen::Index>(2 + r)) = slide.velocity_m_s > 0.0 ? 1.0 : -1.0;
+      if (!terms.area_m2) X(row, 0) = slide.pressure_Pa / kBar;
+      X(row, zero) = 1.0;
+      X(row, coulomb + static_cast<Eigen::Index>(r)) = slide.velocity_m_s > 0.0 ? 1.0 : -1.0;
       if (terms.viscous) X(row, viscous) = slide.velocity_m_s / kMillimetre;
       if (terms.stribeck_velocity_m_s)
         X(row, stribeck) = fade(slide.velocity_m_s, *terms.stribeck_velocity_m_s);
-      y[row] = slide.force_N;
+      y[row] = slide.force_N - terms.area_m2.value_or(0.0) * slide.pressure_Pa;
       const double root = std::sqrt(slide.weight);
       X.row(row) *= root;
       y[row++] *= root;
@@ -137,19 +141,24 @@ FrictionFit fit_friction(std::span<const std::vector<SlidingRow>> records, const
   const Eigen::MatrixXd inverse =
       (X.transpose() * X).ldlt().solve(Eigen::MatrixXd::Identity(columns, columns));
   const double variance = squares / (samples - static_cast<double>(columns));
+  const auto error = [&](Eigen::Index i) { return std::sqrt(variance * inverse(i, i)); };
 
   FrictionFit fit;
-  fit.area_m2 = c[0] / kBar;
-  fit.zero_N = c[1];
+  fit.area_m2 = terms.area_m2.value_or(c[0] / kBar);
+  if (!terms.area_m2) fit.area_error_m2 = error(0) / kBar;
+  fit.zero_N = c[zero];
+  fit.zero_error_N = error(zero);
   if (terms.viscous) {
     fit.viscous_N_s_m = c[viscous] / kMillimetre;
-    fit.viscous_error_N_s_m = std::sqrt(variance * inverse(viscous, viscous)) / kMillimetre;
+    fit.viscous_error_N_s_m = error(viscous) / kMillimetre;
   }
-  for (std::size_t r = 0; r < records.size(); ++r)
-    fit.coulomb_N.push_back(c[static_cast<Eigen::Index>(2 + r)]);
+  for (Eigen::Index i = coulomb; i < plain; ++i) {
+    fit.coulomb_N.push_back(c[i]);
+    fit.coulomb_error_N.push_back(error(i));
+  }
   if (terms.stribeck_velocity_m_s) {
     fit.stribeck_N = c[stribeck];
-    fit.stribeck_error_N = std::sqrt(variance * inverse(stribeck, stribeck));
+    fit.stribeck_error_N = error(stribeck);
     // 1 / (X^T X)^-1 of a column is the square of its part that the other columns do not hold
     fit.stribeck_shape = std::sqrt(1.0 / inverse(stribeck, stribeck)) / X.col(stribeck).norm();
   }

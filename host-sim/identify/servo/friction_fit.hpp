@@ -9,8 +9,8 @@
 //
 // v is the slope of a straight line through `half_width` samples on each side. Rows count while the piston
 // slides: faster than `slowest_m_s` and away from the ends of the stroke, where the bench turns round.
-// Each of F_v, F_s may be left out (FrictionTerms). What a record must hold: both directions (else F_c and
-// F_0 are one), two pressures (else A and F_0 are one). F_s and v_s need speeds from below to well above v_s;
+// Each of F_v, F_s may be left out, and A be known (FrictionTerms). What a record must hold: both directions (else F_c
+// and F_0 are one); two pressures, unless A is known (else A and F_0 are one). F_s and v_s need speeds from below to well above v_s;
 // `stribeck_shape` says how much of the column of F_s the others cannot imitate (1: none, 0: all).
 // Source: "Mathematical and Intelligent Modeling of Electropneumatic Servo Actuator Systems" (22), (23).
 #pragma once
@@ -59,25 +59,30 @@ std::vector<SlidingRow> gathered(std::span<const SlidingRow> rows, double width_
 
 struct FrictionFit {
   double area_m2 = 0.0;
+  double area_error_m2 =
+      0.0;  ///< standard errors, here and below: errors taken as white, so lower bounds; 0 where held
   double zero_N = 0.0;
+  double zero_error_N = 0.0;
   std::vector<double> coulomb_N;  ///< F_c of each record
+  std::vector<double> coulomb_error_N;
   double viscous_N_s_m = 0.0;
-  double viscous_error_N_s_m = 0.0;  ///< standard error, errors taken as white: a lower bound
-  double stribeck_N = 0.0;           ///< 0 where it was not asked for
+  double viscous_error_N_s_m = 0.0;
+  double stribeck_N = 0.0;  ///< 0 where it was not asked for
   double stribeck_error_N = 0.0;
   double stribeck_shape = 0.0;
   double rms_N = 0.0;    ///< of what is left
   double samples = 0.0;  ///< the weights together
 };
 
-/// Which terms of (23) are fitted beside F_c; the others are 0.
+/// Which terms of (23) are fitted beside F_c; the others are 0. And the area, where it is known.
 struct FrictionTerms {
   bool viscous = true;                            ///< F_v
   std::optional<double> stribeck_velocity_m_s{};  ///< F_s, at this v_s
+  std::optional<double> area_m2{};                ///< A is held at this: then one record will do
 };
 
 /// Weighted least squares over the records. Throws CannotIdentify when a record slides in one direction only,
-/// when one record is there only or one is empty, when there are no more samples than coefficients, or when the
+/// when none is there, or one only and no area, or one is empty, when there are no more samples than coefficients, or when the
 /// rows leave a coefficient open.
 FrictionFit fit_friction(std::span<const std::vector<SlidingRow>> records, const FrictionTerms& terms = {});
 

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "host-sim/identify/cannot_identify.hpp"
+#include "host-sim/plant/random.hpp"
 #include "tests/identify/servo/pulled_records.hpp"
 
 namespace plenum::host::identify::servo {
@@ -43,6 +44,43 @@ TEST(FrictionFit, FindsTheFiguresThatMadeTheRows) {
   EXPECT_NEAR(fit.stribeck_N, 3.0, 1e-9);
   EXPECT_LT(fit.rms_N, 1e-10);
   EXPECT_GT(fit.stribeck_shape, 0.1);
+}
+
+TEST(FrictionFit, OneRecordWillDoWhereTheAreaIsKnown) {
+  const std::vector<std::vector<SlidingRow>> records = exact(0.0, 1e-3);
+  const FrictionFit fit = fit_friction(std::span(records).first(1), {.viscous = true, .area_m2 = kArea_m2});
+  EXPECT_EQ(fit.area_m2, kArea_m2);
+  EXPECT_EQ(fit.area_error_m2, 0.0);
+  EXPECT_NEAR(fit.zero_N, 0.7, 1e-9);
+  EXPECT_NEAR(fit.coulomb_N[0], 4.0, 1e-9);
+}
+
+TEST(FrictionFit, StandardErrorsAreTheScatterOfManyRecordings) {
+  constexpr int kTimes = 300;  // tells a deviation to 4 %
+  const std::vector<std::vector<SlidingRow>> truth = exact(0.0, 1e-3);
+  const FrictionFit right = fit_friction(truth);
+  plant::Random random(4);
+  double area = 0.0;
+  double zero = 0.0;
+  double coulomb = 0.0;
+  double told_area = 0.0;
+  double told_zero = 0.0;
+  double told_coulomb = 0.0;
+  for (int i = 0; i < kTimes; ++i) {
+    std::vector<std::vector<SlidingRow>> noisy = truth;
+    for (std::vector<SlidingRow>& record : noisy)
+      for (SlidingRow& row : record) row.force_N += 0.5 * random.gaussian();
+    const FrictionFit fit = fit_friction(noisy);
+    area += std::pow(fit.area_m2 - right.area_m2, 2) / kTimes;
+    zero += std::pow(fit.zero_N - right.zero_N, 2) / kTimes;
+    coulomb += std::pow(fit.coulomb_N[1] - right.coulomb_N[1], 2) / kTimes;
+    told_area += fit.area_error_m2 / kTimes;
+    told_zero += fit.zero_error_N / kTimes;
+    told_coulomb += fit.coulomb_error_N[1] / kTimes;
+  }
+  EXPECT_NEAR(told_area / std::sqrt(area), 1.0, 0.15);
+  EXPECT_NEAR(told_zero / std::sqrt(zero), 1.0, 0.15);
+  EXPECT_NEAR(told_coulomb / std::sqrt(coulomb), 1.0, 0.15);
 }
 
 TEST(FrictionFit, StribeckShapeFallsWithTheSlowestSpeed) {
