@@ -16,7 +16,8 @@ from pathlib import Path
 
 PROGRAM = TOP = None
 COMMANDS = ["demo", "sim", "capture", "identify", "diagnose", "effects", "upload", "download", "regulate", "reproduce",
-            "scan", "info", "faults", "reset", "diff", "backup", "restore", "monitor", "acceptance", "calibrate", "orifice", "describe", "lss"]
+            "scan", "info", "faults", "reset", "diff", "backup", "restore", "monitor", "acceptance", "calibrate", "orifice", "describe", "lss",
+            "regulator", "relief", "friction"]
 SMALL = ["--chambers", "2"]
 
 
@@ -113,7 +114,8 @@ class Usage(Plenum):
                               capture_output=True, text=True, timeout=900)
 
     def test_a_number_that_is_none_is_refused_by_every_option_of_every_command(self):
-        needed = {"identify": ["a.csv"], "diagnose": ["a.csv"], "orifice": ["a.csv"], "upload": ["m.json"], "diff": ["m.json"],
+        needed = {"identify": ["a.csv"], "diagnose": ["a.csv"], "orifice": ["a.csv"], "regulator": ["a.csv"], "relief": ["a.csv"],
+                  "friction": ["a.csv"], "upload": ["m.json"], "diff": ["m.json"],
                   "restore": ["b.json"], "decode": ["a.log"], "record": ["--bus", "can:x", "-o", "a.log"],
                   "blind generate": ["--out", "set"], "blind score": ["set", "--answers", "a"]}
         seen = set()
@@ -207,7 +209,8 @@ class BadInput(Plenum):
         self.refused(2, "demo", "--report", ".", says=["is a folder"])
 
     def test_no_command_works_for_a_json_that_it_cannot_write(self):
-        for command in [["demo"], ["sim"], ["capture"], ["effects"], ["reproduce"], ["identify", "a.csv"], ["orifice", "a.csv"],
+        for command in [["demo"], ["sim"], ["capture"], ["effects"], ["reproduce"], ["identify", "a.csv"], ["orifice", "a.csv"], ["regulator", "a.csv"],
+                        ["relief", "a.csv"], ["friction", "a.csv"],
                         ["blind", "generate", "--out", "set"], ["scan", "--bus", "socketcand:192.0.2.1:1/can0"]]:
             self.refused(2, *command, "--json", "nowhere/answer.json", says=["nowhere", "no such folder"])
         self.done("sim", *SMALL, "--seconds", 1, "--out", "logs", "--json", "logs/answer.json")

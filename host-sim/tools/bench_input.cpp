@@ -1,0 +1,28 @@
+#include "host-sim/tools/bench_input.hpp"
+
+#include <fmt/format.h>
+
+#include "host-sim/trace/input_error.hpp"
+
+namespace plenum::host::tools {
+
+trace::Recording read_bench(const std::string& command, const std::string& file,
+                            const std::vector<std::string>& required,
+                            const std::vector<std::string>& optional) {
+  std::vector<std::string> notices;
+  trace::Recording recording = trace::read_recording(file, required, optional, notices);
+  for (const std::string& notice : notices) fmt::print(stderr, "plenum {}: {}\n", command, notice);
+  return recording;
+}
+
+void require_between(const trace::Recording& recording, std::string_view column, double low, double high,
+                     const std::string& expected) {
+  const std::vector<double>& values = recording[column];
+  for (std::size_t row = 0; row < values.size(); ++row) {
+    if (values[row] >= low && values[row] <= high) continue;
+    throw trace::InputError(fmt::format("{}: row {}, column {}: {:g}, expected {}", recording.name, row + 1,
+                                        column, values[row], expected));
+  }
+}
+
+}  // namespace plenum::host::tools

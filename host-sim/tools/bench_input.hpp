@@ -1,0 +1,25 @@
+// Recordings of a component on a test bench, as the commands that identify one take them.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "host-sim/trace/recording.hpp"
+
+namespace plenum::host::tools {
+
+/// What of each recording is held out where no other recording is: its end.
+inline constexpr double kHeldOut = 0.4;
+
+/// Reads `file` for `plenum COMMAND`; columns that are ignored are told on standard error. Throws trace::InputError.
+trace::Recording read_bench(const std::string& command, const std::string& file,
+                            const std::vector<std::string>& required,
+                            const std::vector<std::string>& optional = {});
+
+/// Sees that all of a column lies from `low` to `high`. Throws trace::InputError that names the first row that does not,
+/// and says that `expected` was expected.
+void require_between(const trace::Recording& recording, std::string_view column, double low, double high,
+                     const std::string& expected);
+
+}  // namespace plenum::host::tools

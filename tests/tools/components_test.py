@@ -1,0 +1,295 @@
+"""The commands that identify a component, as their user runs them. Called with: the program, what writes recordings of the
+plants' components, a test case."""
+
+import csv
+import html
+import json
+import math
+import re
+import subprocess
+import sys
+import unittest
+from pathlib import Path
+
+import plenum_test
+from plenum_test import Plenum
+
+BENCH_LOGS = None
+
+
+class Component(Plenum):
+    def bench(self, component, name, seed, *how):
+        subprocess.run([BENCH_LOGS, component, self.folder / name, str(seed), *map(str, how)], check=True, timeout=300)
+        return name
+
+    def answer(self, *arguments):
+        return json.loads(self.done(*arguments, "--json", "-"))
+
+    def table(self, name, header, rows):
+        return self.write(name, header + "\n" + "".join(",".join(f"{cell:.9g}" for cell in row) + "\n" for row in rows))
+
+
+class Regulator(Component):
+    """The bench valve of host-sim/plant, 1 kPa of noise. It has k_me/A_d = 156 kPa/mm and a dead band of 0.9 mm; while it fills,
+    m s^3 + B s^2 + k s + k/(0.15 s) = 0 of (28), with the masses, dampings and springs of the paper's Table 2 and 3."""
+
+    GAIN, DEAD_BAND_M = 1.56e8, 0.9e-3
+
+    @staticmethod
+    def slowest_time_constant_s():
+        mass, damping, spring, pole = (17.30 + 16.77) * 1e-3, 24.0, 2607.63 + 2705.23, -1 / 0.15
+        for _ in range(20):  # Newton's method
+            pole -= (((mass * pole + damping) * pole + spring) * pole + spring / 0.15) / ((3 * mass * pole + 2 * damping) * pole + spring)
+        return -1 / pole
+
+    def test_a_noisy_staircase_gives_back_gain_time_constant_and_dead_band(self):
+        answer = self.answer("regulator", "--supply", 800, "--ambient", 100, self.bench("regulator", "stairs.csv", 1, 5))
+        swarm = answer["rising"]["pso"]["parameters"]
+        self.assertAlmostEqual(swarm["static_gain_Pa_m"]["value"] / self.GAIN, 1, delta=0.005)
+        self.assertAlmostEqual(swarm["time_constant_s"]["value"] / self.slowest_time_constant_s(), 1, delta=0.02)
+        self.assertAlmostEqual(answer["falling"]["pso"]["parameters"]["static_gain_Pa_m"]["value"] / self.GAIN, 1, delta=0.02)
+        self.assertAlmostEqual(answer["three_conditions"]["dead_band_m"], self.DEAD_BAND_M, delta=0.01e-3)
+        self.assertAlmostEqual(answer["three_conditions"]["idle_m"], self.DEAD_BAND_M, delta=0.02e-3)
+        for name in ("static_gain_Pa_m", "time_constant_s"):
+            self.assertTrue(swarm[name]["identified"], name)
+            self.assertLess(swarm[name]["standard_error"], 0.02 * swarm[name]["value"])
+
+    def test_another_staircase_is_predicted_above_90_percent_and_by_the_swarm_no_worse(self):
+        fitted, other = self.bench("regulator", "stairs.csv", 1, 5), self.bench("regulator", "other.csv", 2, 5)
+        answer = self.answer("regulator", "--ambient", 100, fitted, "--heldout", other)
+        self.assertEqual((answer["file"], answer["held_out_file"]), (fitted, other))
+        for side in ("rising", "falling"):
+            least_squares, swarm = (answer[side][method]["held_out_fit_percent"] for method in ("ls", "pso"))
+            self.assertGreater(least_squares, 90)
+            self.assertGreaterEqual(swarm, least_squares)
+        self.assertGreater(answer["three_conditions"]["fit_percent"], 90)
+
+    def test_fast_poles_that_noise_hides_are_said_to_be_unknown(self):
+        answer = self.answer("regulator", "--ambient", 100, "--internal", self.bench("regulator", "stairs.csv", 1, 5))
+        for name in ("plunger_mass_kg", "spool_mass_kg", "plunger_spring_N_m", "diaphragm_area_m2"):
+            self.assertFalse(answer["internal"][name]["identified"], name)
+            self.assertRegex(answer["internal"][name]["why_not"], "sample time is too long|no such valve")
+
+    def test_a_direction_that_was_not_recorded_is_told(self):
+        up = self.bench("regulator", "up.csv", 1, 2, "up")
+        self.assertIn("no falling branch: 0 plateaus", self.done("regulator", "--ambient", 100, "--method", "ls", up))
+        answer = self.answer("regulator", "--ambient", 100, "--method", "ls", up)
+        self.assertNotIn("falling", answer)
+        self.assertNotIn("three_conditions", answer)
+        self.refused(3, "regulator", "--ambient", 100, "--method", "ls", "--internal", up, says=["up.csv", "falling", "--internal"])
+
+    def test_the_page_and_the_text_say_the_same(self):
+        text = self.done("regulator", "--ambient", 100, self.bench("regulator", "stairs.csv", 3, 2), "--report", "valve.html")
+        page = html.unescape((self.folder / "valve.html").read_text(encoding="utf-8"))
+        for fit, held_out in re.findall(r"fit (\S+) % of \S+ s, held out (\S+) %", text):
+            self.assertIn(f"fit {fit} %, held out {held_out} %", page)
+        self.assertEqual(len(re.findall(r"held out", text)), 4)
+
+    def staircase(self, name, screw_m, pressure_Pa, header="time_s,screw_m,pressure_Pa"):
+        return self.table(name, header, [(k / 100, screw_m(k), pressure_Pa(k)) for k in range(1000)])
+
+    def test_what_tells_nothing_is_exit_3_and_says_why(self):
+        self.refused(3, "regulator", self.staircase("still.csv", lambda k: 2e-3, lambda k: 3e5),
+                     says=["still.csv", "rising branch: 0 plateaus", "at least 2"])
+        self.refused(3, "regulator", self.staircase("swept.csv", lambda k: 1e-6 * k, lambda k: 2e5 + 100 * k),
+                     says=["swept.csv", "screw_m is held for 1 rows at most", "staircase"])
+        steps = self.staircase("stuck.csv", lambda k: 1e-3 * (k // 200), lambda k: 3e5)
+        self.refused(3, "regulator", steps, says=["stuck.csv", "rising branch", "pressure never changes"])
+
+    def test_bad_input_is_one_line_of_what_where_and_what_was_expected(self):
+        self.refused(2, "regulator", "missing.csv", says=["missing.csv", "No such file"])
+        step = lambda k: 1e-3 * (k // 200)
+        self.refused(2, "regulator", self.staircase("knob.csv", step, lambda k: 3e5, "time_s,knob_m,pressure_Pa"),
+                     says=["knob.csv", "column 'screw_m' is missing"])
+        self.refused(2, "regulator", self.staircase("mm.csv", lambda k: 1e3 * step(k), lambda k: 3e5),
+                     says=["mm.csv", "row 201", "column screw_m: 1", "expected m"])
+        for name, scale in {"bar": 1e-5, "kPa": 1e-3}.items():
+            self.refused(2, "regulator", self.staircase(f"{name}.csv", step, lambda k, scale=scale: 3e5 * scale),
+                         says=[f"{name}.csv", "row 1", "column pressure_Pa", "absolute pressure in Pa"])
+        self.refused(2, "regulator", self.staircase("a.csv", step, lambda k: 3e5), "--supply", "200",
+                     says=["--pressure-low below --pressure-high", "supply above"])
+
+
+class Relief(Component):
+    """A grey-box valve by its equations: opening a = k1 P + k2 Q sqrt(P) + k3 at rest, a first-order lag behind it in motion.
+    Then a classical two-stage valve of host-sim/plant, which is no grey box, under noise."""
+
+    DENSITY, K1, K2, K3, LAG_S = 865.0, 1.2e-12, 2e-6, -2.3e-6, 0.015
+    CRACKING_PA, MAXIMUM_PA = 2.3e-6 / 1.2e-12, math.sqrt(865.0 / 2) / 2e-6
+
+    def flow(self, pressure_Pa, k2):
+        return (self.K1 * pressure_Pa + self.K3) / (math.sqrt(self.DENSITY / (2 * pressure_Pa)) - k2 * math.sqrt(pressure_Pa))
+
+    def curve(self, name, k2=K2, header="pressure_drop_Pa,flow_m3_s", scale=1.0, pressures=None):
+        pressures = pressures or [self.CRACKING_PA * (1.05 + 0.1 * i) for i in range(12)]
+        return self.table(name, header, [(P * scale, self.flow(P, k2)) for P in pressures])
+
+    def step(self, name, before_Pa, after_Pa, seconds=0.2):
+        """The pressure steps at 20 ms; the opening, and with it the flow, follows by e^(-t/lag)."""
+        opening = lambda P: self.K1 * P + self.K3
+        rows = []
+        for k in range(round(seconds / 1e-4)):
+            t = 1e-4 * k
+            P = before_Pa if t < 0.02 else after_Pa
+            a = opening(P) + (opening(before_Pa) - opening(P)) * math.exp(-max(t - 0.02, 0) / self.LAG_S)
+            rows.append((t, P, a * math.sqrt(2 * P / self.DENSITY)))
+        return self.table(name, "time_s,pressure_drop_Pa,flow_m3_s", rows)
+
+    def test_a_curve_gives_back_its_constants_cracking_and_maximum_pressure(self):
+        found = self.answer("relief", self.curve("curve.csv"))["static"]
+        self.assertTrue(found["flow_force"])
+        for name, truth in {"k1_m2_Pa": self.K1, "k2_s_m_sqrtPa": self.K2, "k3_m2": self.K3,
+                            "cracking_pressure_Pa": self.CRACKING_PA, "maximum_pressure_Pa": self.MAXIMUM_PA}.items():
+            self.assertAlmostEqual(found["parameters"][name]["value"] / truth, 1, delta=1e-5, msg=name)
+            self.assertTrue(found["parameters"][name]["identified"], name)
+        self.assertLess(found["held_out_worst_error"], 1e-5)
+
+    def test_points_of_a_valve_that_is_shut_do_not_pull_the_curve(self):
+        shut = self.curve("shut.csv")
+        text = (self.folder / shut).read_text(encoding="utf-8") + "1e6,0\n1.5e6,0\n"
+        found = self.answer("relief", self.write("shut.csv", text))["static"]
+        self.assertEqual((found["points"], found["shut"]), (12, 2))
+        self.assertAlmostEqual(found["parameters"]["cracking_pressure_Pa"]["value"] / self.CRACKING_PA, 1, delta=1e-5)
+
+    def test_a_curve_without_flow_force_shows_no_maximum_pressure(self):
+        pulled = self.curve("pulled.csv", k2=-0.2 * self.K2)
+        self.assertNotIn("maximum_pressure_Pa", self.answer("relief", pulled)["static"]["parameters"])
+        self.assertIn("no flow force", self.done("relief", pulled))
+
+    def test_the_lag_comes_from_the_transient_with_the_curve_held(self):
+        curve, step = self.curve("curve.csv", k2=0), self.step("step.csv", 1.2 * self.CRACKING_PA, 1.6 * self.CRACKING_PA)
+        found = self.answer("relief", curve, "--transient", step)["dynamic"]
+        self.assertAlmostEqual(found["parameters"]["lag_s"]["value"] / self.LAG_S, 1, delta=0.02)
+        self.assertAlmostEqual(found["runs"][0]["held_out_from_s"], 0.12, delta=1e-3)
+        other = self.step("other.csv", 1.7 * self.CRACKING_PA, 1.3 * self.CRACKING_PA)
+        run = self.answer("relief", curve, "--transient", step, "--heldout", other)["dynamic"]["runs"][0]
+        self.assertEqual((run["file"], run["held_out_from_s"]), (other, 0))
+        self.assertLess(run["worst_error"], 0.02)
+        self.assertGreater(run["worst_error_without_lag"], 0.1)
+
+    def test_a_classical_two_stage_valve_is_predicted_within_15_percent_and_5_at_the_end(self):
+        curve, ramp, sudden = (self.bench(f"relief-{kind}", f"{name}.csv", seed, how)
+                               for kind, name, seed, how in (("curve", "curve", 1, 41), ("step", "ramp", 2, 568), ("step", "sudden", 3, 79.7e3)))
+        answer = self.answer("relief", curve, "--transient", ramp, "--heldout", sudden)
+        self.assertLess(answer["static"]["held_out_worst_error"], 0.03)
+        run = answer["dynamic"]["runs"][0]
+        self.assertLess(run["worst_error"], 0.15)
+        self.assertLess(abs(run["final_error"]), 0.05)
+        self.assertGreater(run["worst_error_without_lag"], 0.15)
+
+    def test_the_page_and_the_text_say_the_same(self):
+        curve, step = self.curve("curve.csv", k2=0), self.step("step.csv", 1.2 * self.CRACKING_PA, 1.6 * self.CRACKING_PA)
+        text = self.done("relief", curve, "--transient", step, "--report", "relief.html")
+        page = html.unescape((self.folder / "relief.html").read_text(encoding="utf-8"))
+        lag_ms = re.search(r"k2, lag +(\S+)", text)[1]
+        self.assertIn(f">{float(lag_ms):.5g}<", page)
+        self.assertIn(re.search(r"errs by (\S+) % at most \(", text)[1] + " % at most", page)
+
+    def test_what_tells_nothing_is_exit_3_and_says_why(self):
+        self.refused(3, "relief", self.curve("few.csv", pressures=[2.5e6, 3e6, 3.5e6]), says=["few.csv", "3 points for 3 parameters"])
+        self.refused(3, "relief", self.table("falls.csv", "pressure_drop_Pa,flow_m3_s", [(4e6 - 1e5 * i, 1e-3 + 1e-4 * i) for i in range(9)]),
+                     says=["falls.csv", "expected a relief valve, which opens"])
+        self.refused(3, "relief", self.table("shut.csv", "pressure_drop_Pa,flow_m3_s", [(1e5 * i, 0) for i in range(1, 9)]),
+                     says=["shut.csv", "never opens"])
+        still = self.step("still.csv", 1.2 * self.CRACKING_PA, 1.2 * self.CRACKING_PA)
+        self.refused(3, "relief", self.curve("curve.csv", k2=0), "--transient", still, says=["still.csv", "the lag is", "do not show it"])
+
+    def test_bad_input_is_one_line_of_what_where_and_what_was_expected(self):
+        self.refused(2, "relief", "missing.csv", says=["missing.csv", "No such file"])
+        self.refused(2, "relief", self.curve("names.csv", header="pressure_Pa,flow_m3_s"), says=["names.csv", "column 'pressure_drop_Pa' is missing"])
+        self.refused(2, "relief", self.curve("bar.csv", scale=1e-5), says=["bar.csv", "row 1, column pressure_drop_Pa", "in Pa"])
+        shut = self.table("closed.csv", "time_s,pressure_drop_Pa,flow_m3_s", [(0.1 * k, 2e6, 1e-4 * k) for k in range(9)])
+        self.refused(2, "relief", self.curve("curve.csv"), "--transient", shut, says=["closed.csv", "row 1, column flow_m3_s: 0", "stays open"])
+        self.refused(2, "relief", "curve.csv", "--heldout", shut, says=["--heldout without --transient"])
+
+
+class Friction(Component):
+    """A bench that pulls a piston to and fro at speeds that differ from stroke to stroke, force by (23); and the measured O-ring
+    piston of tests/data/friction_zillen, whose friction is half of what the two directions differ by."""
+
+    AREA_M2, ZERO_N, VISCOUS_N_S_M, STROKE_M = 4.9e-4, 0.7, 60.0, 0.04
+    MEASURED = Path(__file__).resolve().parent.parent / "data" / "friction_zillen"
+
+    def pulled(self, name, gauge_Pa, coulomb_N, ways=(1, -1), header="time_s,position_m,pressure_Pa,force_N", unit=1.0):
+        rows, t = [], 0.0
+        for speed in (0.01, 0.04, 0.02, 0.03) * 2:
+            for way in ways:
+                for k in range(round(self.STROKE_M / speed * 100)):
+                    x = speed * 0.01 * k if way > 0 else self.STROKE_M - speed * 0.01 * k
+                    rows.append((t, x * unit, gauge_Pa + 101325,
+                                 self.AREA_M2 * gauge_Pa + self.ZERO_N + way * (coulomb_N + self.VISCOUS_N_S_M * speed)))
+                    t += 0.01
+        return self.table(name, header, rows)
+
+    def test_the_figures_that_made_the_forces_come_back(self):
+        answer = self.answer("friction", "--viscous", self.pulled("low.csv", 1e5, 4), self.pulled("high.csv", 5e5, 8))
+        for name, truth in {"area_m2": self.AREA_M2, "zero_N": self.ZERO_N, "viscous_N_s_m": self.VISCOUS_N_S_M}.items():
+            self.assertAlmostEqual(answer["parameters"][name]["value"] / truth, 1, delta=1e-4, msg=name)
+            self.assertTrue(answer["parameters"][name]["identified"], name)
+        for record, name, coulomb_N in zip(answer["records"], ("low.csv", "high.csv"), (4, 8)):
+            self.assertEqual(record["file"], name)
+            self.assertAlmostEqual(record["coulomb_N"]["value"], coulomb_N, delta=1e-3)
+            self.assertLess(record["held_out_rms_N"], 1e-3)
+            self.assertGreater(record["held_out_rms_without_friction_N"], coulomb_N)
+
+    def test_one_pressure_will_do_where_the_bore_is_known(self):
+        log, bore_mm = self.pulled("one.csv", 3e5, 5), 2e3 * math.sqrt(self.AREA_M2 / math.pi)
+        self.refused(3, "friction", log, says=["one record", "two or more pressures", "known area"])
+        answer = self.answer("friction", "--viscous", "--bore", bore_mm, log)
+        self.assertAlmostEqual(answer["records"][0]["coulomb_N"]["value"], 5, delta=1e-3)
+        self.assertAlmostEqual(answer["parameters"]["zero_N"]["value"], self.ZERO_N, delta=1e-3)
+
+    def half_gap_N(self, bar, area_m2):
+        """By hand: rows that move 0.2 mm or more in 50 ms, within the middle of the stroke."""
+        with open(self.MEASURED / f"O-ring_{bar}bar.csv", newline="", encoding="utf-8") as file:
+            rows = [[float(row[name]) for name in ("t_ms", "x_mm", "p_bar", "F_N")] for row in csv.DictReader(file)]
+        sums = {1: [0, 0], -1: [0, 0]}
+        for before, row, after in zip(rows, rows[5:], rows[10:]):
+            moved, took = after[1] - before[1], after[0] - before[0]
+            if took < 150 and abs(moved) > 0.3 and 5 < row[1] < 30:
+                total = sums[1 if moved > 0 else -1]
+                total[0] += row[3] - area_m2 * 1e5 * row[2]
+                total[1] += 1
+        return 0.5 * (sums[1][0] / sums[1][1] - sums[-1][0] / sums[-1][1])
+
+    def test_a_measured_piston_has_half_the_gap_between_its_directions_as_friction(self):
+        bars = (1, 3, 5, 7)
+        answer = self.answer("friction", "--format", "zillen", *(self.MEASURED / f"O-ring_{bar}bar.csv" for bar in bars))
+        area_m2 = answer["parameters"]["area_m2"]["value"]
+        self.assertAlmostEqual(area_m2 / (math.pi / 4 * 25e-3 ** 2), 1, delta=0.02)  # a 25 mm bore
+        self.assertLess(answer["rms_N"], 0.7)
+        for bar, record in zip(bars, answer["records"]):
+            self.assertAlmostEqual(record["gauge_Pa"], bar * 1e5, delta=0.1e5)
+            self.assertTrue(record["coulomb_N"]["identified"])
+            self.assertAlmostEqual(record["coulomb_N"]["value"], self.half_gap_N(bar, area_m2), delta=0.25)
+            self.assertLess(record["held_out_rms_N"], 0.3 * record["held_out_rms_without_friction_N"])
+
+    def test_friction_that_the_measured_speeds_cannot_tell_is_not_called_found(self):
+        logs = [self.MEASURED / f"O-ring_{bar}bar.csv" for bar in (1, 3, 5, 7)]
+        answer = self.answer("friction", "--format", "zillen", "--stribeck-velocity", 2, *logs)
+        self.assertFalse(answer["parameters"]["stribeck_N"]["identified"])
+        self.assertIn("below 0", answer["parameters"]["stribeck_N"]["why_not"])
+
+    def test_the_page_and_the_text_say_the_same(self):
+        text = self.done("friction", self.pulled("low.csv", 1e5, 4), self.pulled("high.csv", 5e5, 8), "--report", "friction.html")
+        page = html.unescape((self.folder / "friction.html").read_text(encoding="utf-8"))
+        for rms, without in re.findall(r"rows: (\S+) N RMS, without friction (\S+) N", text):
+            self.assertIn(f"Held out: {rms} N RMS, without friction {without} N", page)
+        self.assertEqual(len(re.findall(r"F_c at", text)), 2)
+
+    def test_what_tells_nothing_is_exit_3_and_says_why(self):
+        self.refused(3, "friction", self.pulled("out.csv", 1e5, 4, (1,)), self.pulled("back.csv", 5e5, 4, (1,)), says=["out.csv", "one direction only"])
+        still = self.table("still.csv", "time_s,position_m,pressure_Pa,force_N", [(k / 100, 0.01, 2e5, 50) for k in range(200)])
+        self.refused(3, "friction", still, still, says=["still.csv", "slides nowhere at 2 mm/s"])
+
+    def test_bad_input_is_one_line_of_what_where_and_what_was_expected(self):
+        self.refused(2, "friction", "missing.csv", says=["missing.csv", "No such file"])
+        self.refused(2, "friction", self.pulled("x.csv", 1e5, 4, header="time_s,x_m,pressure_Pa,force_N"), says=["x.csv", "column 'position_m' is missing"])
+        self.refused(2, "friction", self.pulled("mm.csv", 1e5, 4, unit=1e3), says=["mm.csv", "column position_m", "expected m"])
+        back = self.table("back.csv", "time_s,position_m,pressure_Pa,force_N", [(t, 0.01, 2e5, 50) for t in (0, 0.01, 0.005)])
+        self.refused(2, "friction", back, says=["back.csv", "row 3, column time_s", "expected time to rise"])
+
+
+if __name__ == "__main__":
+    plenum_test.PROGRAM, BENCH_LOGS, CASE = sys.argv[1:4]
+    unittest.main(argv=[sys.argv[0], CASE], verbosity=2)
