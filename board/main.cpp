@@ -84,7 +84,9 @@ int run(const config::BoardFile& file) {
   const rt::OnlyOne only_one(file.interface, latest);
   LinuxHardware hardware(file, latest);
   for (const std::string& trouble : hardware.troubles()) warn(trouble);
-  const auto board = std::make_unique<plenum::Board>(file.settings, hardware.drivers());
+  plenum::Settings settings = file.settings;
+  settings.node.identity.software_version = kVersion;
+  const auto board = std::make_unique<plenum::Board>(settings, hardware.drivers());
   board->start();
   compare_bit_rates(file, board->lss().bit_rate_kbit);
   std::jthread keeper;
@@ -105,7 +107,7 @@ int main(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);  // nobody who reads what is said here may end it
   CLI::App program{"Plenum's board: regulates up to eight pressure chambers and answers on CAN."};
   program.name("plenumd");
-  program.set_version_flag("--version", kVersion);
+  program.set_version_flag("--version", fmt::format("{}, computing in {}", kVersion, kScalar));
   std::string path = "/etc/plenum/board.toml";
   bool only_check = false;
   bool only_safe = false;

@@ -11,6 +11,7 @@ import zlib
 from pathlib import Path
 
 PROGRAM = sys.argv.pop(1)
+FIXED = sys.argv.pop(1) == "fixed"  # what its core computes in; else float
 LIMIT_S = 60  # no wait is without end
 BY_HAND = {name: value for name, value in os.environ.items() if name not in ("STATE_DIRECTORY", "RUNTIME_DIRECTORY", "WATCHDOG_PID")}
 
@@ -61,10 +62,11 @@ class Mistakes(unittest.TestCase):
     def test_help_tells_that_a_check_opens_the_vent(self):
         self.assertIn("no output changes, valve power and vent included", " ".join(run("--help").stdout.split()))
 
-    def test_version_is_printed(self):
+    def test_version_is_printed_with_what_the_core_computes_in(self):
         done = run("--version")
         # of a commit, for which dpkg knows the later one; of sources without a repository the project's alone
-        self.assertRegex(done.stdout, r"^\d+\.\d+\.\d+(\+git\d{14}\.[0-9a-f]{12}(\.changed)?)?\n$")
+        version = r"^\d+\.\d+\.\d+(\+git\d{14}\.[0-9a-f]{12}(\.changed)?)?"
+        self.assertRegex(done.stdout, version + (r"\+fixed, computing in fixed point\n$" if FIXED else r", computing in float\n$"))
         self.assertEqual(done.returncode, 0)
 
 

@@ -61,7 +61,7 @@ class Plenum(unittest.TestCase):
 
 class Usage(Plenum):
     def test_version_is_printed(self):
-        self.assertRegex(self.done("--version"), r"^\d+\.\d+\.\d+(\+git\d{14}\.[0-9a-f]{12}(\.changed)?)?\n$")
+        self.assertRegex(self.done("--version"), r"^\d+\.\d+\.\d+(\+git\d{14}\.[0-9a-f]{12}(\.changed)?)?(\+fixed)?\n$")
 
     def test_help_lists_every_command(self):
         text = self.done("--help")
