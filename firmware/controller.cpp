@@ -24,6 +24,21 @@ std::uint64_t sum_of(const control::Regulator::Config& regulator,
   return config::sum_of_object(regulator) + config::sum_of_object(volume);
 }
 
+/// While it lives, what saturates is of this board, and counted where the bus shows it. (The count of numeric::Fixed is the
+/// thread's, in which other boards may compute, too.) Of frames that come nothing can: with what is a Scalar they compute no more
+/// than the bends of a port (config::ValveCurve::bent_V), of an opening of a volt and of parameters that have passed their ranges.
+class CountedSaturations {
+ public:
+  explicit CountedSaturations(canopen::ProcessImage& image) noexcept : image_(image) {}
+  CountedSaturations(const CountedSaturations&) = delete;
+  CountedSaturations& operator=(const CountedSaturations&) = delete;
+  ~CountedSaturations() { image_.saturation_count += numeric::Fixed::saturations() - before_; }
+
+ private:
+  canopen::ProcessImage& image_;
+  const std::uint32_t before_ = numeric::Fixed::saturations();
+};
+
 }  // namespace
 
 Controller::Controller(const Settings& settings) noexcept
@@ -35,6 +50,7 @@ Controller::Controller(const Settings& settings) noexcept
       shadow_run_(recorder_, settings.regulator.valve_delay_ticks),
       slots_(&shadow_run_, &inverse_run_),
       node_(settings.node, image_, slots_, settings_, recorder_) {
+  const CountedSaturations counted(image_);
   configure(0xFF);
   for (std::size_t c = 0; c < config::kChambers; ++c) {
     image_.chamber[c].setpoint_Pa = settings.chamber[c].pressure_low_kPa * config::kPascal_per_kPa;
@@ -43,6 +59,7 @@ Controller::Controller(const Settings& settings) noexcept
 }
 
 config::ImageVerdict Controller::restore(std::uint8_t chamber, std::span<const std::uint8_t> image) noexcept {
+  const CountedSaturations counted(image_);
   const config::ImageVerdict verdict = slots_.stage(chamber, image);
   if (!verdict) return verdict;
   slots_.prove(chamber, {}, {});  // it was in force before
@@ -91,7 +108,7 @@ bool Controller::memory_upset() noexcept {
 }
 
 Outputs Controller::step(const Inputs& inputs) noexcept {
-  const std::uint32_t saturations_before = numeric::Fixed::saturations();
+  const CountedSaturations counted(image_);
   const bool upset = memory_upset();
   const std::uint8_t reset = settings_.take_changed();
   const std::uint8_t changed = slots_.apply_at_tick_edge();
@@ -127,7 +144,6 @@ Outputs Controller::step(const Inputs& inputs) noexcept {
   image_.overrun_count += inputs.timing.overrun != Overrun::none ? 1U : 0U;
   image_.latency.add(inputs.timing.latency_us);
   image_.scan_age_us = inputs.timing.scan_age_us;
-  image_.saturation_count += numeric::Fixed::saturations() - saturations_before;
   node_.tick(config::kTick_us);
   return outputs;
 }

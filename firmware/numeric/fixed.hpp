@@ -128,6 +128,7 @@ class Fixed {
   friend constexpr Fixed near_ratio(Fixed a, Fixed b) noexcept;
   friend constexpr Fixed sqrt(Fixed x) noexcept;
   friend constexpr Fixed inverse_sqrt(Fixed x) noexcept;
+  friend constexpr Fixed within_2_29(Fixed x) noexcept;
 
   constexpr Fixed& operator+=(Fixed x) noexcept {
     return *this = *this + x;
@@ -390,6 +391,14 @@ constexpr Fixed inverse_sqrt(Fixed x) noexcept {
   }
   const auto [half_shift, d, y] = Fixed::inverse_root(static_cast<std::uint64_t>(x.raw_));
   return Fixed::from_raw(static_cast<std::int64_t>(std::uint64_t{y} << half_shift >> 14U));
+}
+
+/// x, but no further than 2^29 from 0, and then counted: so that products with a part, and their sums, pass no range.
+constexpr Fixed within_2_29(Fixed x) noexcept {
+  constexpr std::int64_t kMost = std::int64_t{1} << (29 + Fixed::kFractionBits);
+  if (x.raw_ <= kMost && x.raw_ >= -kMost) return x;
+  Fixed::count_saturation();
+  return Fixed::from_raw(x.raw_ < 0 ? -kMost : kMost);
 }
 
 /// A part of a whole, from 0 to 1 - 2^-32 in units of 2^-32: as a factor it costs half of what a Fixed does, and nothing is cut off.

@@ -115,12 +115,6 @@ constexpr Fraction part_of(Fixed x, Fixed whole) noexcept {
   return Fraction(static_cast<std::uint32_t>(clamp(x / whole, Fixed(0), most).raw()));
 }
 
-/// x, but no further than 2^29 from 0: so that products with a part, and their sums, pass no range.
-constexpr Fixed within_2_29(Fixed x) noexcept {
-  constexpr Fixed kMost = 1 << 29;
-  return clamp(x, -kMost, kMost);
-}
-
 /// done = decay(gain k + shift) for many k, gain log2 e and shift log2 e held within 2^29: error below 3 ulp and what an ulp of gain and
 /// shift makes of it.
 template <std::size_t kCount>

@@ -274,5 +274,14 @@ TEST(Board, TellsOnTheBusHowOftenFixedPointHadToCutANumberOff) {
   }
 }
 
+// The observer's filter squares its noise: 1e10 mL^2, which only float holds.
+TEST(Board, CountsWhatItCutsOffBeforeItsFirstTickAndNotWhatAnotherBoardDoes) {
+  Settings noisy = bench_settings();
+  noisy.volume.noise_mL = 1e5F;
+  const Bench quiet, cut(noisy);
+  EXPECT_EQ(quiet.image().saturation_count, 0U);
+  EXPECT_EQ(cut.image().saturation_count > 0, (std::is_same_v<numeric::Scalar, numeric::Fixed>));
+}
+
 }  // namespace
 }  // namespace plenum

@@ -18,12 +18,16 @@ constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max();
 constexpr std::int64_t kLeast = std::numeric_limits<std::int64_t>::min();
 constexpr long double kUlps = 4294967296.0L;  // in 1
 
-/// Whether what is done counts a saturation.
+/// How many saturations what is done counts.
 template <class Do>
-bool counts(Do&& what) {
+std::uint32_t counted(Do&& what) {
   const std::uint32_t before = Fixed::saturations();
   what();
-  return Fixed::saturations() != before;
+  return Fixed::saturations() - before;
+}
+template <class Do>
+bool counts(Do&& what) {
+  return counted(what) != 0;
 }
 
 #ifdef __SIZEOF_INT128__
@@ -236,6 +240,18 @@ TEST(FixedDecay, OfManyPassesNoRange) {
   EXPECT_EQ(done[0].raw(), 0U);
 }
 
+TEST(FixedDecay, OfManyCountsAGainAndAShiftThatAreHeld) {
+  const std::array<Fraction, 1> of = {Fraction(0x80000000U)};
+  std::array<Fraction, 1> done;
+  const Fixed most = 372'130'000;  // times log2 e: below 2^29, which a thousandth more is not
+  for (const Fixed x : {most, Fixed(0) - most})
+    EXPECT_FALSE(counts([&] { decays(x, x, of, done); })) << static_cast<double>(x);
+  for (const Fixed x : {most * Fixed(1.001), most * Fixed(-1.001)}) {
+    EXPECT_EQ(counted([&] { decays(x, Fixed(1), of, done); }), 1U) << static_cast<double>(x);
+    EXPECT_EQ(counted([&] { decays(Fixed(1), x, of, done); }), 1U) << static_cast<double>(x);
+  }
+}
+
 TEST(FixedDecay, AsAPartIsTheSameButForTheLastUnit) {
   for (std::int64_t raw = -5; raw < (std::int64_t{25} << 32U); raw += 539'873) {
     const Fixed x = Fixed::from_raw(raw);
@@ -267,13 +283,15 @@ TEST(FixedShift, IsTheProductWithThePowerOfTwo) {
   }
 }
 
-TEST(FixedShares, AreTheProductsLessAnotherAndPassNoRange) {
+TEST(FixedShares, AreTheProductsLessAnotherAndPassNoRangeButWhatIsHeldIsCounted) {
   const std::array<Fixed, 2> of = {Fixed(300), Fixed(-(1 << 29))};
   const std::array<Fraction, 2> part = {Fraction(0x80000000U), Fraction(0xFFFFFFFFU)};
   std::array<Fixed, 2> share;
   shares(of, Fixed(-100.5), part, Fixed(0.25), share);
   EXPECT_EQ(share[0], Fixed(99.5));
-  EXPECT_FALSE(counts([&] { shares(of, Fixed::from_raw(kLeast), part, Fixed::from_raw(kMost), share); }));
+  EXPECT_FALSE(counts([&] { shares(of, Fixed(1 << 29), part, Fixed(-(1 << 29)), share); }));
+  EXPECT_EQ(counted([&] { shares(of, Fixed::from_raw(kLeast), part, Fixed::from_raw(kMost), share); }), 2U)
+      << "what is added and what is taken off are held";
   EXPECT_LT(share[0], Fixed(-(1 << 28)));
   EXPECT_LT(share[1], Fixed(-(1 << 30)));
 }
