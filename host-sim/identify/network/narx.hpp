@@ -59,15 +59,36 @@ struct Recording {
   std::span<const double> outputs;
 };
 
-/// The network with `hidden` units trained one step ahead. Throws std::invalid_argument when lengths differ,
-/// CannotIdentify when the input or the output does not move or the recording is too short.
-NarxFit fit_narx(const Recording& recording, const Orders& orders, Eigen::Index hidden, Activation activation,
-                 std::uint64_t seed, const TrainingOptions& options = {},
+/// The network with `hidden` units trained one step ahead on all recordings, whose rows do not meet. Throws
+/// std::invalid_argument when lengths differ, CannotIdentify when the input or the output does not move or there are
+/// too few rows.
+NarxFit fit_narx(const std::vector<Recording>& recordings, const Orders& orders, Eigen::Index hidden,
+                 Activation activation, std::uint64_t seed, const TrainingOptions& options = {},
                  const std::function<void(double)>& progress = {});
 
 /// ARX by linear least squares on the same rows. Throws as fit_narx, and CannotIdentify when the rows do not
 /// determine the coefficients.
-Arx fit_arx(const Recording& recording, const Orders& orders);
+Arx fit_arx(const std::vector<Recording>& recordings, const Orders& orders);
+
+/// Standard errors of what fit_arx() finds in the same rows. The errors of the equation are taken as white: noise of
+/// the measured past biases the fit beyond them.
+struct ArxError {
+  std::vector<double> outputs;  ///< of a_1 .. a_n
+  std::vector<double> inputs;   ///< of b_1 .. b_m
+  double constant = 0.0;
+  double static_gain = 0.0;
+  double slowest_time_constant = 0.0;  ///< [samples]
+  double input_F = 0.0;  ///< F statistic of b_1 = .. = b_m = 0: about 1 where the input tells nothing
+};
+
+/// Throws as fit_arx, and CannotIdentify when there are no more rows than coefficients.
+ArxError arx_error(const std::vector<Recording>& recordings, const Orders& orders);
+
+/// Output over input at rest, sum b_i / (1 - sum a_i).
+double static_gain(const Arx& model);
+
+/// -1/ln|z| of the pole that is farthest out [samples]; below 0 for one outside the unit circle.
+double slowest_time_constant(const Arx& model);
 
 /// The ARX coefficients in the weights of a network of linear hidden units; std::invalid_argument for
 /// sigmoids.

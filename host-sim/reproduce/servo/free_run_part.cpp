@@ -75,14 +75,14 @@ Part free_run_part(const Progress& progress) {
   const ServoFit physical = fit_servo(data_sheet(), beginning, [&](double share) {
     if (progress) progress(0.5 * share);
   });
-  const NarxFit linear = fit_narx(recording, kThird, 3, Activation::kLinear, 1);
+  const NarxFit linear = fit_narx({recording}, kThird, 3, Activation::kLinear, 1);
   TrainingOptions options;
   options.most_iterations = kIterations;
   std::optional<NarxFit> sigmoid;
   double chosen = -HUGE_VAL;
   double worst = HUGE_VAL;
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
-    const NarxFit tried = fit_narx(recording, kThird, 10, Activation::kSigmoid, seed, options);
+    const NarxFit tried = fit_narx({recording}, kThird, 10, Activation::kSigmoid, seed, options);
     const double percent =
         fit_percent(choosing.positions_m, free_run(tried.model, choosing.commands_V, choosing.positions_m));
     if (!sigmoid || percent > chosen) sigmoid = tried;

@@ -67,11 +67,11 @@ Cases some_cases() {
 Part training_part() {
   const identify::servo::ServoRecord record = recorded(simulated_servo(), 20.0, 1);
   const Recording recording{record.commands_V, record.positions_m};
-  const Arx squares = fit_arx(recording, kThird);
+  const Arx squares = fit_arx({recording}, kThird);
   TrainingOptions options;
   options.most_iterations = 1000;
   options.fall_tolerance = 0.0;
-  const NarxFit linear = fit_narx(recording, kThird, 3, Activation::kLinear, 1, options);
+  const NarxFit linear = fit_narx({recording}, kThird, 3, Activation::kLinear, 1, options);
   const Arx weights = arx_of(linear.model);
   const auto largest = [](const std::vector<double>& a, const std::vector<double>& b) {
     double difference = 0.0;
