@@ -10,6 +10,7 @@ import subprocess
 import sys
 import unittest
 from pathlib import Path
+from random import Random
 
 import plenum_test
 from plenum_test import Plenum
@@ -288,6 +289,158 @@ class Friction(Component):
         self.refused(2, "friction", self.pulled("mm.csv", 1e5, 4, unit=1e3), says=["mm.csv", "column position_m", "expected m"])
         back = self.table("back.csv", "time_s,position_m,pressure_Pa,force_N", [(t, 0.01, 2e5, 50) for t in (0, 0.01, 0.005)])
         self.refused(2, "friction", back, says=["back.csv", "row 3, column time_s", "expected time to rise"])
+
+
+class Narx(Component):
+    """A third-order ARX model in closed form, without noise; a filter behind a valve with a dead band; and chambers of host-sim/plant."""
+
+    PERIOD_S, TIME_CONSTANT_S, PAIR, GAIN = 0.01, 0.2, 0.6 + 0.3j, 3.0
+
+    def arx(self):
+        """a_1 .. a_3 from the poles, b_1 .. b_3 from the gain, c."""
+        slow, pair = math.exp(-self.PERIOD_S / self.TIME_CONSTANT_S), self.PAIR
+        total, product = 2 * pair.real, abs(pair) ** 2
+        a = (slow + total, -(product + slow * total), slow * product)
+        return a, [share * self.GAIN * (1 - sum(a)) for share in (0.2, 0.5, 0.3)], 1.5 * (1 - sum(a))
+
+    @staticmethod
+    def levels(random, rows, low=0.0, high=10.0, shortest=3, longest=40):
+        u = []
+        while len(u) < rows:
+            u += [random.uniform(low, high)] * random.randint(shortest, longest)
+        return u[:rows]
+
+    def log(self, name, u, y, header="time_s,command_V,pressure_Pa", period_s=PERIOD_S):
+        return self.table(name, header, [(period_s * k, *row) for k, row in enumerate(zip(u, y))])
+
+    def third_order(self, name, seed, rows=800, start=0.0, noise=0.0, still=False, **how):
+        random = Random(seed)
+        (a, b, c), u, y = self.arx(), [5] * rows if still else self.levels(random, rows), [start] * 3
+        for k in range(3, rows):
+            y.append(c + sum(a[i] * y[k - 1 - i] + b[i] * u[k - 1 - i] for i in range(3)) + random.gauss(0, noise))
+        return self.log(name, u, y, **how)
+
+    def behind_a_dead_band(self, name, seed, rows=2000):
+        """y' = (q(u) - y)/0.1 s; q is 0 within 1 V of 5 V, and turns three times as steep below as above."""
+        random = Random(seed)
+        u, y = self.levels(random, rows), [0.0]
+        flow = lambda u: max(u - 6, 0) + 3 * min(u - 4, 0)
+        for k in range(1, rows):
+            y.append(flow(u[k - 1]) + (y[-1] - flow(u[k - 1])) * math.exp(-0.1))
+        return self.log(name, u, [v + random.gauss(0, 0.02) for v in y])
+
+    def test_the_poles_and_the_gain_that_made_the_data_come_back(self):
+        arx = self.answer("narx", self.third_order("third.csv", 1))["arx"]
+        poles = sorted((complex(*z) for z in arx["poles"]), key=lambda z: (z.imag, abs(z)))
+        slow = math.exp(-self.PERIOD_S / self.TIME_CONSTANT_S)
+        for pole, truth in zip(poles, (self.PAIR.conjugate(), slow, self.PAIR)):
+            self.assertAlmostEqual(abs(pole - truth), 0, delta=1e-5)
+        a, b, c = self.arx()
+        truths = {"static_gain": self.GAIN, "time_constant_s": self.TIME_CONSTANT_S, "c": c,
+                  **{f"a{i + 1}": a[i] for i in range(3)}, **{f"b{i + 1}": b[i] for i in range(3)}}
+        self.assertEqual(set(arx["parameters"]), set(truths))
+        for name, truth in truths.items():
+            self.assertAlmostEqual(arx["parameters"][name]["value"] / truth, 1, delta=1e-4, msg=name)
+            self.assertTrue(arx["parameters"][name]["identified"], name)
+        self.assertGreater(arx["held_out_fit_percent"], 99.99)
+        self.assertLess(arx["linear_network_difference"], 1e-2)
+
+    def test_under_noise_of_the_equation_the_figures_lie_within_their_errors(self):
+        parameters = self.answer("narx", self.third_order("noisy.csv", 2, rows=4000, noise=0.05))["arx"]["parameters"]
+        for name, truth in {"static_gain": self.GAIN, "time_constant_s": self.TIME_CONSTANT_S, "a1": self.arx()[0][0]}.items():
+            error = parameters[name]["standard_error"]
+            self.assertLess(abs(parameters[name]["value"] - truth), 4 * error, name)
+            self.assertLess(error, 0.1 * truth, name)
+
+    def test_rows_of_several_recordings_count_and_do_not_meet(self):
+        high, low = self.third_order("high.csv", 3, start=200.0, still=True), self.third_order("low.csv", 4)
+        self.refused(3, "narx", high, says=["high.csv", "does not move"])
+        answer = self.answer("narx", high, low)
+        self.assertEqual([(one["file"], one["from_row"], one["rows"]) for one in answer["held_out"]],
+                         [("high.csv", 481, 320), ("low.csv", 481, 320)])
+        self.assertAlmostEqual(answer["arx"]["parameters"]["time_constant_s"]["value"] / self.TIME_CONSTANT_S, 1, delta=1e-4)
+
+    def test_sigmoids_learn_the_dead_band_that_a_linear_model_cannot_have(self):
+        fitted, other = self.behind_a_dead_band("fitted.csv", 5), self.behind_a_dead_band("other.csv", 6)
+        answer = self.answer("narx", fitted, "--heldout", other)
+        self.assertEqual(answer["held_out"], [{"file": other, "from_row": 1, "rows": 2000}])
+        self.assertGreater(answer["narx"]["held_out_fit_percent"], 95)
+        self.assertLess(answer["arx"]["held_out_fit_percent"], 85)
+
+    def free_run(self, name, narx, order, from_row):
+        """By hand, from the JSON: weights are rows (bias, past outputs, past inputs) of the hidden layer, then bias and
+        weights of the output."""
+        rows = self.rows(name)[from_row - 1:]
+        u, y = ([(float(row[column]) - narx[scaling]["mean"]) / narx[scaling]["deviation"] for row in rows]
+                for column, scaling in (("command_V", "input_scaling"), ("pressure_Pa", "output_scaling")))
+        width, weights, run = 2 * order + 1, narx["weights"], y[:order]
+        layer = [weights[j * width:(j + 1) * width] for j in range(narx["hidden"])]
+        out = weights[narx["hidden"] * width:]
+        for k in range(order, len(y)):
+            phi = [1] + [run[k - 1 - i] for i in range(order)] + [u[k - 1 - i] for i in range(order)]
+            run.append(out[0] + sum(W * math.tanh(sum(map(float.__mul__, w, map(float, phi)))) for W, w in zip(out[1:], layer)))
+        mean = sum(y) / len(y)
+        return 100 * (1 - math.sqrt(sum((p - q) ** 2 for p, q in zip(run, y)) / sum((q - mean) ** 2 for q in y)))
+
+    def test_the_weights_in_the_json_are_the_network_that_was_scored(self):
+        log = self.behind_a_dead_band("log.csv", 7, rows=1200)
+        answer = self.answer("narx", log, "--order", 2, "--hidden", 5, "--seeds", 1)
+        self.assertEqual(answer["held_out"], [{"file": log, "from_row": 721, "rows": 480}])
+        self.assertAlmostEqual(answer["narx"]["held_out_fit_percent"], self.free_run(log, answer["narx"], 2, 721), delta=1e-6)
+
+    def test_the_best_seed_is_chosen_and_seeds_repeat(self):
+        log = self.behind_a_dead_band("log.csv", 8, rows=1200)
+        how = "narx", log, "--hidden", 4, "--iterations", 40
+        several, again = (self.done(*how, "--json", "-", "--seed", 5) for _ in range(2))
+        self.assertEqual(several, again)
+        narx = json.loads(several)["narx"]
+        fits = {one["seed"]: one["choosing_fit_percent"] for one in narx["seeds"]}
+        self.assertEqual((list(fits), fits[narx["chosen_seed"]]), ([5, 6, 7], max(fits.values())))
+        self.assertEqual(len(set(fits.values())), 3)
+        alone = self.answer(*how, "--seed", narx["chosen_seed"], "--seeds", 1)["narx"]
+        self.assertEqual(alone["weights"], narx["weights"])
+
+    def test_chambers_of_thin_plates_are_predicted_by_sigmoids_and_not_by_a_linear_model(self):
+        self.done("sim", "--plant", "thin-plate", "--chambers", 1, "--seconds", 60, "--volume-swing", 0, "--out", "logs")
+        rows = [[float(row[name]) for name in ("command_V", "pressure_Pa")] for row in self.rows("logs/chamber-1.csv")]
+        answer = self.answer("narx", self.log("chamber.csv", *zip(*rows)))
+        first_order, arx, narx = (answer[model]["held_out_fit_percent"] for model in ("first_order", "arx", "narx"))
+        self.assertGreater(narx, 95)
+        self.assertLess(max(arx, first_order), 75)
+
+    def test_the_page_and_the_text_say_the_same(self):
+        log = self.behind_a_dead_band("log.csv", 9, rows=1200)
+        text = self.done("narx", log, "--report", "narx.html")
+        page = html.unescape((self.folder / "narx.html").read_text(encoding="utf-8"))
+        scores = re.findall(r"^  (first-order lag|ARX, order 3|NARX, order 3, 10 sigmoids) +(\S+ %) \((\S+ %)\)$", text, re.MULTILINE)
+        self.assertEqual(len(scores), 3)
+        for cells in scores:
+            self.assertIn("".join(f"<td>{cell}</td>" for cell in cells), page)
+        for seed, fit in re.findall(r"seed (\d+): fit (\S+ %)", text):
+            self.assertIn(f"<td>{seed}</td><td>{fit}</td>", page)
+
+    def test_what_tells_nothing_is_exit_3_and_says_why(self):
+        random = Random(10)
+        u, noise = self.levels(random, 800), [random.gauss(2e5, 1e3) for _ in range(800)]
+        self.refused(3, "narx", self.log("still.csv", [5] * 800, noise), says=["still.csv", "input", "does not move"])
+        self.refused(3, "narx", self.log("stuck.csv", u, [2e5] * 800), says=["stuck.csv", "pressure_Pa does not move"])
+        self.refused(3, "narx", self.log("unplugged.csv", u, noise), says=["unplugged.csv", "command_V does not tell pressure_Pa", "F of"])
+        self.refused(3, "narx", self.log("ramp.csv", [0.01 * k for k in range(800)], noise), says=["ramp.csv", "determine", "does not excite"])
+        self.refused(3, "narx", self.third_order("few.csv", 11, rows=20), says=["few.csv: 3 rows that choose among the seeds", "more than the order of 3"])
+        self.refused(3, "narx", self.third_order("short.csv", 12, rows=150), says=["short.csv", "training", "cases for 81 weights"])
+        self.refused(3, "narx", self.third_order("short.csv", 12), "--heldout", self.log("end.csv", u[:3], noise[:3]),
+                     says=["end.csv", "3 rows held out", "more than the order of 3"])
+
+    def test_bad_input_is_one_line_of_what_where_and_what_was_expected(self):
+        self.refused(2, "narx", "missing.csv", says=["missing.csv", "No such file"])
+        good = self.third_order("good.csv", 13)
+        self.refused(2, "narx", good, "--input", "screw_m", says=["good.csv", "column 'screw_m' is missing"])
+        self.refused(2, "narx", good, "--output", "command_V", says=["--input command_V", "two different columns"])
+        self.refused(2, "narx", good, self.third_order("slow.csv", 14, period_s=0.02), says=["slow.csv", "0.02 s", "expected 0.01 s as in good.csv"])
+        self.refused(2, "narx", good, "--order", 0, says=["--order", "0"])
+        text = (self.folder / good).read_text(encoding="utf-8").split("\n")
+        self.refused(2, "narx", self.write("gap.csv", "\n".join(text[:50] + text[60:])), says=["gap.csv", "time_s"])
+        self.refused(2, "narx", self.write("word.csv", "\n".join(text[:5] + ["0.04,open,1"] + text[6:])), says=["word.csv", "command_V", "open"])
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ from pathlib import Path
 PROGRAM = TOP = None
 COMMANDS = ["demo", "sim", "capture", "identify", "diagnose", "effects", "upload", "download", "regulate", "reproduce",
             "scan", "info", "faults", "reset", "diff", "backup", "restore", "monitor", "acceptance", "calibrate", "orifice", "describe", "lss",
-            "regulator", "relief", "friction"]
+            "regulator", "relief", "friction", "narx"]
 SMALL = ["--chambers", "2"]
 
 
@@ -115,7 +115,7 @@ class Usage(Plenum):
 
     def test_a_number_that_is_none_is_refused_by_every_option_of_every_command(self):
         needed = {"identify": ["a.csv"], "diagnose": ["a.csv"], "orifice": ["a.csv"], "regulator": ["a.csv"], "relief": ["a.csv"],
-                  "friction": ["a.csv"], "upload": ["m.json"], "diff": ["m.json"],
+                  "friction": ["a.csv"], "narx": ["a.csv"], "upload": ["m.json"], "diff": ["m.json"],
                   "restore": ["b.json"], "decode": ["a.log"], "record": ["--bus", "can:x", "-o", "a.log"],
                   "blind generate": ["--out", "set"], "blind score": ["set", "--answers", "a"]}
         seen = set()
@@ -210,7 +210,7 @@ class BadInput(Plenum):
 
     def test_no_command_works_for_a_json_that_it_cannot_write(self):
         for command in [["demo"], ["sim"], ["capture"], ["effects"], ["reproduce"], ["identify", "a.csv"], ["orifice", "a.csv"], ["regulator", "a.csv"],
-                        ["relief", "a.csv"], ["friction", "a.csv"],
+                        ["relief", "a.csv"], ["friction", "a.csv"], ["narx", "a.csv"],
                         ["blind", "generate", "--out", "set"], ["scan", "--bus", "socketcand:192.0.2.1:1/can0"]]:
             self.refused(2, *command, "--json", "nowhere/answer.json", says=["nowhere", "no such folder"])
         self.done("sim", *SMALL, "--seconds", 1, "--out", "logs", "--json", "logs/answer.json")
