@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <string>
-#include <vector>
 
 #include "firmware/canopen/objects.hpp"
 #include "host-sim/client/board_facts.hpp"
+#include "host-sim/client/settings.hpp"
 
 namespace plenum::host::client {
 namespace {
@@ -23,19 +23,6 @@ std::uint16_t settings_of(std::uint8_t chamber) {
 void write(Session& session, std::uint8_t chamber, const PressureCalibration& wanted) {
   session.write(settings_of(chamber), kGain, static_cast<float>(wanted.gain_kPa_per_V));
   session.write(settings_of(chamber), kOffset, static_cast<float>(wanted.offset_kPa));
-}
-
-/// The setting of this chamber that the board has refused last, why, and the range that it must lie in (241Ah); empty where it
-/// tells none.
-std::string last_refusal(Session& session, std::uint8_t chamber) {
-  const auto of = session.read<std::uint8_t>(object::kSettingRefusal, 1);
-  if (of != chamber + 1 || session.read<std::uint8_t>(object::kSettingRefusal, 2) == 0) return {};
-  const std::vector<std::uint8_t> field = session.sdo_read(object::kSettingRefusal, 3);
-  return fmt::format(
-      "node {}: chamber {}: {} = {:g}, expected {:g} to {:g} with the other settings as they are",
-      session.node_id(), chamber + 1, std::string(field.begin(), field.end()),
-      session.read<float>(object::kSettingRefusal, 4), session.read<float>(object::kSettingRefusal, 5),
-      session.read<float>(object::kSettingRefusal, 6));
 }
 
 }  // namespace
@@ -67,10 +54,10 @@ PressureCalibration write_calibration(Session& session, std::uint8_t chamber,
   try {
     write(session, chamber, wanted);
   } catch (const SdoAbort&) {
-    const std::string why = last_refusal(session, chamber);
+    const std::string why = last_refusal(session, chamber + 1U);
     write(session, chamber, before);
     if (why.empty()) throw;
-    throw Refused(why);
+    throw Refused(fmt::format("node {}: chamber {}: {}", session.node_id(), chamber + 1, why));
   }
   return read_calibration(session, chamber);
 }

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -48,6 +49,31 @@ void write_value(Session& session, const Setting& setting, std::uint32_t bits) {
   canopen::store_le(bits, bytes);
   session.sdo_write(setting.id.index, setting.id.sub,
                     std::span<const std::uint8_t>(bytes).first(canopen::size_of(setting.type)));
+}
+
+/// Whose settings these are, a chamber from 1 or 0 for the board, where 241Ah tells why one was refused.
+std::optional<unsigned> told_refusal_of(std::uint16_t index) {
+  if (index >= object::kChamberSettings && index < object::kBoardSettings)
+    return (index - object::kChamberSettings) % kChambers + 1U;
+  if (index == object::kBoardSettings || index == object::kBoardTicks) return 0U;
+  return std::nullopt;
+}
+
+/// What of the value the board minded, behind its abort: the range of the field alone, or what the others leave of it.
+std::string reason_of(Session& session, const Setting& setting, const SdoAbort& refusal) {
+  constexpr std::uint32_t kValueAborts =
+      0x0609'0030;  // invalid, and 31h, 32h, 36h: too high, too low, ends crossed
+  if ((refusal.code & ~std::uint32_t{0xF}) != kValueAborts) return refusal.what();
+  const canopen::Entry* const row = canopen::find(setting.id.index, setting.id.sub).entry;
+  if (row != nullptr && row->range.limited &&
+      canopen::judge_value(*row, setting.bits) != canopen::Abort::none) {
+    const std::string value = std::visit([](auto one) { return fmt::format("{}", one); }, number_of(setting));
+    return fmt::format("{}: is {}, expected {:g} to {:g}", refusal.what(), value, row->range.low,
+                       row->range.high);
+  }
+  const auto chamber = told_refusal_of(setting.id.index);
+  const std::string told = chamber ? last_refusal(session, *chamber) : std::string();
+  return told.empty() ? refusal.what() : fmt::format("{}: {}", refusal.what(), told);
 }
 
 bool is_pdo_communication(std::uint16_t index) {
@@ -103,7 +129,7 @@ class Writer {
         write_value(session_, setting, value(setting));
         trouble_.erase(setting.id);
       } catch (const SdoAbort& refusal) {
-        trouble_.emplace(setting.id, refusal.what());
+        trouble_.insert_or_assign(setting.id, reason_of(session_, setting, refusal));
       }
     }
   }
@@ -217,6 +243,18 @@ std::vector<Setting> read_settings(Session& session, const std::function<bool(co
 
 std::vector<SettingTrouble> write_settings(Session& session, std::span<const Setting> settings) {
   return Writer(session, settings).run();
+}
+
+std::string last_refusal(Session& session, unsigned chamber) try {
+  const auto of = session.read<std::uint8_t>(object::kSettingRefusal, 1);
+  if (of != chamber || session.read<std::uint8_t>(object::kSettingRefusal, 2) == 0) return {};
+  const std::vector<std::uint8_t> field = session.sdo_read(object::kSettingRefusal, 3);
+  return fmt::format("{} = {:g}, expected {:g} to {:g} with the other settings as they are",
+                     std::string(field.begin(), field.end()), session.read<float>(object::kSettingRefusal, 4),
+                     session.read<float>(object::kSettingRefusal, 5),
+                     session.read<float>(object::kSettingRefusal, 6));
+} catch (const SdoAbort&) {
+  return {};  // an older firmware, that has no such object
 }
 
 bool store_settings(Session& session) {

@@ -54,6 +54,10 @@ struct SettingTrouble {
 /// those that the board refused or shows differently. Throws Timeout and ProtocolError.
 std::vector<SettingTrouble> write_settings(Session& session, std::span<const Setting> settings);
 
+/// The setting that the board has refused last, its value and the range that the others leave it (241Ah), of this chamber from 1 or
+/// with 0 of the board: "pressure_low_kPa = 700, expected 0 to 600 with the other settings as they are"; empty where it tells none.
+std::string last_refusal(Session& session, unsigned chamber);
+
 /// Makes the board keep its settings (1010h:1). Returns false when the board cannot (no such object). Throws SdoAbort
 /// when storing failed.
 bool store_settings(Session& session);

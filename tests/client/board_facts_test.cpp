@@ -9,6 +9,7 @@
 #include <limits>
 #include <vector>
 
+#include "host-sim/client/references.hpp"
 #include "host-sim/client/scan.hpp"
 #include "host-sim/client/settings.hpp"
 #include "tests/client/board_on_bus.hpp"
@@ -19,6 +20,8 @@ namespace plenum::host::client {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::ContainsRegex;
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 namespace object = canopen::object;
@@ -240,6 +243,59 @@ TEST(Settings, ThatABoardRefusesAreNamedAndTheRestIsWritten) {
   EXPECT_THAT(troubles[0].reason, HasSubstr("06090030h"));
   EXPECT_EQ(troubles[1].setting.id.index, 0x5000);
   EXPECT_EQ(session.read<std::uint16_t>(object::kHeartbeatTime, 0), 123);
+}
+
+/// What write_settings() says of a board on which one setting is to be another.
+std::string reason_to_refuse(std::uint16_t index, const std::string& name, const SettingNumber& value) {
+  BoardOnBus world;
+  Session session(world, 5);
+  std::vector<Setting> settings = read_settings(session);
+  for (Setting& setting : settings) {
+    if (setting.id.index == index && setting.name == name) setting.bits = bits_of(setting.type, value);
+  }
+  const auto troubles = write_settings(session, settings);
+  EXPECT_EQ(troubles.size(), 1U);
+  if (troubles.empty()) return {};
+  EXPECT_EQ(troubles[0].setting.name, name);
+  return troubles[0].reason;
+}
+
+TEST(Settings, ThatAreBeyondTheirRangeAreRefusedWithValueAndRange) {
+  EXPECT_THAT(reason_to_refuse(object::kChamberSettings + 1, "pressure_low_kPa", 5000.0),
+              EndsWith(": is 5000, expected 0 to 2000"));
+  EXPECT_THAT(reason_to_refuse(object::kChamberTicks, "stale_limit_ticks", std::int64_t{0}),
+              EndsWith(": is 0, expected 1 to 100"));
+  EXPECT_THAT(reason_to_refuse(object::kBoardSettings, "supply_gain_kPa_per_V", 0.01),
+              EndsWith(": is 0.01, expected 0.1 to 10000"));
+}
+
+TEST(Settings, ThatContradictOthersAreRefusedWithTheRangeThatTheseLeave) {
+  EXPECT_THAT(
+      reason_to_refuse(object::kChamberSettings + 3, "pressure_high_kPa", 50.0),
+      ContainsRegex(
+          ": pressure_high_kPa = 50, expected 1[0-9.]+ to 2000 with the other settings as they are$"));
+}
+
+TEST(References, BeyondTheLimitsOfAChamberAreRefusedWithTheChamberAndItsLimits) {
+  BoardOnBus world;
+  Session session(world, 5);
+  config::ChamberSettings narrow;
+  narrow.pressure_low_kPa = 130.0F;
+  narrow.pressure_high_kPa = 449.96F;  // 4500 mbar
+  ASSERT_TRUE(world.settings.set(1, narrow));
+  const auto refusal = [&](double low_Pa, double high_Pa) -> std::string {
+    const std::vector<std::vector<double>> two = {{200e3, 300e3}, {low_Pa, 200e3, high_Pa}};
+    try {
+      require_within_limits(session, two);
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return {};
+  };
+  EXPECT_EQ(refusal(130e3, 449.96e3), "");
+  for (const std::string& text : {refusal(129e3, 400e3), refusal(150e3, 451e3)})
+    EXPECT_THAT(text, AllOf(HasSubstr("chamber 2: reference from 1"), HasSubstr("within 130 to 450 kPa"),
+                            HasSubstr("63A0h")));
 }
 
 TEST(Settings, AreNumbersOfTheirTypes) {
