@@ -118,6 +118,26 @@ std::vector<std::vector<double>> references(const ReferenceShape& shape, unsigne
   return result;
 }
 
+void require_within_limits(Session& session, std::span<const std::vector<double>> references_Pa) {
+  constexpr double kPascal_per_mbar = 100.0;
+  constexpr double kRounded_Pa = kPascal_per_mbar / 2;  // a limit is shown in whole millibar
+  for (std::size_t c = 0; c < references_Pa.size(); ++c) {
+    const auto limit_Pa = [&](std::uint16_t object) {
+      const std::size_t index = object + canopen::object::kChamberStride * c;
+      return kPascal_per_mbar * session.read<std::int16_t>(static_cast<std::uint16_t>(index), 1);
+    };
+    const double low_Pa = limit_Pa(canopen::object::kLowerLimit),
+                 high_Pa = limit_Pa(canopen::object::kUpperLimit);
+    const auto [least, most] = std::minmax_element(references_Pa[c].begin(), references_Pa[c].end());
+    if (*least >= low_Pa - kRounded_Pa && *most <= high_Pa + kRounded_Pa) continue;
+    throw std::invalid_argument(
+        fmt::format("node {}: chamber {}: reference from {:g} to {:g} kPa, expected within {:g} to {:g} kPa, "
+                    "the limits of "
+                    "its set point (63A1h, 63A0h), to which the board would clip it",
+                    session.node_id(), c + 1, *least / 1e3, *most / 1e3, low_Pa / 1e3, high_Pa / 1e3));
+  }
+}
+
 Tracking tracking(std::span<const CapturedRow> rows, std::size_t chamber, double span_Pa,
                   double sensor_lag_s) {
   if (rows.size() < kOnsetRows + 2) {

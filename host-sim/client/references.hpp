@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "host-sim/client/capture.hpp"
+#include "host-sim/client/session.hpp"
 
 namespace plenum::host::client {
 
@@ -30,6 +31,10 @@ struct ReferenceShape {
 /// One reference a chamber. Throws std::invalid_argument when the shape would leave what a set point can
 /// carry (canopen::kSetpointLow_Pa .. High), or has a frequency that is not above 0 and below 50 Hz.
 std::vector<std::vector<double>> references(const ReferenceShape& shape, unsigned chambers, double seconds);
+
+/// A board clips a set point to its chamber's limits (63A1h, 63A0h) and follows what is left. Throws std::invalid_argument, which
+/// says of which chamber, for references [Pa] that it would not follow as they are; as Session does.
+void require_within_limits(Session& session, std::span<const std::vector<double>> references_Pa);
 
 /// How a chamber followed its reference. A recorded pressure is the mean over the tick before its row, so it
 /// is held against the mean of the references at the tick's two ends.

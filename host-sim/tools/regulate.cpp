@@ -49,6 +49,7 @@ int run(const Options& options) {
   options.board.require_stored();
   BoardAccess board(options.board);
   client::require_compatible(board.session());
+  client::require_within_limits(board.session(), references);
   const auto models = require_models(board.session(), options.board);
   const StopSignal stop;  // the valves have to come to rest, and what is borrowed be given back
   const OutputFolder folder(options.out);

@@ -259,6 +259,19 @@ class Keeping(BoardCommands):
         self.assertEqual((ran.returncode, ran.stderr), (1, ""))
         self.assertRegex(ran.stdout, r"not written: 1005h:0 COB-ID SYNC: .*06090030h")
 
+    def test_a_value_beyond_its_range_is_told_with_the_range_and_the_rest_is_written(self):
+        self.done("backup", "-o", "b.json")
+        said = self.json_of("restore", self.changed("b.json", ("2401h", 9), 5000), code=1)
+        refused, = said["not_written"]
+        self.assertEqual((refused["index"], refused["sub"], refused["name"]), ("2401h", 9, "pressure_low_kPa"))
+        self.assertRegex(refused["reason"], r": is 5000, expected 0 to 2000$")
+
+    def test_a_reference_beyond_the_limits_of_a_chamber_is_refused_before_anything_moves(self):
+        self.upload()
+        self.refused(2, "regulate", "--store", "board", "--mean", 650, "--amplitude", 100,
+                     says=["chamber 1", "reference from 550 to 750 kPa", "63A0h"])
+        self.assertFalse((self.folder / "regulate").exists())
+
     def test_a_model_that_the_backup_lacks_is_told_and_exit_1(self):
         self.done("backup", "--store", "board", "-o", "b.json")
         self.upload()
