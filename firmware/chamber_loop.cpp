@@ -35,6 +35,8 @@ void ChamberLoop::configure(const config::ChamberSettings& settings,
                                           (settings.position_valid_high_V - settings.position_valid_low_V));
   settings_seal_ = config::sum_of_object(settings_);
   constants_seal_ = sum_of_constants();
+  paths_seal_ = sum_of_paths();
+  state_seal_ = sum_of_state();
   rests_by_settings_ = false;
   if (has_commanded_) return;
   rest_by_settings();
@@ -48,13 +50,37 @@ void ChamberLoop::rest_by_settings() noexcept {
 }
 
 std::uint64_t ChamberLoop::sum_of_constants() const noexcept {
-  return volume_.sum_of_constants() + shaper_.sum_of_constants() + regulator_.sum_of_constants();
+  return volume_.sum_of_constants() + shaper_.sum_of_constants() + regulator_.sum_of_constants() +
+         config::sum_of_object(valve_delay_ticks_) + config::sum_of_object(farthest_mL_);
+}
+
+std::uint64_t ChamberLoop::sum_of_paths() const noexcept {
+  return regulator_.sum_of_paths() + config::sum_of_object(fit_error_kPa_);
+}
+
+/// What has been sent and the estimate of the pressure are not among it: they are most of the regulator's memory, and each reading
+/// brings them back.
+std::uint64_t ChamberLoop::sum_of_state() const noexcept {
+  std::uint64_t sum = config::sum_of_object(volume_) + regulator_.sum_of_learned();
+  if (was_regulating_) sum += config::sum_of_object(shaper_);
+  if (was_exciting_) sum += config::sum_of_object(excitation_);
+  return sum + std::uint64_t{pressure_seen_} + (std::uint64_t{volume_seen_} << 8U);
+}
+
+bool ChamberLoop::state_intact() noexcept {
+  if (state_seal_ == sum_of_state()) return true;
+  volume_.reset(motion_.volume_mL);
+  volume_seen_ = false;
+  pressure_seen_ = false;  // and with the next one the regulator begins anew
+  was_regulating_ = false;
+  was_exciting_ = false;
+  return false;
 }
 
 bool ChamberLoop::intact() noexcept {
   const bool model_intact = model_seal_.look(known_.memory());
   const bool settings_intact = settings_seal_ == config::sum_of_object(settings_);
-  const bool constants_intact = constants_seal_ == sum_of_constants();
+  const bool constants_intact = constants_seal_ == sum_of_constants() && paths_seal_ == sum_of_paths();
   const bool resting_intact = resting_seal_ == config::sum_of_object(resting_);
   // One copy mends the other: what the outputs rest at counts most while a fault stands.
   if (settings_intact && !resting_intact) rest_by_settings();
@@ -76,11 +102,13 @@ void ChamberLoop::take_over(const config::ModelParameters& parameters) noexcept 
   drift_kPa_ = 0;
   fit_error_kPa_ =
       parameters.fit_error_kPa > 0.0F ? numeric::max(parameters.fit_error_kPa, kLeastFit_kPa) : 0.0F;
+  paths_seal_ = sum_of_paths();
   if (pressure_seen_) {
     regulator_.go_on(pressure_now_kPa);  // no bump
   } else {
     regulator_.reset(pressure_now_kPa, command_V_);
   }
+  state_seal_ = sum_of_state();
 }
 
 /// What is no number never becomes one again by itself, and from far off a filter takes seconds to come back.
@@ -169,6 +197,7 @@ float ChamberLoop::command(const Order& order, canopen::ChamberImage& image) noe
   image.feedback_V = command_V - image.feedforward_V;
   image.residual_Pa = residual_kPa_ * kPascal_per_kPa;
   image.drift_Pa = drift_kPa_ * kPascal_per_kPa;
+  state_seal_ = sum_of_state();
   return command_V;
 }
 

@@ -39,6 +39,11 @@ class ChamberLoop {
   /// this call. Settings of which the other copy is whole are mended.
   bool intact() noexcept;
 
+  /// No bit has flipped since the last command() in what runs on from tick to tick and does not come back by itself: the volume's
+  /// estimate, what the regulator has learned, and the reference or the excitation that is followed. These are begun anew when one has.
+  /// Before measure().
+  bool state_intact() noexcept;
+
   struct Measured {
     ports::AnalogReading pressure;
     ports::AnalogReading position;
@@ -71,6 +76,8 @@ class ChamberLoop {
   numeric::Scalar regulated_V(const Order& order, canopen::ChamberImage& image) noexcept;
   void rest_by_settings() noexcept;
   std::uint64_t sum_of_constants() const noexcept;
+  std::uint64_t sum_of_paths() const noexcept;
+  std::uint64_t sum_of_state() const noexcept;
   void observe_volume(numeric::Scalar measured_mL) noexcept;
   void begin_anew() noexcept;
   void observe_pressure(const control::PressureModel& model) noexcept;
@@ -87,7 +94,9 @@ class ChamberLoop {
   config::LongSeal model_seal_;  ///< of the one in force
   std::uint64_t settings_seal_ = 0;
   std::uint64_t resting_seal_ = 0;
-  std::uint64_t constants_seal_ = 0;       ///< of observer, reference and regulator
+  std::uint64_t constants_seal_ = 0;       ///< of what configure() makes of them
+  std::uint64_t paths_seal_ = 0;           ///< of what take_over() makes of a model besides known_
+  std::uint64_t state_seal_ = 0;           ///< from one tick to the next
   numeric::Scalar valve_delay_ticks_ = 0;  ///< the installer's, for a model that states none
 
   numeric::Scalar farthest_mL_ = 0;  ///< that a believed estimate of the volume is off its measurement

@@ -24,6 +24,23 @@ std::uint64_t sum_of(const control::Regulator::Config& regulator,
   return config::sum_of_object(regulator) + config::sum_of_object(volume);
 }
 
+/// An order of the bus in which a bit has flipped was given by nobody. Returns false when there was one.
+bool withdraw_spoilt_orders(canopen::ProcessImage& image) noexcept {
+  bool intact = image.control_word.intact() && image.control_mode.intact() && image.preview_ticks.intact();
+  if (!intact) {
+    image.control_word = 0;
+    image.control_mode = canopen::ControlMode::pressure_closed_loop;
+    image.preview_ticks = 0;
+  }
+  for (canopen::ChamberImage& chamber : image.chamber) {
+    if (chamber.setpoint_Pa.intact() && chamber.hold_setpoint_Pa.intact()) continue;
+    intact = false;
+    chamber.setpoint_Pa = 0.0F;  // the lowest that its limits allow
+    chamber.hold_setpoint_Pa = 0.0F;
+  }
+  return intact;
+}
+
 /// While it lives, what saturates is of this board, and counted where the bus shows it. (The count of numeric::Fixed is the
 /// thread's, in which other boards may compute, too.) Of frames that come nothing can: with what is a Scalar they compute no more
 /// than the bends of a port (config::ValveCurve::bent_V), of an opening of a volt and of parameters that have passed their ranges.
@@ -90,21 +107,19 @@ void Controller::take_over(std::uint8_t changed) noexcept {
   }
 }
 
-/// Looks at one chamber a tick and at what is short every time, before anything of it is used or written anew.
+/// Looks at what is long of one chamber a tick, and at what is short every time, before anything of it is used or written anew.
 bool Controller::memory_upset() noexcept {
   const std::size_t c = image_.tick_count % config::kChambers;
   const bool chamber_intact = chamber_[c].intact();
   const bool kept_intact = settings_.intact(c) && slots_.intact(c);
   const unsigned others = damaged_ & ~(1U << c);
   damaged_ = static_cast<std::uint8_t>(chamber_intact && kept_intact ? others : others | 1U << c);
-  const bool orders_intact = image_.control_word.intact() && image_.control_mode.intact();
-  if (!orders_intact) {  // nobody has given them
-    image_.control_word = 0;
-    image_.control_mode = canopen::ControlMode::pressure_closed_loop;
-  }
+  bool states_intact = true;
+  for (ChamberLoop& chamber : chamber_) states_intact = chamber.state_intact() && states_intact;
+  const bool orders_intact = withdraw_spoilt_orders(image_);
   const bool configurations_intact = configurations_seal_ == sum_of(regulator_, volume_);
   return damaged_ != 0 || !configurations_intact || !settings_.intact(config::kChambers) ||
-         !supervisor_.intact() || !faults_.intact() || !orders_intact;
+         !supervisor_.intact() || !faults_.intact() || !orders_intact || !states_intact;
 }
 
 Outputs Controller::step(const Inputs& inputs) noexcept {

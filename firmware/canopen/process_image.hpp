@@ -24,8 +24,8 @@ enum class ControlMode : std::int8_t {
 
 struct ChamberImage {
   // from the bus
-  float setpoint_Pa = 0.0F;       ///< 6380h / 2150h:1, absolute pressure
-  float hold_setpoint_Pa = 0.0F;  ///< 6394h
+  config::Twice<float> setpoint_Pa{0.0F};       ///< 6380h / 2150h:1, absolute pressure
+  config::Twice<float> hold_setpoint_Pa{0.0F};  ///< 6394h
   // to the bus
   float actual_Pa = 0.0F;     ///< 6381h / 2150h:2, mean over the tick just past
   float demand_Pa = 0.0F;     ///< 6390h, the set point that is followed, within the limits
@@ -91,7 +91,8 @@ struct ProcessImage {
   bool setpoint_lost = false;   ///< the RPDO event timer (1400h:5) ran out while 6040h asks for ACTIVE
   bool heartbeat_lost = false;  ///< a node of 1016h has fallen silent
   VolumeCode volume_code;
-  std::uint8_t preview_ticks = 0;  ///< 2160h: a set point is to be met this many ticks after its SYNC
+  config::Twice<std::uint8_t> preview_ticks{
+      0};  ///< 2160h: a set point is to be met this many ticks after its SYNC
   // to the bus
   std::uint16_t status_word = 0;    ///< 6041h
   std::uint16_t error_code = 0;     ///< 604Eh, as in the emergency message

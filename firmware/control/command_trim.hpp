@@ -11,7 +11,9 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 
+#include "firmware/config/seal.hpp"
 #include "firmware/numeric/scalar.hpp"
 
 namespace plenum::control {
@@ -30,6 +32,12 @@ class CommandTrim {
 
   void configure(const Config& config) noexcept;
   void reset() noexcept { correction_V_.fill(Scalar(0)); }
+
+  /// Of what configure() alone writes: config/seal.hpp.
+  std::uint64_t sum_of_constants() const noexcept {
+    return config::sum_of_object(config_) + config::sum_of_object(nodes_per_V_) +
+           config::sum_of_object(most_V_) + config::sum_of_object(least_V_);
+  }
 
   /// The correction at a model command [V].
   Scalar at(Scalar model_V) const noexcept;

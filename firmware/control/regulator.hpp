@@ -123,7 +123,16 @@ class Regulator {
 
   /// Of what configure() alone writes: config/seal.hpp.
   std::uint64_t sum_of_constants() const noexcept {
-    return config::sum_of_object(config_) + config::sum_of_object(weights_);
+    return config::sum_of_object(config_) + config::sum_of_object(weights_) + trim_.sum_of_constants();
+  }
+  /// Of what take_over() alone writes, and configure() through it.
+  std::uint64_t sum_of_paths() const noexcept {
+    return valve_.sum_of_constants() + sensor_.sum_of_constants() + sent_.sum_of_constants();
+  }
+  /// Of what is learned slowly, or at one command alone: d, theta and c(u). The other estimates follow each reading.
+  std::uint64_t sum_of_learned() const noexcept {
+    return config::sum_of_object(trim_) + config::sum_of_object(steady_kPa_) +
+           config::sum_of_object(compression_);
   }
 
  private:

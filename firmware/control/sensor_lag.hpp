@@ -18,6 +18,9 @@
 // noise).
 #pragma once
 
+#include <cstdint>
+
+#include "firmware/config/seal.hpp"
 #include "firmware/control/pressure_model.hpp"
 
 namespace plenum::control {
@@ -42,6 +45,13 @@ class SensorLag {
   };
   /// As pass(), and the tick's reading comes.
   Reading observe(Scalar from_kPa, const Prediction& predicted, Scalar reading_kPa) noexcept;
+
+  /// Of what configure() alone writes: config/seal.hpp.
+  std::uint64_t sum_of_constants() const noexcept {
+    return config::sum_of_object(lag_ticks_) + config::sum_of_object(left_) +
+           config::sum_of_object(by_bend_) + config::sum_of_object(pressure_gain_) +
+           config::sum_of_object(shown_gain_);
+  }
 
   static constexpr int kIterations = 40;
   static constexpr Scalar kReadingNoise_kPa = Scalar(0.3);

@@ -6,7 +6,9 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 
+#include "firmware/config/seal.hpp"
 #include "firmware/control/pressure_model.hpp"
 #include "firmware/control/valve_path.hpp"
 
@@ -31,6 +33,11 @@ class SentCommands {
   /// n; not above what the tables hold, whatever has flipped.
   std::size_t whole_ticks() const noexcept { return whole_ticks_ <= kMost ? whole_ticks_ : kMost; }
   Scalar part_ticks() const noexcept { return part_ticks_; }  ///< f
+
+  /// Of what configure() alone writes: config/seal.hpp.
+  std::uint64_t sum_of_constants() const noexcept {
+    return config::sum_of_object(whole_ticks_) + config::sum_of_object(part_ticks_);
+  }
 
   /// The same command has been sent for long.
   void reset(Scalar command_V) noexcept { sent_.fill({.command_V = command_V, .model_V = command_V}); }

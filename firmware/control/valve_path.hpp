@@ -16,6 +16,9 @@
 // equation with a held input.
 #pragma once
 
+#include <cstdint>
+
+#include "firmware/config/seal.hpp"
 #include "firmware/numeric/scalar.hpp"
 
 namespace plenum::control {
@@ -45,6 +48,12 @@ class ValvePath {
 
   /// A command was sent for this tick. Returns the place of the spool at its end.
   Scalar sent(Scalar command_V) noexcept;
+
+  /// Of what configure() alone writes: config/seal.hpp.
+  std::uint64_t sum_of_constants() const noexcept {
+    return config::sum_of_object(half_play_V_) + config::sum_of_object(done_) +
+           config::sum_of_object(delay_ticks_);
+  }
 
  private:
   Scalar half_play_V_ = 0;

@@ -9,12 +9,14 @@
 // usage: plenum_safety_bench               10,000 runs of the matrix and 12,000 upsets, the seeds in turn
 //        plenum_safety_bench SEED          a run of the matrix again
 //        plenum_safety_bench upset SEED    an upset again
+//        plenum_safety_bench upsets FIRST  12,000 others, the seeds from FIRST on
 #include <fmt/core.h>
 
 #include <array>
 #include <atomic>
 #include <charconv>
 #include <cstdint>
+#include <cstdlib>
 #include <mutex>
 #include <string_view>
 #include <thread>
@@ -31,17 +33,17 @@ using namespace plenum::safety_case;
 constexpr std::uint64_t kRuns = 10'000;
 constexpr std::uint64_t kUpsets = 12'000;
 
-int again(std::string_view word, bool upset) {
+std::uint64_t seed_of(std::string_view word) {
   std::uint64_t seed = 0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), seed);
   if (error != std::errc{} || end != word.data() + word.size()) {
     fmt::print(stderr, "safety: {}: expected a seed, a whole number\n", word);
-    return 2;
+    std::exit(2);
   }
-  if (upset) {
-    fmt::print("seed {}: {}\n", seed, upsets(seed, seed + 1).front().what);
-    return 0;
-  }
+  return seed;
+}
+
+int play_again(std::uint64_t seed) {
   const std::string lost = lost_in_run(seed);
   fmt::print("{}\n", lost.empty() ? fmt::format("seed {}: {}: nothing lost", seed, row_of(seed)) : lost);
   return lost.empty() ? 0 : 1;
@@ -68,15 +70,15 @@ void play_matrix() {
       {"safety.fault_runs_lost", static_cast<double>(lost.load()), "of 10,000 runs", "lower", 0.0});
 }
 
-void play_upsets() {
+void play_upsets(std::uint64_t first) {
   const std::vector<Part> all = parts();
   std::vector<std::array<std::size_t, kEnds>> ends(all.size());
   std::array<std::size_t, kEnds> sum{};
-  for (const Upset& upset : upsets(0, kUpsets)) {
+  for (const Upset& upset : upsets(first, first + kUpsets)) {
     const auto end = static_cast<std::size_t>(upset.end);
     ++ends[upset.part][end];
     ++sum[end];
-    if (upset.end == End::unsafe || upset.end == End::deaf)
+    if (upset.end == End::unsafe || upset.end == End::deaf || upset.end == End::strayed)
       fmt::print(stderr, "seed {}: {}; again: plenum_safety_bench upset {}\n", upset.seed, upset.what,
                  upset.seed);
   }
@@ -101,15 +103,25 @@ void play_upsets() {
   const auto count = [&](End end) { return static_cast<double>(sum[static_cast<std::size_t>(end)]); };
   plenum::bench::print(
       {"safety.upsets_unsafe", count(End::unsafe) + count(End::deaf), "of 12,000 flips", "lower", 0.0});
-  plenum::bench::print({"safety.upsets_strayed", count(End::strayed), "of 12,000 flips, untold"});
+  plenum::bench::print(
+      {"safety.upsets_strayed", count(End::strayed), "of 12,000 flips, untold", "lower", 0.0});
   plenum::bench::print({"safety.upsets_ended", count(End::ended), "of 12,000 flips ended the process"});
 }
 
 }  // namespace
 
 int main(int count, char** words) {
-  if (count > 2 && std::string_view(words[1]) == "upset") return again(words[2], true);
-  if (count > 1) return again(words[1], false);
-  play_upsets();  // before there are threads: it forks
+  const std::string_view word = count > 1 ? words[1] : "";
+  if (count > 2 && word == "upset") {
+    const std::uint64_t seed = seed_of(words[2]);
+    fmt::print("seed {}: {}\n", seed, upsets(seed, seed + 1).front().what);
+    return 0;
+  }
+  if (count > 2 && word == "upsets") {
+    play_upsets(seed_of(words[2]));
+    return 0;
+  }
+  if (count > 1) return play_again(seed_of(word));
+  play_upsets(0);  // before there are threads: it forks
   play_matrix();
 }

@@ -65,7 +65,7 @@ std::vector<Member> loop_members() {
   loop.add<control::Excitation>("excitation", true);
   loop.add<control::AnyModel>("model", true);
   loop.add<config::LongSeal>("seal of the model", true);
-  loop.add<std::array<std::uint64_t, 3>>("seals of the settings", true);
+  loop.add<std::array<std::uint64_t, 5>>("seals of settings and state", true);
   loop.add<std::array<numeric::Scalar, 9>>("last measurements", true);
   loop.add<std::array<bool, 7>>("flags", true);
   return loop.of<ChamberLoop>();

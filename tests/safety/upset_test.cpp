@@ -16,20 +16,19 @@ constexpr bool kSanitized = false;
 #endif
 
 /// Sixteen of each part; tests/bench/safety.cpp takes 12,000.
-TEST(SingleEventUpset, IsDetectedHarmlessStraysWithinItsLimitsOrEndsTheProcess) {
+TEST(SingleEventUpset, IsDetectedHarmlessOrEndsTheProcess) {
   if (kSanitized)
     GTEST_SKIP() << "sanitizers end a program at values that upsets make; run it in the preset host";
   std::map<std::string, std::map<End, int>> ends;
   for (const Upset& upset : upsets(0, 16 * parts().size())) {
-    EXPECT_TRUE(upset.end != End::unsafe && upset.end != End::deaf)
+    EXPECT_TRUE(upset.end == End::harmless || upset.end == End::detected || upset.end == End::ended)
         << "seed " << upset.seed << ": " << upset.what;
     ++ends[parts()[upset.part].name][upset.end];
   }
   // the protection answers, not luck: of what is sealed or kept twice most flips are told
-  for (const char* part : {"settings of a chamber", "settings at rest", "fault register",
+  for (const char* part : {"settings of a chamber", "settings at rest", "fault register", "volume observer",
                            "regulator's configuration", "observer's configuration"}) {
     EXPECT_GE(ends[part][End::detected], 8) << part;
-    EXPECT_EQ(ends[part][End::strayed], 0) << part;
   }
 }
 

@@ -6,13 +6,13 @@
 
 namespace plenum::canopen::dictionary {
 
-template <float ChamberImage::*member>
+template <auto member>
 Abort read_chamber_mbar(const Device& device, Place at, std::uint32_t& bits) noexcept {
   bits = mbar_bits(device.image.chamber[at.instance].*member);
   return Abort::none;
 }
 
-template <float ChamberImage::*member>
+template <auto member>
 Abort write_chamber_mbar(Device& device, Place at, std::uint32_t bits) noexcept {
   device.image.chamber[at.instance].*member =
       kPa_per_mbar * static_cast<float>(static_cast<std::int16_t>(bits));

@@ -5,15 +5,20 @@
 
 namespace plenum::canopen::dictionary {
 
-template <float ChamberImage::*member>
+template <auto member>
 Abort read_chamber(const Device& device, Place at, std::uint32_t& bits) noexcept {
   bits = bits_of(device.image.chamber[at.instance].*member);
   return Abort::none;
 }
 
-template <float ChamberImage::*member>
+template <auto member>
 Abort write_chamber(Device& device, Place at, std::uint32_t bits) noexcept {
   device.image.chamber[at.instance].*member = std::bit_cast<float>(bits);
+  return Abort::none;
+}
+
+inline Abort write_preview(Device& device, Place, std::uint32_t bits) noexcept {
+  device.image.preview_ticks = static_cast<std::uint8_t>(bits);
   return Abort::none;
 }
 
@@ -77,7 +82,7 @@ inline constexpr Entry kProcessRows[] = {
     value(0x2158, 0, kOnce, "Supply pressure [Pa]", real32, read_only, transmit, kAny,
           read_supply),
     kept(value(0x2160, 0, kOnce, "Preview of the set point [ticks]", unsigned8, read_write, no, kAny,
-               read_image<&ProcessImage::preview_ticks>, write_image<&ProcessImage::preview_ticks>)),
+               read_image<&ProcessImage::preview_ticks>, write_preview)),
     highest<12>(0x2200, kOnce, "Health"),
     value(0x2200, 1, kOnce, "Ticks", unsigned32, read_only, transmit, kAny,
           read_image<&ProcessImage::tick_count>),

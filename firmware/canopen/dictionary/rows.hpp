@@ -72,13 +72,6 @@ Abort read_image(const Device& device, Place, std::uint32_t& bits) noexcept {
 }
 
 template <auto member>
-Abort write_image(Device& device, Place, std::uint32_t bits) noexcept {
-  using Member = std::remove_reference_t<decltype(device.image.*member)>;
-  device.image.*member = static_cast<Member>(bits);
-  return Abort::none;
-}
-
-template <auto member>
 Abort read_communication(const Device& device, Place, std::uint32_t& bits) noexcept {
   bits = static_cast<std::uint32_t>(device.communication.*member);
   return Abort::none;

@@ -1,4 +1,5 @@
 // A bit that has flipped in a chamber's memory. Wherever a value stands in it, it stands spoilt.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <array>
@@ -14,6 +15,7 @@ namespace plenum {
 namespace {
 
 using numeric::Scalar;
+using ::testing::Each;
 
 /// Overwrites each number of the loop that is exactly `was`. Returns how many there were.
 template <class Number>
@@ -112,6 +114,104 @@ TEST(ChamberUpset, AnEstimateThatIsNoNumberOrAbsurdIsBegunAnew) {
       ASSERT_GT(spoil(rig.loop, Scalar(estimate), Scalar(spoilt)), 0);
       expect_back_on_its_set_point(rig, ::testing::PrintToString(spoilt).c_str());
     }
+  }
+}
+
+/// Bits of the loop that state_intact() tells of when they flip, but for those in its flags at the end, of which not every one is a
+/// bool then.
+std::size_t told_bits(const ChamberLoop& loop) {
+  std::size_t told = 0;
+  for (std::size_t bit = 0; bit < 8 * (sizeof loop - 16); ++bit) {
+    ChamberLoop flipped = loop;
+    reinterpret_cast<unsigned char*>(&flipped)[bit / 8] ^= static_cast<unsigned char>(1U << bit % 8);
+    if (!flipped.state_intact()) ++told;
+  }
+  return told;
+}
+
+TEST(ChamberUpset, EveryBitOfWhatRunsOnAndDoesNotComeBackIsToldAtTheNextTick) {
+  constexpr std::size_t kSeal = sizeof(std::uint64_t);
+  constexpr std::size_t kLearned = sizeof(control::CommandTrim) + 2 * sizeof(Scalar);
+  for (const bool excited : {false, true}) {
+    Rig rig(excited ? canopen::ControlMode::excitation : canopen::ControlMode::pressure_closed_loop);
+    for (int i = 0; i < 5; ++i) rig.tick();
+    const std::size_t driver = excited ? sizeof(control::Excitation) : sizeof(control::ReferenceShaper);
+    EXPECT_EQ(told_bits(rig.loop), 8 * (sizeof(control::VolumeObserver) + kLearned + driver + kSeal))
+        << (excited ? "excited" : "regulated");
+  }
+}
+
+TEST(ChamberUpset, WithoutAFlipTheStateIsIntactWhateverIsOrderedAndSet) {
+  Rig rig(canopen::ControlMode::pressure_closed_loop);
+  rig.tick();  // it has measured once, out of turn
+  const Settings settings = bench_settings();
+  for (int i = 0; i < 60; ++i) {
+    ASSERT_TRUE(rig.loop.state_intact()) << "tick " << i;
+    rig.order.drive = i % 5 == 0 ? safety::Drive::safe : safety::Drive::active;
+    rig.order.mode =
+        i % 3 == 0 ? canopen::ControlMode::excitation : canopen::ControlMode::pressure_closed_loop;
+    if (i % 7 == 0) rig.loop.configure(settings.chamber[0], settings.regulator, settings.volume);
+    if (i % 7 == 0 || i % 11 == 0) rig.loop.take_over(model_of(kValve));
+    rig.tick();
+  }
+}
+
+TEST(ChamberUpset, WhatHasFlippedIsBegunAnewAndTheChamberComesBackToItsSetPoint) {
+  Rig rig(canopen::ControlMode::pressure_closed_loop);
+  for (int i = 0; i < 20; ++i) rig.tick();
+  ASSERT_GT(spoil(rig.loop, Scalar(kStart_kPa), Scalar(590.0F)), 0);  // the reference among them
+  ASSERT_FALSE(rig.loop.state_intact());
+  expect_back_on_its_set_point(rig, "after the reference had flipped");
+  EXPECT_TRUE(rig.loop.state_intact());
+}
+
+/// Flips a bit wherever this number stands in the controller, whichever part holds it.
+void flip_where(const Controller& controller, Scalar number, int bit) {
+  auto* const bytes = reinterpret_cast<unsigned char*>(const_cast<Controller*>(&controller));
+  for (std::size_t at = 0; at + sizeof number <= sizeof controller; at += alignof(Scalar)) {
+    if (std::memcmp(bytes + at, &number, sizeof number) == 0)
+      bytes[at] ^= static_cast<unsigned char>(1U << bit);
+  }
+}
+
+TEST(ChamberUpset, IsAFaultOfTheVeryTickWithSafeOutputsUntilAResetAndThenTheBoardRegulatesAgain) {
+  constexpr double kSetpoint_kPa = 287.5;
+  Bench bench;
+  bench.go_active(kSetpoint_kPa);
+  ASSERT_EQ(bench.image().error_code, 0);
+  flip_where(bench.board.controller(), Scalar(static_cast<float>(kSetpoint_kPa)), 4);
+  bench.tick();
+  EXPECT_EQ(bench.image().error_code, 0xFF09);
+  EXPECT_THAT(bench.analog_out.held_V, Each(5.0F)) << "V, the null";
+  bench.run(50);
+  EXPECT_EQ(bench.image().error_code, 0xFF09) << "until somebody resets it";
+  for (const std::uint16_t word : Words{0x1, 0x9, 0x1, 0x3, 0x7}) {
+    bench.control(word);
+    bench.run(2);
+  }
+  bench.run(200);
+  EXPECT_EQ(bench.image().error_code, 0);
+  EXPECT_EQ(bench.state(), safety::State::active);
+  for (const Chamber& chamber : bench.chamber) EXPECT_NEAR(chamber.pressure_kPa, kSetpoint_kPa, 0.5) << "kPa";
+}
+
+TEST(ChamberUpset, ASetPointThatHasFlippedIsToldAndIsNoSetPointAnyMore) {
+  for (const bool hold : {false, true}) {
+    Bench bench;
+    bench.store_models();
+    bench.board.start();
+    bench.put(0, {1, 0});
+    bench.run(2);
+    auto& image = const_cast<canopen::ProcessImage&>(bench.image());
+    canopen::ChamberImage& of = image.chamber[2];
+    of.setpoint_Pa = of.hold_setpoint_Pa = 300e3F;
+    auto* const bytes = reinterpret_cast<unsigned char*>(hold ? &of.hold_setpoint_Pa : &of.setpoint_Pa);
+    bytes[2] ^= 0x10;
+    bench.tick();
+    EXPECT_EQ(image.error_code, 0xFF09);
+    EXPECT_EQ(of.setpoint_Pa, 0.0F) << "Pa";
+    EXPECT_EQ(of.hold_setpoint_Pa, 0.0F) << "Pa";
+    EXPECT_TRUE(of.setpoint_Pa.intact() && of.hold_setpoint_Pa.intact());
   }
 }
 

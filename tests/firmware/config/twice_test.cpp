@@ -33,6 +33,8 @@ TEST(Twice, TellsEverySingleBitAndKeepsTheValueInTheOtherCopy) {
   expect_every_flip_seen(std::uint32_t{0});
   expect_every_flip_seen(Order::back);
   expect_every_flip_seen(Order::go);
+  expect_every_flip_seen(301250.0F);
+  expect_every_flip_seen(0.0F);
 }
 
 TEST(Twice, IsWholeAgainWhenItIsWritten) {
