@@ -6,27 +6,14 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "firmware/canopen/object_dictionary.hpp"
 #include "host-sim/client/patient_link.hpp"
+#include "host-sim/client/transfer_text.hpp"
 #include "host-sim/rig/rig.hpp"
 #include "host-sim/tools/rig_link.hpp"
 #include "host-sim/trace/input_error.hpp"
 
 namespace plenum::host::tools {
 namespace {
-
-/// "chamber 3: Active model image, 84 of 144 bytes"; an object of the board by its name alone.
-std::string text_of(const client::Transfer& transfer) {
-  const canopen::Found found = canopen::find(transfer.index, transfer.sub);
-  if (found.entry == nullptr) return fmt::format("{:04X}h:{}", transfer.index, transfer.sub);
-  const std::string bytes = transfer.total  ? fmt::format(", {} of {} bytes", transfer.done, *transfer.total)
-                            : transfer.done ? fmt::format(", {} bytes", transfer.done)
-                                            : "";
-  const std::string name = found.entry->name + bytes;
-  return found.entry->instances == plenum::config::kChambers
-             ? fmt::format("chamber {}: {}", found.place.instance + 1, name)
-             : name;
-}
 
 constexpr unsigned kLastNode = 127;
 /// What only a simulated rig has.
@@ -79,7 +66,8 @@ void BoardChoice::require_stored() const {
 
 ShownTransfers::ShownTransfers(client::Session& session, std::string doing)
     : session_(session), progress_(std::move(doing)) {
-  session_.watch_transfers([this](const client::Transfer& transfer) { progress_(text_of(transfer)); });
+  session_.watch_transfers(
+      [this](const client::Transfer& transfer) { progress_(client::text_of(transfer)); });
 }
 
 BoardAccess::BoardAccess(const BoardChoice& choice) {

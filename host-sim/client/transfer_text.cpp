@@ -1,0 +1,21 @@
+#include "host-sim/client/transfer_text.hpp"
+
+#include <fmt/format.h>
+
+#include "firmware/canopen/object_dictionary.hpp"
+
+namespace plenum::host::client {
+
+std::string text_of(const Transfer& transfer) {
+  const canopen::Found found = canopen::find(transfer.index, transfer.sub);
+  if (found.entry == nullptr) return fmt::format("{:04X}h:{}", transfer.index, transfer.sub);
+  const std::string bytes = transfer.total  ? fmt::format(", {} of {} bytes", transfer.done, *transfer.total)
+                            : transfer.done ? fmt::format(", {} bytes", transfer.done)
+                                            : "";
+  const std::string name = found.entry->name + bytes;
+  return found.entry->instances == config::kChambers
+             ? fmt::format("chamber {}: {}", found.place.instance + 1, name)
+             : name;
+}
+
+}  // namespace plenum::host::client
