@@ -6,7 +6,7 @@
 namespace plenum::config {
 
 std::uint64_t sum_of(std::span<const std::byte> bytes) noexcept {
-  constexpr std::size_t kWord = sizeof(std::uint64_t), kAtOnce = 4 * kWord;
+  constexpr std::size_t kAtOnce = 4 * kWord;
   std::uint64_t sum = 0;
   const std::byte* at = bytes.data();
   std::size_t left = bytes.size();

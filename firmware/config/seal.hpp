@@ -19,6 +19,8 @@ inline constexpr std::size_t kSealAlignment = 4;
 
 std::uint64_t sum_of(std::span<const std::byte> bytes) noexcept;
 
+inline constexpr std::size_t kWord = sizeof(std::uint64_t);  ///< bytes of what is summed
+
 /// A word, or the first kBytes of one.
 template <std::size_t kBytes>
 std::uint64_t word_at(const std::byte* at) noexcept {
@@ -27,19 +29,22 @@ std::uint64_t word_at(const std::byte* at) noexcept {
   return word;
 }
 
-/// Of one object, padding and all: nobody writes that either. A short one without a loop, at an instruction a word.
+/// Of so many words and kTail bytes behind them, without a loop.
+template <std::size_t kTail, std::size_t... kIndex>
+std::uint64_t sum_of_words(const std::byte* at, std::index_sequence<kIndex...>) noexcept {
+  return (word_at<kTail>(at + sizeof...(kIndex) * kWord) + ... + word_at<kWord>(at + kIndex * kWord));
+}
+
+/// Of one object, padding and all: nobody writes that either. A short one at an instruction a word.
 template <class T>
 std::uint64_t sum_of_object(const T& object) noexcept {
   static_assert(alignof(T) >= kSealAlignment);
-  constexpr std::size_t kShort = 128, kWord = sizeof(std::uint64_t), kWords = sizeof(T) / kWord;
+  constexpr std::size_t kShort = 128;
   const std::span<const std::byte> bytes = std::as_bytes(std::span(&object, 1));
   if constexpr (sizeof(T) > kShort) {
     return sum_of(bytes);
   } else {
-    return [at = bytes.data()]<std::size_t... kIndex>(std::index_sequence<kIndex...>) noexcept {
-      return (word_at<sizeof(T) % kWord>(at + kWords * kWord) + ... + word_at<kWord>(at + kIndex * kWord));
-    }
-    (std::make_index_sequence<kWords>{});
+    return sum_of_words<sizeof(T) % kWord>(bytes.data(), std::make_index_sequence<sizeof(T) / kWord>{});
   }
 }
 
