@@ -3,6 +3,7 @@
 import base64
 import json
 import os
+import signal
 import subprocess
 import threading
 
@@ -20,14 +21,14 @@ class Browser:
                  "--disable-component-update", "--disable-sync", "--hide-scrollbars", f"--user-data-dir={folder / 'profile'}", "--remote-debugging-pipe", "about:blank"]
         self.process = subprocess.Popen(
             ["bash", "-c", 'exec 3<&"$1" 4>&"$2"; shift 2; exec chromium "$@"', "bash", str(to_it), str(from_it), *flags],
-            pass_fds=(to_it, from_it), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            pass_fds=(to_it, from_it), stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, start_new_session=True)
         os.close(to_it)
         os.close(from_it)
         self.requests, self.answers = open(ours, "wb"), open(theirs, "rb")
         self.size = {"width": width, "height": height}
         self.number, self.rest, self.session = 0, b"", None
         self.problems = []  # what the page complained of
-        self.lid = threading.Timer(DEADLINE_S, self.process.kill)
+        self.lid = threading.Timer(DEADLINE_S, self.end)
         self.lid.start()
 
     def __enter__(self):
@@ -40,10 +41,15 @@ class Browser:
 
     def __exit__(self, *_):
         self.lid.cancel()
-        self.process.kill()
+        self.end()
+        self.process.stdout.read()  # ends with the last of its processes: until then one may write to the profile
+        self.process.stdout.close()
         self.process.wait()
         self.requests.close()
         self.answers.close()
+
+    def end(self):
+        os.killpg(self.process.pid, signal.SIGKILL)
 
     def take(self):
         """The next message, which ends in a zero byte."""
