@@ -7,6 +7,7 @@
 #include "host-sim/tools/board_json.hpp"
 #include "host-sim/tools/command.hpp"
 #include "host-sim/tools/output.hpp"
+#include "host-sim/tools/report_file.hpp"
 #include "host-sim/tools/stop_signal.hpp"
 
 namespace plenum::host::tools {
@@ -147,10 +148,7 @@ int run(const Options& options) {
   print(options.output, judged);
   print_readings(options.output, measured);
   options.output.print("\nacceptance: {}\n", accepted ? "passed" : "failed");
-  if (!options.report.empty()) {
-    acceptance_page(board, measured, judged).write(options.report);
-    options.output.print("report: {}\n", options.report);
-  }
+  write_report(options.output, options.report, [&] { return acceptance_page(board, measured, judged); });
   options.output.finish({{"schema", "plenum-acceptance/1"},
                          {"node", session.node_id()},
                          {"identity", identity_json(identity)},

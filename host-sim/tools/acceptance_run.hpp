@@ -34,6 +34,7 @@ struct AcceptanceRun {
   std::vector<double> volume_gain_mL_per_V;   ///< per chamber
   std::optional<client::Reading> supply;      ///< [Pa]; empty: the board watches none
   std::vector<std::string> stuck;             ///< inputs of chambers in use of which not a bit has changed
+  bool pressure_stuck = false;                ///< one of them is a pressure
   std::string not_moved;                      ///< why no valve was moved; empty: they were
   std::optional<client::LoopLatency> moving;  ///< the loop meanwhile
   std::uint32_t moving_overruns = 0;

@@ -2,9 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "host-sim/trace/input_error.hpp"
 
 namespace plenum::host::tools {
+
+std::size_t rows_before(std::size_t rows, double held_out) {
+  return static_cast<std::size_t>(std::lround((1.0 - held_out) * static_cast<double>(rows)));
+}
 
 trace::Recording read_bench(const std::string& command, const std::string& file,
                             const std::vector<std::string>& required,
@@ -23,6 +29,13 @@ void require_between(const trace::Recording& recording, std::string_view column,
     throw trace::InputError(fmt::format("{}: row {}, column {}: {:g}, expected {}", recording.name, row + 1,
                                         column, values[row], expected));
   }
+}
+
+void require_absolute_pressure(const trace::Recording& recording, double ambient_Pa) {
+  constexpr double kLeastAbsolute = 0.5;  // of the ambient pressure
+  constexpr double kGreatest_Pa = 1e8;
+  require_between(recording, "pressure_Pa", kLeastAbsolute * ambient_Pa, kGreatest_Pa,
+                  "absolute pressure in Pa, not below the ambient's");
 }
 
 }  // namespace plenum::host::tools

@@ -14,6 +14,7 @@
 #include "host-sim/tools/demo_report.hpp"
 #include "host-sim/tools/fleet.hpp"
 #include "host-sim/tools/output.hpp"
+#include "host-sim/tools/recorded_log.hpp"
 
 namespace plenum::host::tools {
 namespace {

@@ -12,6 +12,7 @@
 #include "host-sim/identify/in_parallel.hpp"
 #include "host-sim/rig/standard_rigs.hpp"
 #include "host-sim/tools/inproc.hpp"
+#include "host-sim/tools/recorded_log.hpp"
 #include "host-sim/tools/watched_rig.hpp"
 
 namespace plenum::host::tools {

@@ -48,6 +48,7 @@ int run(const Options& options) {
   client::bit_timing_row(options.bit_rate);
   BoardAccess access(options.board);
   client::Session& session = access.session();
+  const ShownTransfers shown(session, "reading");
   client::require_compatible(session);
   const std::string stem = fmt::format("node-{}", session.node_id());
   const std::string sheet = read_data_sheet(session);

@@ -21,6 +21,7 @@
 #include "host-sim/tools/gap_text.hpp"
 #include "host-sim/tools/log_input.hpp"
 #include "host-sim/tools/output.hpp"
+#include "host-sim/tools/report_file.hpp"
 
 namespace plenum::host::tools {
 namespace {
@@ -149,10 +150,7 @@ int run(const Options& options) {
     options.output.print("rig: {}\n", options.save_rig);
   }
   if (!options.save_model.empty()) save_model(options, report.found, logs);
-  if (!options.report.empty()) {
-    diagnose_page(report).write(options.report);
-    options.output.print("report: {}\n", options.report);
-  }
+  write_report(options.output, options.report, [&] { return diagnose_page(report); });
   options.output.finish(diagnose::to_json(report));
   return kDone;
 }

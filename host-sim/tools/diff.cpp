@@ -56,7 +56,7 @@ void compare_models(std::span<const std::uint8_t> file, std::span<const std::uin
 }
 
 std::string text_of(const client::Setting& setting) {
-  return std::visit([](auto number) { return fmt::format("{}", number); }, client::number_of(setting));
+  return client::text_of(client::number_of(setting));
 }
 
 void compare_settings(const std::vector<client::Setting>& file, const std::vector<client::Setting>& board,

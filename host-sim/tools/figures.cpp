@@ -19,7 +19,7 @@ bool Figure::identified() const {
 }
 
 std::string Figure::remark() const {
-  return why_not.empty() && !identified() ? "not told by these data" : why_not;
+  return why_not.empty() && !identified() ? kNotTold : why_not;
 }
 
 std::string Figure::error_text() const {

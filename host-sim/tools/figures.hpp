@@ -10,6 +10,8 @@
 
 namespace plenum::host::tools {
 
+inline constexpr const char* kNotTold = "not told by these data";
+
 struct Figure {
   std::string key;   ///< in the JSON, where the figure is in SI: "dead_band_m"
   std::string name;  ///< in print and on pages

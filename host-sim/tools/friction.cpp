@@ -16,6 +16,7 @@
 #include "host-sim/tools/command.hpp"
 #include "host-sim/tools/figures.hpp"
 #include "host-sim/tools/output.hpp"
+#include "host-sim/tools/report_file.hpp"
 #include "host-sim/trace/input_error.hpp"
 
 namespace plenum::host::tools {
@@ -26,8 +27,6 @@ using servo::SlidingRow;
 
 constexpr const char* kZillen = "zillen";
 constexpr double kLongestStroke_m = 10.0;  // more is another unit
-constexpr double kGreatest_Pa = 1e8;
-constexpr double kLeastAbsolute = 0.5;  // of the ambient pressure: less is gauge pressure, or another unit
 
 struct Options {
   std::vector<std::string> logs;
@@ -87,8 +86,7 @@ servo::PulledRecord read(const trace::Recording& log, const Options& options) {
   require_rising_time(log, "time_s");
   require_between(log, "position_m", -kLongestStroke_m, kLongestStroke_m,
                   fmt::format("m, up to {:g} either way", kLongestStroke_m));
-  require_between(log, "pressure_Pa", kLeastAbsolute * ambient_Pa, kGreatest_Pa,
-                  "absolute pressure in Pa, not below the ambient's");
+  require_absolute_pressure(log, ambient_Pa);
   return {.time_s = log["time_s"],
           .position_m = log["position_m"],
           .pressure_Pa = scaled_column(log, "pressure_Pa", 1.0, -ambient_Pa),
@@ -112,8 +110,7 @@ Pulled pulled(const std::string& file, const Options& options) {
         fmt::format("{}: the piston slides nowhere at {:g} mm/s or faster", log.name, options.slowest_mm_s));
   }
   Pulled found{.name = log.name};
-  const auto kept =
-      static_cast<std::ptrdiff_t>(std::lround((1.0 - kHeldOut) * static_cast<double>(rows.size())));
+  const auto kept = static_cast<std::ptrdiff_t>(rows_before(rows.size(), kHeldOut));
   found.fitted.assign(rows.begin(), rows.begin() + kept);
   found.held_out.assign(rows.begin() + kept, rows.end());
   const auto away = std::count_if(found.fitted.begin(), found.fitted.end(),
@@ -294,10 +291,7 @@ report::Page page_of(const Options& options, const Answer& answer) {
 int run(const Options& options) {
   const Answer answer = identified(options);
   print(options, answer);
-  if (!options.report.empty()) {
-    page_of(options, answer).write(options.report);
-    options.output.print("report: {}\n", options.report);
-  }
+  write_report(options.output, options.report, [&] { return page_of(options, answer); });
   options.output.finish(json_of(options, answer));
   return kDone;
 }

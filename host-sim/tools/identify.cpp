@@ -14,6 +14,7 @@
 #include "host-sim/tools/log_input.hpp"
 #include "host-sim/tools/model_charts.hpp"
 #include "host-sim/tools/output.hpp"
+#include "host-sim/tools/report_file.hpp"
 #include "host-sim/trace/input_error.hpp"
 #include "host-sim/trace/model_json.hpp"
 
@@ -133,10 +134,7 @@ int run(const Options& options) {
                          {"rms_start_held_2_s_kPa", number(held_kPa)}});
   }
   options.output.print("model: {}\n", options.out);
-  if (!options.report.empty()) {
-    identify_page(identified).write(options.report);
-    options.output.print("report: {}\n", options.report);
-  }
+  write_report(options.output, options.report, [&] { return identify_page(identified); });
   Json result = Json::parse(trace::format_model(model));
   result["file"] = options.out;
   result["predicted"] = predicted;

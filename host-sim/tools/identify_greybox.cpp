@@ -9,10 +9,12 @@
 #include "host-sim/identify/free_run.hpp"
 #include "host-sim/report/page.hpp"
 #include "host-sim/tools/command.hpp"
+#include "host-sim/tools/figures.hpp"
 #include "host-sim/tools/fit_origin.hpp"
 #include "host-sim/tools/gap_text.hpp"
 #include "host-sim/tools/model_charts.hpp"
 #include "host-sim/tools/output.hpp"
+#include "host-sim/tools/report_file.hpp"
 
 namespace plenum::host::tools {
 namespace {
@@ -22,8 +24,6 @@ using identify::chamber::GreyboxFit;
 using identify::chamber::NotTold;
 using identify::chamber::TriedEffects;
 using trace::NamedLog;
-
-constexpr const char* kNotTold = "not told by these data";
 
 std::string error_of(const FigureFit& figure) {
   return std::isfinite(figure.standard_error) ? fmt::format("{:.2g}", figure.standard_error) : std::string();
@@ -171,10 +171,7 @@ int identify_greybox(const GreyboxRequest& request, const Output& output) {
                          {"rms_start_held_2_s_kPa", number(made.held_kPa)}});
   }
   output.print("model: {}\n", request.out);
-  if (!request.report.empty()) {
-    page_of(request, fit).write(request.report);
-    output.print("report: {}\n", request.report);
-  }
+  write_report(output, request.report, [&] { return page_of(request, fit); });
   Json result = Json::parse(trace::format_model(model));
   result["file"] = request.out;
   result["predicted"] = predicted;

@@ -11,6 +11,7 @@
 #include "host-sim/rig/rig.hpp"
 #include "host-sim/rig/standard_rigs.hpp"
 #include "host-sim/tools/command_line.hpp"
+#include "host-sim/tools/recorded_log.hpp"
 #include "host-sim/trace/input_error.hpp"
 #include "host-sim/trace/log_csv.hpp"
 
@@ -131,18 +132,6 @@ rig::RigConfig RigChoice::config(const std::optional<std::filesystem::path>& sto
                 world, {.boards = boards, .chambers = chambers, .volume_swing = volume_swing, .seed = seed});
   config.board.front().store = store;
   return config;
-}
-
-trace::Log log_of(const std::vector<client::CapturedRow>& rows, std::size_t chamber, bool with_reference) {
-  trace::Log log;
-  for (const client::CapturedRow& row : rows) {
-    log.time_s.push_back(row.time_s);
-    log.command_V.push_back(row.sample[chamber].command_V);
-    log.pressure_Pa.push_back(row.sample[chamber].actual_Pa);
-    log.volume_m3.push_back(row.sample[chamber].volume_m3);
-    if (with_reference) log.reference_Pa.push_back(row.reference_Pa[chamber]);
-  }
-  return log;
 }
 
 void write_recording(const std::filesystem::path& folder, const std::vector<client::CapturedRow>& rows,

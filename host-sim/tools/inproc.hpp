@@ -40,9 +40,6 @@ struct RigChoice {
   rig::RigConfig config(const std::optional<std::filesystem::path>& store = std::nullopt) const;
 };
 
-/// One chamber of a recording as a log; with its reference where the recording followed one.
-trace::Log log_of(const std::vector<client::CapturedRow>& rows, std::size_t chamber, bool with_reference);
-
 /// Writes chamber-1.csv .. and rig.toml. Throws InputError.
 void write_recording(const std::filesystem::path& folder, const std::vector<client::CapturedRow>& rows,
                      unsigned chambers, bool with_reference, const trace::RigDescription& description);

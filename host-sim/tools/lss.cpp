@@ -1,12 +1,10 @@
-#include "host-sim/client/lss_master.hpp"
-
-#include <algorithm>
 #include <memory>
 #include <optional>
 #include <stdexcept>
 
 #include "host-sim/client/board_facts.hpp"
-#include "host-sim/client/sdo_frames.hpp"
+#include "host-sim/client/lss_master.hpp"
+#include "host-sim/client/scan.hpp"
 #include "host-sim/tools/board_access.hpp"
 #include "host-sim/tools/board_json.hpp"
 #include "host-sim/tools/command.hpp"
@@ -14,8 +12,6 @@
 
 namespace plenum::host::tools {
 namespace {
-
-namespace cob = canopen::cob;
 
 struct Options {
   BoardChoice board;
@@ -26,20 +22,10 @@ struct Options {
 
 /// Two nodes of one id would answer for each other. Throws Refused when something on the bus speaks for `node_id`.
 void require_free(client::Link& link, std::uint8_t node_id) {
-  constexpr double kHeartbeat_s =
-      1.2;  // one comes each second by default, and a silent node answers the request
-  link.send({.id = cob::kSdoRequest + node_id,
-             .length = 8,
-             .data = client::sdo::request(0x40, canopen::object::kDeviceTypeIndex, 0)});
-  const double end_s = link.now_s() + kHeartbeat_s;
-  while (const auto frame = link.receive(std::max(0.0, end_s - link.now_s()))) {
-    const bool its_own = !frame->extended &&
-                         (frame->id == cob::kHeartbeat + node_id || frame->id == cob::kSdoResponse + node_id);
-    if (its_own) {
-      throw client::Refused(
-          fmt::format("node {}: is on the bus already, expected a node id that no other has", node_id));
-    }
-    if (link.now_s() >= end_s) return;
+  constexpr double kHeartbeat_s = 1.2;  // one comes each second by default
+  if (client::is_on_bus(link, node_id, kHeartbeat_s)) {
+    throw client::Refused(
+        fmt::format("node {}: is on the bus already, expected a node id that no other has", node_id));
   }
 }
 

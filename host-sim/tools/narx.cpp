@@ -19,6 +19,7 @@
 #include "host-sim/tools/command.hpp"
 #include "host-sim/tools/figures.hpp"
 #include "host-sim/tools/output.hpp"
+#include "host-sim/tools/report_file.hpp"
 #include "host-sim/trace/input_error.hpp"
 
 namespace plenum::host::tools {
@@ -69,7 +70,7 @@ struct Stretch {
   std::span<const double> outputs() const { return std::span(log->outputs).subspan(first, rows); }
   /// Without its end, and that end.
   std::pair<Stretch, Stretch> split(double end_share) const {
-    const auto kept = static_cast<std::size_t>(std::lround((1.0 - end_share) * static_cast<double>(rows)));
+    const std::size_t kept = rows_before(rows, end_share);
     return {{log, first, kept}, {log, first + kept, rows - kept}};
   }
 };
@@ -200,11 +201,8 @@ Scored scored(std::string key, std::string name, std::string curve, const Model&
   return scored;
 }
 
-Scored linear(std::string key, std::string name, std::string curve, const network::Orders& orders,
+Scored linear(std::string key, std::string name, std::string curve, const Arx& arx, const ArxError& error,
               const Answer& answer) {
-  const std::vector<network::Recording> rows = recordings(answer.fitted);
-  const Arx arx = network::fit_arx(rows, orders);
-  const ArxError error = network::arx_error(rows, orders);
   Scored model = scored(std::move(key), std::move(name), std::move(curve), arx, answer);
   const double period_s = answer.logs.front().period_s;
   const double T = network::slowest_time_constant(arx);
@@ -246,17 +244,16 @@ double greatest_difference(const Arx& a, const Arx& b) {
   return share;
 }
 
-void train(Answer& answer, const Options& options) {
+void train(Answer& answer, const Arx& arx, const Options& options) {
   const auto hidden = static_cast<Eigen::Index>(options.hidden);
   const network::TrainingOptions training{.most_iterations = options.iterations};
   Progress progress("training");
   const double runs = 1.0 + options.seeds;
   const std::vector<network::Recording> all = recordings(answer.fitted);
   answer.linear_network_off = greatest_difference(
-      network::fit_arx(all, options.orders()),
-      network::arx_of(network::fit_narx(all, options.orders(), hidden, Activation::kLinear, options.seed,
-                                        training, [&](double share) { progress(share / runs); })
-                          .model));
+      arx, network::arx_of(network::fit_narx(all, options.orders(), hidden, Activation::kLinear, options.seed,
+                                             training, [&](double share) { progress(share / runs); })
+                               .model));
   for (unsigned i = 0; i < options.seeds; ++i) {
     const std::uint64_t seed = options.seed + i;
     Trained trained{
@@ -270,8 +267,7 @@ void train(Answer& answer, const Options& options) {
   }
 }
 
-void require_input_that_tells(const Answer& answer, const Options& options) {
-  const double F = network::arx_error(recordings(answer.fitted), options.orders()).input_F;
+void require_input_that_tells(double F, const Options& options) {
   if (F >= kLeastF) return;
   throw CannotIdentify(fmt::format(
       "{} does not tell {} (F of its {} past rows {:.2g}, expected {:g} or more): is it what drives, "
@@ -284,11 +280,15 @@ void identify_all(Answer& answer, const Options& options) {
   require_scorable(answer.choosing, "that choose among the seeds", options);
   require_scorable(answer.held_out, "held out", options);
   try {
-    require_input_that_tells(answer, options);
-    answer.models.push_back(linear("first_order", "first-order lag", "lag", kFirst, answer));
+    const std::vector<network::Recording> rows = recordings(answer.fitted);
+    const ArxError error = network::arx_error(rows, options.orders());
+    require_input_that_tells(error.input_F, options);
+    const Arx arx = network::fit_arx(rows, options.orders());
+    answer.models.push_back(linear("first_order", "first-order lag", "lag", network::fit_arx(rows, kFirst),
+                                   network::arx_error(rows, kFirst), answer));
     answer.models.push_back(
-        linear("arx", fmt::format("ARX, order {}", options.order), "ARX", options.orders(), answer));
-    train(answer, options);
+        linear("arx", fmt::format("ARX, order {}", options.order), "ARX", arx, error, answer));
+    train(answer, arx, options);
   } catch (const CannotIdentify& why) {
     std::vector<std::string> names;
     for (const Log& log : answer.logs) names.push_back(log.name);
@@ -476,10 +476,7 @@ int run(const Options& options) {
   read_all(answer, options);
   identify_all(answer, options);
   print(options, answer);
-  if (!options.report.empty()) {
-    page_of(options, answer).write(options.report);
-    options.output.print("report: {}\n", options.report);
-  }
+  write_report(options.output, options.report, [&] { return page_of(options, answer); });
   options.output.finish(json_of(options, answer));
   return kDone;
 }

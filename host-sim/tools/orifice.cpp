@@ -15,6 +15,7 @@
 #include "host-sim/tools/log_input.hpp"
 #include "host-sim/tools/model_charts.hpp"
 #include "host-sim/tools/output.hpp"
+#include "host-sim/tools/report_file.hpp"
 
 namespace plenum::host::tools {
 namespace {
@@ -275,10 +276,7 @@ int run(const Options& options) {
     print(options.output, found);
     results.push_back(json_of(found));
   }
-  if (!options.report.empty()) {
-    page_of(all).write(options.report);
-    options.output.print("report: {}\n", options.report);
-  }
+  write_report(options.output, options.report, [&] { return page_of(all); });
   options.output.finish({{"orifices", results}});
   return std::all_of(all.begin(), all.end(), [](const Found& found) { return found.fit.converged; })
              ? kDone

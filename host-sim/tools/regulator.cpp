@@ -23,6 +23,7 @@
 #include "host-sim/tools/command.hpp"
 #include "host-sim/tools/figures.hpp"
 #include "host-sim/tools/output.hpp"
+#include "host-sim/tools/report_file.hpp"
 
 namespace plenum::host::tools {
 namespace {
@@ -35,8 +36,6 @@ using valve::DiscreteModel;
 
 constexpr double kBlocked = 0.528;        // (10): both ports are blocked from p_atm/r to r p_sup
 constexpr double kLongestTravel_m = 0.1;  // of a screw: more is another unit
-constexpr double kLeastAbsolute = 0.5;    // of the ambient pressure: less is gauge pressure, or another unit
-constexpr double kGreatest_Pa = 1e8;
 constexpr double kResolved = 0.5;       // |z - 1| of a pole that a forward difference still takes for |s| t_s
 constexpr std::size_t kFewestHeld = 8;  // rows of a position that is held
 
@@ -75,8 +74,7 @@ Named read(const std::string& file, const Options& options) {
   const trace::Recording log = read_bench("regulator", file, {"time_s", "screw_m", "pressure_Pa"});
   require_between(log, "screw_m", -kLongestTravel_m, kLongestTravel_m,
                   fmt::format("m, up to {:g} either way", kLongestTravel_m));
-  require_between(log, "pressure_Pa", kLeastAbsolute * options.ambient_Pa(), kGreatest_Pa,
-                  "absolute pressure in Pa, not below the ambient's");
+  require_absolute_pressure(log, options.ambient_Pa());
   Named named{
       .name = log.name,
       .recording = {
@@ -139,8 +137,7 @@ Side side_of(const Named& log, const std::optional<Named>& other, Direction dire
   const Branch whole = valve::branch_of(log.recording, direction, range);
   const valve::Plateau rest = rest_before(log.recording, whole);
   const std::size_t rows = whole.screw_m.size();
-  const auto kept =
-      other ? rows : static_cast<std::size_t>(std::lround((1.0 - kHeldOut) * static_cast<double>(rows)));
+  const std::size_t kept = rows_before(rows, other ? 0.0 : kHeldOut);
   Side side{.direction = direction, .fitted = about(rest, log.recording, whole.first, kept)};
   if (other) {
     const Branch branch = valve::branch_of(other->recording, direction, range);
@@ -505,10 +502,7 @@ int run(const Options& options) {
   }
   const Answer answer = identified(options);
   print(options, answer);
-  if (!options.report.empty()) {
-    page_of(options, answer).write(options.report);
-    options.output.print("report: {}\n", options.report);
-  }
+  write_report(options.output, options.report, [&] { return page_of(options, answer); });
   options.output.finish(json_of(options, answer));
   return kDone;
 }

@@ -16,6 +16,7 @@
 #include "host-sim/tools/command.hpp"
 #include "host-sim/tools/figures.hpp"
 #include "host-sim/tools/output.hpp"
+#include "host-sim/tools/report_file.hpp"
 
 namespace plenum::host::tools {
 namespace {
@@ -135,8 +136,7 @@ Run read_run(const std::string& file, double held_out) {
           .whole = {.step_s = trace::period_s(log),
                     .pressure_Pa = log["pressure_drop_Pa"],
                     .flow_m3_s = log["flow_m3_s"]}};
-  run.held_out_from = static_cast<std::size_t>(
-      std::lround((1.0 - held_out) * static_cast<double>(run.whole.pressure_Pa.size())));
+  run.held_out_from = rows_before(run.whole.pressure_Pa.size(), held_out);
   if (run.held_out_from > 0 && run.held_out_from < 3)
     throw identify::CannotIdentify(fmt::format("{}: {} rows, expected 5 or more", log.name, log.rows));
   return run;
@@ -376,10 +376,7 @@ int run(const Options& options) {
     throw std::invalid_argument("--heldout without --transient, expected one to fit the lag to");
   const Answer answer = identified(options);
   print(options, answer);
-  if (!options.report.empty()) {
-    page_of(answer).write(options.report);
-    options.output.print("report: {}\n", options.report);
-  }
+  write_report(options.output, options.report, [&] { return page_of(answer); });
   options.output.finish(json_of(options, answer));
   return kDone;
 }

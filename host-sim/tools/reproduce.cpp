@@ -10,6 +10,7 @@
 #include "host-sim/reproduce/papers.hpp"
 #include "host-sim/tools/command.hpp"
 #include "host-sim/tools/output.hpp"
+#include "host-sim/tools/report_file.hpp"
 #include "host-sim/tools/reproduce_report.hpp"
 #include "host-sim/trace/input_error.hpp"
 
@@ -95,10 +96,7 @@ int run(const Options& options) {
   for (const auto& [paper, parts] : all) {
     options.output.print("paper {}: {}\n", paper->number, verdicts_text(parts));
   }
-  if (!options.report.empty()) {
-    reproduce_page(all).write(options.report);
-    options.output.print("report: {}\n", options.report);
-  }
+  write_report(options.output, options.report, [&] { return reproduce_page(all); });
   options.output.finish({{"schema", "plenum-reproduce/1"}, {"papers", json}});
   return kDone;
 }

@@ -5,6 +5,7 @@
 #include "host-sim/tools/command.hpp"
 #include "host-sim/tools/inproc.hpp"
 #include "host-sim/tools/output.hpp"
+#include "host-sim/tools/recorded_log.hpp"
 #include "host-sim/tools/rig_link.hpp"
 #include "host-sim/tools/serve.hpp"
 #include "host-sim/trace/log_csv.hpp"

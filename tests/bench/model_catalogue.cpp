@@ -25,7 +25,7 @@
 #include "host-sim/identify/in_parallel.hpp"
 #include "host-sim/identify/profile.hpp"
 #include "host-sim/identify/ticks.hpp"
-#include "tests/bench/captured_log.hpp"
+#include "host-sim/tools/recorded_log.hpp"
 #include "tests/bench/effect_trials.hpp"
 #include "tests/bench/row.hpp"
 #include "tests/identify/board_free_run.hpp"
@@ -38,6 +38,7 @@ using plenum::bench::kChambers;
 using plenum::bench::kSensorBias;
 
 constexpr double kSeconds = 20.0;
+constexpr double kDiverged = std::numeric_limits<double>::infinity();  // worse than any other
 constexpr std::array<const char*, 4> kColumns{"tassa9", "tassa9r", "greybox", "told"};
 
 /// Logs of a rig's chambers, from rest.
@@ -46,19 +47,19 @@ std::vector<trace::Log> recorded(const trace::RigDescription& real, std::uint32_
   const auto rows =
       client::capture(rig.session(), {.seconds = kSeconds, .seed = seed, .chambers = kChambers});
   std::vector<trace::Log> logs;
-  for (unsigned c = 0; c < kChambers; ++c) logs.push_back(plenum::bench::log_of(rows, c));
+  for (unsigned c = 0; c < kChambers; ++c) logs.push_back(tools::log_of(rows, c));
   return logs;
 }
 
 struct Cell {
-  double drift_percent = std::numeric_limits<double>::quiet_NaN();
-  double tracking_kPa = std::numeric_limits<double>::quiet_NaN();
+  double drift_percent = 0.0;  ///< infinite or no number of a free run that has diverged
+  double tracking_kPa = 0.0;
 };
 
 struct Line {
   std::string effect = "none";
-  std::array<Cell, kColumns.size()> cells;
-  std::string found;  ///< by the identification
+  std::array<std::optional<Cell>, kColumns.size()> cells;  ///< empty: no such model
+  std::string found;                                       ///< by the identification
 };
 
 double drift_percent(const trace::ModelFile& model, const std::vector<trace::Log>& logs,
@@ -91,8 +92,8 @@ Line measured(const std::optional<plenum::bench::EffectTrial>& trial) {
   const std::vector<trace::Log> fitted = recorded(real, 1), unseen = recorded(real, 2);
   const auto take = [&](std::size_t column, const trace::ModelFile& model,
                         const trace::RigDescription& known) {
-    line.cells[column] = {drift_percent(model, unseen, known),
-                          plenum::bench::tracking_rms_kPa(real, known, model, client::Doubted::force)};
+    line.cells[column] = Cell{drift_percent(model, unseen, known),
+                              plenum::bench::tracking_rms_kPa(real, known, model, client::Doubted::force)};
   };
   for (const identify::Form form : {identify::Form::published, identify::Form::repaired}) {
     identify::FitOptions options;
@@ -113,8 +114,8 @@ Line measured(const std::optional<plenum::bench::EffectTrial>& trial) {
   return line;
 }
 
-std::string text(double value) {
-  return std::isfinite(value) ? fmt::format("{:.2g}", value) : "";
+std::string text(const std::optional<Cell>& cell, double Cell::*value) {
+  return cell ? fmt::format("{:.2g}", *cell.*value) : "";
 }
 
 void print_table(const std::vector<Line>& lines) {
@@ -124,8 +125,8 @@ void print_table(const std::vector<Line>& lines) {
              "|---|---|---|---|---|---|---|---|---|---|\n");
   for (const Line& line : lines) {
     fmt::print(stderr, "| `{}` |", line.effect);
-    for (const Cell& cell : line.cells) fmt::print(stderr, " {} |", text(cell.drift_percent));
-    for (const Cell& cell : line.cells) fmt::print(stderr, " {} |", text(cell.tracking_kPa));
+    for (const auto& cell : line.cells) fmt::print(stderr, " {} |", text(cell, &Cell::drift_percent));
+    for (const auto& cell : line.cells) fmt::print(stderr, " {} |", text(cell, &Cell::tracking_kPa));
     fmt::print(stderr, " {} |\n", line.found);
   }
 }
@@ -142,10 +143,10 @@ int main() {
   for (std::size_t column = 0; column < kColumns.size(); ++column) {
     std::vector<double> drift, tracking;
     for (std::size_t i = 1; i < lines.size(); ++i) {
-      const Cell& cell = lines[i].cells[column];
-      if (!std::isfinite(cell.drift_percent)) continue;
-      drift.push_back(cell.drift_percent);
-      tracking.push_back(cell.tracking_kPa);
+      const std::optional<Cell>& cell = lines[i].cells[column];
+      if (!cell) continue;
+      drift.push_back(std::isfinite(cell->drift_percent) ? cell->drift_percent : kDiverged);
+      tracking.push_back(cell->tracking_kPa);
     }
     const std::string name = fmt::format("model.catalogue_{}", kColumns[column]);
     plenum::bench::print({name + "_drift_percent_span", plenum::bench::median(drift), "% of span"});

@@ -41,8 +41,8 @@
 #include "host-sim/identify/profile.hpp"
 #include "host-sim/plant/reach.hpp"
 #include "host-sim/rig/standard_rigs.hpp"
+#include "host-sim/tools/recorded_log.hpp"
 #include "host-sim/tools/rig_link.hpp"
-#include "tests/bench/captured_log.hpp"
 #include "tests/bench/row.hpp"
 
 namespace {
@@ -78,7 +78,7 @@ client::ModelUpload identified(const std::vector<client::CapturedRow>& rows, uns
   trace::RigDescription description;
   description.supply.pressure_Pa = 700'000.0;
   description.ambient.pressure_Pa = 100'000.0;
-  const std::vector<trace::Log> logs{plenum::bench::log_of(rows, chamber)};
+  const std::vector<trace::Log> logs{tools::log_of(rows, chamber)};
   const auto number = static_cast<std::uint8_t>(chamber);
   if (kind == Kind::greybox) {
     const auto fit = identify::chamber::fit_greybox(logs, description);

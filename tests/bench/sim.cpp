@@ -15,6 +15,7 @@
 #include "host-sim/client/session.hpp"
 #include "host-sim/identify/fit.hpp"
 #include "host-sim/rig/standard_rigs.hpp"
+#include "host-sim/tools/recorded_log.hpp"
 #include "host-sim/tools/rig_link.hpp"
 #include "tests/bench/row.hpp"
 
@@ -49,15 +50,8 @@ void teach(client::Session& session, const trace::RigDescription& description) {
   const std::vector<client::CapturedRow> rows = client::capture(session, {.seconds = 30.0});
   std::vector<client::ModelUpload> uploads;
   for (unsigned c = 0; c < kChambers; ++c) {
-    trace::Log log;
-    for (const client::CapturedRow& row : rows) {
-      log.time_s.push_back(row.time_s);
-      log.command_V.push_back(row.sample[c].command_V);
-      log.pressure_Pa.push_back(row.sample[c].actual_Pa);
-      log.volume_m3.push_back(row.sample[c].volume_m3);
-    }
-    uploads.push_back(
-        {static_cast<std::uint8_t>(c), model_image(identify::fit_tassa9({log}, description).model)});
+    uploads.push_back({static_cast<std::uint8_t>(c),
+                       model_image(identify::fit_tassa9({tools::log_of(rows, c)}, description).model)});
   }
   session.upload_models(uploads);
 }

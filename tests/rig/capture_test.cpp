@@ -10,6 +10,7 @@
 #include "host-sim/client/session.hpp"
 #include "host-sim/client/settings.hpp"
 #include "host-sim/identify/fit.hpp"
+#include "host-sim/tools/recorded_log.hpp"
 #include "tests/rig/watched_rig.hpp"
 
 namespace plenum::host::rig {
@@ -156,17 +157,10 @@ std::vector<client::ModelUpload> fitted_models(double swing) {
   description.supply.pressure_Pa = 700e3;
   description.ambient.pressure_Pa = 100e3;
   for (std::uint8_t c = 0; c < kFollowed; ++c) {
-    trace::Log log;
-    for (const CapturedRow& row : rows) {
-      log.time_s.push_back(row.time_s);
-      log.command_V.push_back(row.sample[c].command_V);
-      log.pressure_Pa.push_back(row.sample[c].actual_Pa);
-      log.volume_m3.push_back(row.sample[c].volume_m3);
-    }
     identify::FitOptions options;
     options.explore = false;
     options.refine_free_run = false;
-    const auto fit = identify::fit_tassa9({log}, description, options);
+    const auto fit = identify::fit_tassa9({tools::log_of(rows, c)}, description, options);
     plenum::config::ModelParameters parameters;
     parameters.kind = plenum::config::ModelKind::tassa9;
     const auto values = fit.model.image();
