@@ -139,16 +139,11 @@ bool escapes(std::span<const double> pressure_Pa, std::span<const double> comman
              const MotionLimits& limits) {
   constexpr std::size_t kSecond = 100;  // ticks
   constexpr double kNoNearer = 0.99;    // what is left of the distance; noise is less than a hundredth of it
-  std::vector<double> distance_Pa;      // of the run so far
+  const auto distance_Pa = [&](std::size_t k) { return beyond_Pa(pressure_Pa[k], command_V[k], limits); };
+  std::size_t run = 0;  // ticks beyond so far
   for (std::size_t k = 0; k < pressure_Pa.size(); ++k) {
-    const double distance = beyond_Pa(pressure_Pa[k], command_V[k], limits);
-    if (distance == 0.0)
-      distance_Pa.clear();
-    else
-      distance_Pa.push_back(distance);
-    if (distance_Pa.size() > kSecond &&
-        distance_Pa.back() >= kNoNearer * distance_Pa[distance_Pa.size() - 1 - kSecond])
-      return true;
+    run = distance_Pa(k) == 0.0 ? 0 : run + 1;
+    if (run > kSecond && distance_Pa(k) >= kNoNearer * distance_Pa(k - kSecond)) return true;
   }
   return false;
 }

@@ -76,12 +76,12 @@ BoardLog parse_board_log(std::span<const std::uint8_t> bytes, unsigned chamber) 
   }
   if (!(real(12) > 0.0 && real(12) < 1.0))
     refuse(chamber, fmt::format("a row every {} s, expected 0 to 1 s", real(12)));
-  if (!std::isfinite(real(16)))
-    refuse(chamber, fmt::format("a command's LSB of {} V, expected a number", real(16)));
+  const double command_lsb_V = real(16);
+  if (!std::isfinite(command_lsb_V))
+    refuse(chamber, fmt::format("a command's LSB of {} V, expected a number", command_lsb_V));
   if (bytes[10] != chamber) refuse(chamber, fmt::format("is that of chamber {}", bytes[10] + 1));
 
   BoardLog log{.last_tick = word(4), .period_s = real(12), .rows = {}};
-  const double command_lsb_V = real(16);
   for (std::size_t at = kHeaderBytes; at < size - kCrcBytes; at += kRowBytes) {
     const std::uint32_t flags = half(at + 10);
     const bool is_measured = (flags & telemetry::row_flag::kMeasured) != 0;

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <stdexcept>
 
 #include "firmware/canopen/lss.hpp"
@@ -33,11 +32,9 @@ constexpr std::array<std::uint8_t, 8> request(unsigned command, std::uint32_t nu
 }  // namespace
 
 std::uint8_t bit_timing_row(std::uint32_t bit_rate_per_s) {
-  const auto& table = canopen::kBitRates_kbit;
-  const auto* row = std::find_if(table.begin(), table.end(), [=](std::uint32_t kbit) {
-    return kbit != 0 && 1000 * kbit == bit_rate_per_s;
-  });
-  if (row != table.end()) return static_cast<std::uint8_t>(row - table.begin());
+  const auto row =
+      bit_rate_per_s % 1000 == 0 ? canopen::row_of_bit_rate(bit_rate_per_s / 1000) : std::nullopt;
+  if (row) return *row;
   throw std::invalid_argument(fmt::format(
       "bit rate {}: none of CANopen, expected 10000, 20000, 50000, 125000, 250000, 500000, 800000 or 1000000",
       bit_rate_per_s));

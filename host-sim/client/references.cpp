@@ -122,6 +122,7 @@ void require_within_limits(Session& session, std::span<const std::vector<double>
   constexpr double kPascal_per_mbar = 100.0;
   constexpr double kRounded_Pa = kPascal_per_mbar / 2;  // a limit is shown in whole millibar
   for (std::size_t c = 0; c < references_Pa.size(); ++c) {
+    if (references_Pa[c].empty()) continue;
     const auto limit_Pa = [&](std::uint16_t object) {
       const std::size_t index = object + canopen::object::kChamberStride * c;
       return kPascal_per_mbar * session.read<std::int16_t>(static_cast<std::uint16_t>(index), 1);

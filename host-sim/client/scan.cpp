@@ -53,6 +53,11 @@ void listen(Link& link, double until_s, Roll& roll) {
   }
 }
 
+void ask_for(Link& link, std::uint8_t id) {
+  link.send(
+      {.id = cob::kSdoRequest + id, .length = 8, .data = sdo::request(0x40, object::kDeviceTypeIndex, 0)});
+}
+
 /// Heartbeats tell of most nodes, and disturb nobody; only ids that are silent are asked, one after the other.
 void call(Link& link, double duration_s, Roll& roll, const std::function<void(unsigned node)>& progress) {
   if (progress) progress(0);
@@ -61,8 +66,7 @@ void call(Link& link, double duration_s, Roll& roll, const std::function<void(un
   for (std::uint8_t id = 1; id <= kLastNode; ++id) {
     if (roll[id].seen || roll[id].asked) continue;
     if (progress) progress(id);
-    link.send(
-        {.id = cob::kSdoRequest + id, .length = 8, .data = sdo::request(0x40, object::kDeviceTypeIndex, 0)});
+    ask_for(link, id);
     listen(link, link.now_s() + kBetweenAsked_s, roll);
   }
   listen(link, std::max(end_s, link.now_s() + kAnswer_s), roll);
@@ -97,6 +101,13 @@ void ask(Session& session, ScannedNode& node) {
 }
 
 }  // namespace
+
+bool is_on_bus(Link& link, std::uint8_t node_id, double duration_s) {
+  Roll roll;
+  ask_for(link, node_id);
+  listen(link, link.now_s() + duration_s, roll);
+  return roll[node_id].seen;
+}
 
 std::vector<ScannedNode> scan(Link& link, double duration_s, const SessionConfig& config,
                               const std::function<void(unsigned node)>& progress) {

@@ -41,4 +41,7 @@ struct ScannedNode {
 std::vector<ScannedNode> scan(Link& link, double duration_s, const SessionConfig& config = {},
                               const std::function<void(unsigned node)>& progress = {});
 
+/// Whether a node of this id, 1..127, answers a request for its 1000h or is heard by its heartbeat within the time. Throws as scan().
+bool is_on_bus(Link& link, std::uint8_t node_id, double duration_s);
+
 }  // namespace plenum::host::client

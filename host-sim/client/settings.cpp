@@ -8,10 +8,10 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <optional>
 #include <stdexcept>
 #include <utility>
 
+#include "firmware/canopen/kept_values.hpp"
 #include "host-sim/client/shortest_decimal.hpp"
 
 namespace plenum::host::client {
@@ -51,14 +51,6 @@ void write_value(Session& session, const Setting& setting, std::uint32_t bits) {
                     std::span<const std::uint8_t>(bytes).first(canopen::size_of(setting.type)));
 }
 
-/// Whose settings these are, a chamber from 1 or 0 for the board, where 241Ah tells why one was refused.
-std::optional<unsigned> told_refusal_of(std::uint16_t index) {
-  if (index >= object::kChamberSettings && index < object::kBoardSettings)
-    return (index - object::kChamberSettings) % kChambers + 1U;
-  if (index == object::kBoardSettings || index == object::kBoardTicks) return 0U;
-  return std::nullopt;
-}
-
 /// What of the value the board minded, behind its abort: the range of the field alone, or what the others leave of it.
 std::string reason_of(Session& session, const Setting& setting, const SdoAbort& refusal) {
   constexpr std::uint32_t kValueAborts =
@@ -67,12 +59,12 @@ std::string reason_of(Session& session, const Setting& setting, const SdoAbort& 
   const canopen::Entry* const row = canopen::find(setting.id.index, setting.id.sub).entry;
   if (row != nullptr && row->range.limited &&
       canopen::judge_value(*row, setting.bits) != canopen::Abort::none) {
-    const std::string value = std::visit([](auto one) { return fmt::format("{}", one); }, number_of(setting));
-    return fmt::format("{}: is {}, expected {:g} to {:g}", refusal.what(), value, row->range.low,
-                       row->range.high);
+    return fmt::format("{}: is {}, expected {:g} to {:g}", refusal.what(), text_of(number_of(setting)),
+                       row->range.low, row->range.high);
   }
-  const auto chamber = told_refusal_of(setting.id.index);
-  const std::string told = chamber ? last_refusal(session, *chamber) : std::string();
+  if (!canopen::is_setting(setting.id.index)) return refusal.what();
+  const std::size_t owner = canopen::owner_of_setting(setting.id.index);
+  const std::string told = last_refusal(session, owner == kChambers ? 0U : static_cast<unsigned>(owner) + 1U);
   return told.empty() ? refusal.what() : fmt::format("{}: {}", refusal.what(), told);
 }
 
@@ -183,12 +175,15 @@ std::uint32_t bits_of(DataType type, const SettingNumber& number) {
   const std::int64_t high = (std::int64_t{1} << (is_signed(type) ? bits - 1 : bits)) - 1;
   const std::int64_t* value = std::get_if<std::int64_t>(&number);
   if (value == nullptr || *value < low || *value > high) {
-    throw std::invalid_argument(fmt::format(
-        "{} is no {}, expected a whole number in {}..{}",
-        std::visit([](auto one) { return fmt::format("{}", one); }, number), type_name(type), low, high));
+    throw std::invalid_argument(fmt::format("{} is no {}, expected a whole number in {}..{}", text_of(number),
+                                            type_name(type), low, high));
   }
   return static_cast<std::uint32_t>(*value) &
          (bits == 32 ? ~std::uint32_t{0} : (std::uint32_t{1} << bits) - 1);
+}
+
+std::string text_of(const SettingNumber& number) {
+  return std::visit([](auto one) { return fmt::format("{}", one); }, number);
 }
 
 const char* type_name(DataType type) {

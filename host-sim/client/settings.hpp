@@ -31,6 +31,7 @@ struct Setting {
 /// A number as its type has it: REAL32 as the shortest decimal that reads back to it.
 using SettingNumber = std::variant<std::int64_t, double>;
 SettingNumber number_of(const Setting& setting);
+std::string text_of(const SettingNumber& number);
 /// Throws std::invalid_argument when the type cannot hold it.
 std::uint32_t bits_of(canopen::DataType type, const SettingNumber& number);
 /// "UNSIGNED16", as an EDS has it; type_of throws std::invalid_argument for another name.

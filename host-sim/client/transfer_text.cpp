@@ -12,8 +12,9 @@ std::string text_of(const Transfer& transfer) {
   const std::string bytes = transfer.total  ? fmt::format(", {} of {} bytes", transfer.done, *transfer.total)
                             : transfer.done ? fmt::format(", {} bytes", transfer.done)
                                             : "";
+  constexpr std::uint16_t kOwn = 0x2000;  // below it are those of PDOs
   const std::string name = found.entry->name + bytes;
-  return found.entry->instances == config::kChambers
+  return found.entry->instances > 1 && transfer.index >= kOwn
              ? fmt::format("chamber {}: {}", found.place.instance + 1, name)
              : name;
 }

@@ -7,6 +7,7 @@
 
 #include <limits>
 #include <map>
+#include <set>
 #include <tuple>
 
 #include "host-sim/client/sdo_client.hpp"
@@ -100,19 +101,6 @@ TEST(Session, LeavesNothingBehindAfterATimeOutInTheMiddleOfATransfer) {
   EXPECT_EQ(session.download_model(0), image);
 }
 
-/// What a session writes, by index: how often a transfer of it begins.
-struct Writes {
-  std::map<unsigned, int> begun;
-  void watch(BoardOnBus& world) {
-    world.bus.drop_when([this](const CanFrame& frame, std::size_t) {
-      const unsigned command = frame.data[0] >> 5U;
-      const bool begins = frame.id == 0x605 && (command == 1 || (command == 6 && (frame.data[0] & 1U) == 0));
-      if (begins) ++begun[frame.data[1] | frame.data[2] * 256U];
-      return false;
-    });
-  }
-};
-
 TEST(Session, SendsNoModelOfAnotherValveOrSensorThanTheBoardHas) {
   for (const auto& [valve, sensor, says] :
        {std::tuple{4712U, 815U, "it is of valve 1002, the board has 4712"},
@@ -123,12 +111,17 @@ TEST(Session, SendsNoModelOfAnotherValveOrSensorThanTheBoardHas) {
     settings.sensor_serial = sensor;
     world.settings.set(2, settings);
     Session session(world, 5);
-    Writes writes;
-    writes.watch(world);
+    bool has_written = false;
+    world.bus.drop_when([&](const CanFrame& frame, std::size_t) {
+      const unsigned command = frame.data[0] >> 5U;
+      has_written =
+          has_written || (frame.id == 0x605 && (command == 1 || (command == 6 && (frame.data[0] & 1U) == 0)));
+      return false;
+    });
     const auto upload = [&] { session.upload_model(2, image_for(2)); };
     EXPECT_THAT(message_of<Refused>(upload),
                 AllOf(HasSubstr("node 5 chamber 3: model refused: "), HasSubstr(says), HasSubstr("force")));
-    EXPECT_TRUE(writes.begun.empty()) << "not even the upload session is taken";
+    EXPECT_FALSE(has_written) << "not even the upload session is taken";
     session.upload_model(2, image_for(2), Doubted::force);
     EXPECT_EQ(session.download_model(2), image_for(2));
   }
@@ -142,7 +135,11 @@ TEST(Session, AsksNoBoardForSerialNumbersThatAModelDoesNotState) {
   config::ModelParameters unstated = config::tassa9_sample();
   unstated.valve_serial = unstated.sensor_serial = 0;
   Session session(world, 5);
+  std::set<std::uint16_t> asked;
+  session.watch_transfers([&](const Transfer& one) { asked.insert(one.index); });
   session.upload_model(0, config::image_of(unstated));
+  EXPECT_FALSE(asked.contains(canopen::object::kSerials));
+  EXPECT_TRUE(asked.contains(canopen::object::kSetState)) << "but for what it has to";
   EXPECT_EQ(session.download_model(0), config::image_of(unstated));
 }
 
