@@ -186,7 +186,8 @@ bool is_signed(DataType type) noexcept {
   return type == DataType::integer8 || type == DataType::integer16 || type == DataType::integer32;
 }
 
-/// Signed numbers in decimal: hexadecimal ones are read with either sign by the tools.
+}  // namespace
+
 void put_value(TextLine& line, DataType type, std::uint32_t bits) noexcept {
   if (type == DataType::real32) return line.real(std::bit_cast<float>(bits));
   if (is_signed(type)) {
@@ -196,13 +197,6 @@ void put_value(TextLine& line, DataType type, std::uint32_t bits) noexcept {
   line.put("0x");
   line.hexadecimal(bits, static_cast<int>(2 * size_of(type)));
 }
-
-/// An identifier of node 0 that is not empty is the node id's, plus a base; 1005h is everyone's.
-bool adds_node_id(const Entry& entry, std::uint32_t bits) noexcept {
-  return entry.of_node && (bits & cob::kIdMask) != 0;
-}
-
-}  // namespace
 
 DataSheet::DataSheet(const Identity& identity, const config::SettingsDesk& installed, config::ModelDesk& desk,
                      telemetry::Recorder& recorder) noexcept

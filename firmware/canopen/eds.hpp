@@ -15,6 +15,9 @@
 
 namespace plenum::canopen {
 
+/// Adds a value as the sheet has it: signed numbers in decimal, for hexadecimal ones are read with either sign by the tools.
+void put_value(TextLine& line, DataType type, std::uint32_t bits) noexcept;
+
 class DataSheet {
  public:
   /// `installed`: the settings that a reset without a stored set leads to, which are copied. `desk` and `recorder` are never

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "firmware/canopen/communication.hpp"
@@ -11,6 +13,13 @@ namespace plenum::canopen {
 
 /// Table 0 of CiA 305 [kbit/s]; 0: reserved.
 inline constexpr std::array<std::uint16_t, 9> kBitRates_kbit = {1000, 800, 500, 250, 125, 0, 50, 20, 10};
+/// The row of this rate [kbit/s]; empty: CiA 305 has none.
+constexpr std::optional<std::uint8_t> row_of_bit_rate(std::uint32_t kbit) noexcept {
+  for (std::size_t row = 0; row < kBitRates_kbit.size(); ++row) {
+    if (kbit != 0 && kBitRates_kbit[row] == kbit) return static_cast<std::uint8_t>(row);
+  }
+  return std::nullopt;
+}
 
 class LssSlave {
  public:

@@ -99,6 +99,11 @@ Found find(std::uint16_t index, std::uint8_t sub) noexcept;
 /// The same, and at once when it is of the row `near` or of the one after it. `near`: a row of the table, or null.
 Found find(std::uint16_t index, std::uint8_t sub, const Entry* near) noexcept;
 
+/// An identifier of node 0 that is not empty is the node id's, plus a base; 1005h is everyone's.
+constexpr bool adds_node_id(const Entry& entry, std::uint32_t bits) noexcept {
+  return entry.of_node && (bits & cob::kIdMask) != 0;
+}
+
 /// Value in range for its type, and finite if REAL32: none, or value_range, value_too_high, value_too_low.
 Abort judge_value(const Entry& entry, std::uint32_t bits) noexcept;
 

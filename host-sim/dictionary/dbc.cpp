@@ -106,7 +106,7 @@ Scale scale_of(const Device& device, const ObjectValues& values, const MappedObj
   if (const auto found = values.find({canopen::object::kCodeScale, object.sub}); found != values.end()) {
     bits = found->second;
   } else {
-    static_cast<void>(scale.entry->read_value(device, scale.place, bits));  // a constant is never refused
+    static_cast<void>(scale.entry->read_value(device, scale.place, bits));  // neither is refused
   }
   const std::string written = fmt::format("{}", std::bit_cast<float>(bits));  // 1e-07, not 1.00000001e-07
   return {std::strtod(written.c_str(), nullptr), split(scale.entry->name).unit};
@@ -176,22 +176,21 @@ std::string dbc(std::uint8_t node_id, const ObjectValues& values) {
   constexpr const char* kMaster = "Master";
   std::string text = fmt::format("VERSION \"\"\n\nNS_ :\n\nBS_:\n\nBU_: {} {}\n\n", kMaster, board);
   std::string value_types;
-  const auto append = [&](std::uint16_t parameters, const char* kind, std::size_t number, bool receive) {
-    constexpr std::uint16_t kToMapping = 0x200;
-    const auto cob_id = values.find({parameters, 1});
+  const auto append = [&](std::uint16_t parameters, std::uint16_t mapping, const char* kind,
+                          std::size_t number, bool receive) {
+    const auto cob_id = values.find({static_cast<std::uint16_t>(parameters + number), 1});
     if (cob_id == values.end() || (cob_id->second & canopen::cob::kInvalid) != 0) return;
-    append_message(
-        text, value_types, sheet->sheet.delivered(), values,
-        {.name = fmt::format("{}_{}{}", board, kind, number + 1),
-         .sender = receive ? kMaster : board,
-         .receiver = receive ? board : kMaster,
-         .id = cob_id->second & canopen::cob::kIdMask,
-         .mapping = mapping_in(values, static_cast<std::uint16_t>(parameters + kToMapping), receive)});
+    append_message(text, value_types, sheet->sheet.delivered(), values,
+                   {.name = fmt::format("{}_{}{}", board, kind, number + 1),
+                    .sender = receive ? kMaster : board,
+                    .receiver = receive ? board : kMaster,
+                    .id = cob_id->second & canopen::cob::kIdMask,
+                    .mapping = mapping_in(values, static_cast<std::uint16_t>(mapping + number), receive)});
   };
   for (std::size_t n = 0; n < canopen::kRpdos; ++n)
-    append(static_cast<std::uint16_t>(0x1400 + n), "RPDO", n, true);
+    append(canopen::object::kRpdoCommunication, canopen::object::kRpdoMapping, "RPDO", n, true);
   for (std::size_t n = 0; n < canopen::kTpdos; ++n)
-    append(static_cast<std::uint16_t>(0x1800 + n), "TPDO", n, false);
+    append(canopen::object::kTpdoCommunication, canopen::object::kTpdoMapping, "TPDO", n, false);
   return text + value_types;
 }
 

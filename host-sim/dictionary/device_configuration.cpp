@@ -3,12 +3,11 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
-#include <bit>
 #include <charconv>
 #include <optional>
 #include <stdexcept>
 
-#include "firmware/canopen/cia301.hpp"
+#include "firmware/canopen/eds.hpp"
 
 namespace plenum::host::dictionary {
 namespace {
@@ -40,21 +39,11 @@ std::optional<ObjectId> section_of(std::string_view line) {
   return ObjectId{static_cast<std::uint16_t>(*index), static_cast<std::uint8_t>(*sub)};
 }
 
-/// As the data sheet writes its defaults: decimal where there is a sign or a point, else hexadecimal.
+/// As the data sheet writes its defaults.
 std::string value_text(DataType type, std::uint32_t bits) {
-  const int digits = static_cast<int>(2 * canopen::size_of(type));
-  switch (type) {
-    case DataType::real32:
-      return fmt::format("{}", std::bit_cast<float>(bits));
-    case DataType::integer8:
-      return fmt::format("{}", static_cast<std::int8_t>(bits));
-    case DataType::integer16:
-      return fmt::format("{}", static_cast<std::int16_t>(bits));
-    case DataType::integer32:
-      return fmt::format("{}", static_cast<std::int32_t>(bits));
-    default:
-      return fmt::format("0x{:0{}X}", bits, digits);
-  }
+  canopen::TextLine line;
+  canopen::put_value(line, type, bits);
+  return std::string(line.text());
 }
 
 class Writer {
@@ -71,7 +60,7 @@ class Writer {
       object_ = section_of(line);
       type_.reset();
     } else if (object_ && is("DataType=")) {
-      type_ = static_cast<DataType>(number_in(line));
+      type_ = static_cast<DataType>(number_in(line, line.find('=') + 1, "a whole number"));
     } else if (object_ && line.find(kNodeId) != std::string_view::npos) {
       return resolve(line);
     } else if (section_ == "[FileInfo]" && info(line)) {
@@ -82,7 +71,7 @@ class Writer {
 
   /// What stands when the last line was taken.
   std::string text() {
-    if (!section_.empty()) end_section();
+    end_section();
     put("");
     put("[DeviceComissioning]");
     put("NodeID={}", commissioning_.node_id);
@@ -101,22 +90,18 @@ class Writer {
     text_ += fmt::format(format, std::forward<Args>(args)...) + '\n';
   }
 
-  std::uint32_t number_in(std::string_view line) const {
-    const auto number = whole_number(line.substr(line.find('=') + 1));
+  /// Of the text behind `at` in a line.
+  std::uint32_t number_in(std::string_view line, std::size_t at, const char* expected) const {
+    const auto number = whole_number(line.substr(at));
     if (!number)
-      throw std::invalid_argument(
-          fmt::format("data sheet, {}: '{}', expected a whole number", section_, line));
+      throw std::invalid_argument(fmt::format("data sheet, {}: '{}', expected {}", section_, line, expected));
     return *number;
   }
 
   void resolve(std::string_view line) {
     const std::size_t at = line.find(kNodeId);
-    const std::string_view base = line.substr(at + kNodeId.size());
-    const auto number = whole_number(base);
-    if (!number)
-      throw std::invalid_argument(
-          fmt::format("data sheet, {}: '{}', expected a whole number behind $NODEID+", section_, line));
-    put("{}0x{:08X}", line.substr(0, at), *number + commissioning_.node_id);
+    const std::uint32_t base = number_in(line, at + kNodeId.size(), "a whole number behind $NODEID+");
+    put("{}0x{:08X}", line.substr(0, at), base + commissioning_.node_id);
   }
 
   /// Lines that tell of the file: returns whether `line` was one that is another's in this file.

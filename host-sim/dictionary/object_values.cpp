@@ -17,7 +17,7 @@ ObjectValues delivered_values(std::uint8_t node_id) {
         const canopen::Place place{static_cast<std::uint8_t>(instance), static_cast<std::uint8_t>(sub)};
         std::uint32_t bits = 0;
         static_cast<void>(entry.read_value(sheet->sheet.delivered(), place, bits));  // kept: never refused
-        if (entry.of_node && (bits & canopen::cob::kIdMask) != 0) bits += node_id;
+        if (canopen::adds_node_id(entry, bits)) bits += node_id;
         values[{static_cast<std::uint16_t>(entry.index + instance * entry.stride), place.sub}] = bits;
       }
     }

@@ -47,10 +47,8 @@ double resting_reading_Pa(const EffectsChamber& chamber) {
 
 /// The bit rate of the bus as canopen::Config has it; none when CiA 305 does not know it.
 std::uint16_t row_of(std::uint32_t bit_rate) {
-  const auto& rates = canopen::kBitRates_kbit;
-  const auto row =
-      std::find_if(rates.begin(), rates.end(), [&](std::uint16_t kbit) { return 1000U * kbit == bit_rate; });
-  return row == rates.end() ? std::uint16_t{0} : static_cast<std::uint16_t>(1U << (row - rates.begin()));
+  const auto row = bit_rate % 1000 == 0 ? canopen::row_of_bit_rate(bit_rate / 1000) : std::nullopt;
+  return row ? static_cast<std::uint16_t>(1U << *row) : std::uint16_t{0};
 }
 
 double volts(const SensorConfig& sensor, double quantity) {
