@@ -161,7 +161,7 @@ Trial tried(const Split& rows, Fit fit) {
       joint_squares(scene, fit, rows.heldout_as_fitted, start, rows.heldout.front().continues >= 0);
   trial.variables = fit.variables.size() + fit.warmths;
   for (const HeldOut& held : rows.heldout) {
-    if (held.continues < 0 && has_warmth(scene, held.record, fit.on)) ++trial.variables;
+    if (held.continues < 0 && conducts(scene, held.record, fit.on, fit.variables)) ++trial.variables;
   }
   trial.fit = std::move(fit);
   return trial;

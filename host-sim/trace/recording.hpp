@@ -15,7 +15,6 @@ struct Recording {
   std::size_t rows = 0;
   std::map<std::string, std::vector<double>, std::less<>> columns;  ///< each of `rows` finite numbers
 
-  bool has(std::string_view column) const { return columns.find(column) != columns.end(); }
   /// Throws std::out_of_range for a column that was not read.
   const std::vector<double>& operator[](std::string_view column) const;
 };

@@ -70,14 +70,9 @@ double lane_squares(const std::vector<double>& readings, const Record& record, s
   return sum;
 }
 
-/// Whether heat flows in a record, or may with these variables: gas that keeps its heat may be as warm as it likes.
-bool conducts(const Scene& scene, const Record& record, EffectSet on,
-              const std::vector<Variable>& variables) {
-  constexpr std::size_t kConductance = effects::kFirstFigure[effects::kIdHeatTransfer];
-  return has_warmth(scene, record, on) &&
-         (scene.nominal[kConductance] > 0.0 ||
-          std::any_of(variables.begin(), variables.end(),
-                      [](const Variable& v) { return v.figure == kConductance; }));
+/// Whether the gas of a record has a temperature of its own when `on` is looked for.
+bool has_warmth(const Scene& scene, const Record& record, EffectSet on) {
+  return (acting(scene, record, on) >> effects::kIdHeatTransfer & 1U) != 0;
 }
 
 /// Warmth of gas at `pressure_Pa` that came there without heat: compressed from ambient pressure at most, or let out by (4)
@@ -399,8 +394,13 @@ double Score::rms_Pa() const {
   return rows == 0 ? 0.0 : std::sqrt(squares / static_cast<double>(rows));
 }
 
-bool has_warmth(const Scene& scene, const Record& record, EffectSet on) {
-  return (acting(scene, record, on) >> effects::kIdHeatTransfer & 1U) != 0;
+bool conducts(const Scene& scene, const Record& record, EffectSet on,
+              const std::vector<Variable>& variables) {
+  constexpr std::size_t kConductance = effects::kFirstFigure[effects::kIdHeatTransfer];
+  return has_warmth(scene, record, on) &&
+         (scene.nominal[kConductance] > 0.0 ||
+          std::any_of(variables.begin(), variables.end(),
+                      [](const Variable& v) { return v.figure == kConductance; }));
 }
 
 Fit fit(const Scene& scene, EffectSet on, const Figures& figures, const std::vector<Start>& start,

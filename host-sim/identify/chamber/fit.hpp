@@ -110,8 +110,10 @@ struct FitOptions {
   Gas gas = Gas::conducting;
 };
 
-/// Whether the gas of a record has a temperature of its own when `on` is looked for, with which it then begins.
-bool has_warmth(const Scene& scene, const Record& record, effects::EffectSet on);
+/// Whether heat flows in a record when `on` is looked for, or may with these variables: then the warmth with which its gas begins is a
+/// variable, too. Gas that keeps its heat may be as warm as it likes.
+bool conducts(const Scene& scene, const Record& record, effects::EffectSet on,
+              const std::vector<Variable>& variables);
 
 /// From `figures`; `start` may be empty, and is then taken from the logs and refined.
 Fit fit(const Scene& scene, effects::EffectSet on, const effects::Figures& figures,

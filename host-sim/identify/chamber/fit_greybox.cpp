@@ -50,6 +50,14 @@ EffectSet bit(std::size_t effect) {
   return EffectSet{1} << effect;
 }
 
+/// By which an effect is sought: its first figure; of heat_transfer the exponent.
+std::size_t sought_figure(std::size_t effect) {
+  return effect == effects::kIdHeatTransfer ? kExponent : effects::kFirstFigure[effect];
+}
+const effects::Parameter& sought_parameter(std::size_t effect) {
+  return effects::kCatalogue[effect]->parameters[sought_figure(effect) - effects::kFirstFigure[effect]];
+}
+
 /// What may be added to a fit, or taken out: an effect, or the refining parameters of one.
 struct Part {
   EffectSet on = 0;
@@ -246,10 +254,9 @@ class Chooser {
 
   /// An effect that vanishes at a bound begins a step off it.
   Figures begun(Figures figures, std::size_t id) const {
-    if (id == effects::kIdHeatTransfer) return figures;
-    const effects::Parameter first = effects::kCatalogue[id]->parameters.front().of(size_of(scene_));
-    double& at = figures[effects::kFirstFigure[id]];
-    if (at == first.least()) at = first.least() + first.typical_change;
+    const effects::Parameter sought = sought_parameter(id).of(size_of(scene_));
+    double& at = figures[sought_figure(id)];
+    if (at == sought.least()) at = sought.least() + sought.typical_change;
     return figures;
   }
 
@@ -322,10 +329,9 @@ void put_figures(const Fit& fit, double correlated_rows, GreyboxFit& into) {
 }
 
 NotTold not_told(const Scene& scene, std::size_t id) {
-  const effects::Effect& effect = *effects::kCatalogue[id];
-  const std::size_t figure = id == effects::kIdHeatTransfer ? kExponent : effects::kFirstFigure[id];
-  const effects::Parameter& parameter = effect.parameters[figure - effects::kFirstFigure[id]];
-  return {fmt::format("{}.{}", effect.id, parameter.name), parameter.value_of(scene.nominal[figure])};
+  const effects::Parameter& parameter = sought_parameter(id);
+  return {fmt::format("{}.{}", effects::kCatalogue[id]->id, parameter.name),
+          parameter.value_of(scene.nominal[sought_figure(id)])};
 }
 
 }  // namespace

@@ -160,6 +160,7 @@ DynamicFit fit_free_run(std::span<const Transient> transients, const GreyBoxConf
 double lag_error_s(std::span<const Transient> transients, const GreyBoxConfig& valve) {
   validate(valve);
   plant::require_above("lag error lag_s", valve.lag_s, 0.0);
+  const std::size_t rows = rows_of(transients);
   constexpr double kStep = 1e-4;  // of the lag
   GreyBoxConfig longer = valve;
   GreyBoxConfig shorter = valve;
@@ -177,7 +178,7 @@ double lag_error_s(std::span<const Transient> transients, const GreyBoxConfig& v
     }
   }
   if (!(slopes > 0.0)) return std::numeric_limits<double>::infinity();
-  return std::sqrt(errors / static_cast<double>(rows_of(transients) - 1) / slopes);
+  return std::sqrt(errors / static_cast<double>(rows - 1) / slopes);
 }
 
 DynamicFit fit_lag(std::span<const Transient> transients, const GreyBoxConfig& valve, double low_s,

@@ -29,7 +29,7 @@ struct DynamicFit {
 };
 
 /// Standard error of the lag alone [s], the rest of `valve` held and errors of the pressure taken as white; infinite
-/// where they do not see it. By central differences in its logarithm.
+/// where they do not see it. By central differences.
 double lag_error_s(std::span<const Transient> transients, const plant::relief_valve::GreyBoxConfig& valve);
 
 /// 2. From `start`. Throws identify::CannotIdentify when the minimum is not found or the lag runs to a bound.
