@@ -59,7 +59,7 @@ class Mistakes(unittest.TestCase):
     def test_an_option_that_is_none_ends_with_2(self):
         self.assertEqual(run("--chekc").returncode, 2)
 
-    def test_help_tells_that_a_check_opens_the_vent(self):
+    def test_help_tells_that_a_check_changes_no_output(self):
         self.assertIn("no output changes, valve power and vent included", " ".join(run("--help").stdout.split()))
 
     def test_version_is_printed_with_what_the_core_computes_in(self):

@@ -24,6 +24,13 @@ def written(*arguments):
     return subprocess.run([TOOL, *arguments, "-"], check=True, capture_output=True, text=True).stdout
 
 
+def parsed(text):
+    file = configparser.ConfigParser(strict=True, interpolation=None, delimiters=("=",), comment_prefixes=(";",))
+    file.optionxform = str
+    file.read_string(text)
+    return file
+
+
 def number(text):
     return int(text, 0)
 
@@ -31,9 +38,7 @@ def number(text):
 class DataSheet(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.eds = configparser.ConfigParser(strict=True, interpolation=None, delimiters=("=",), comment_prefixes=(";",))
-        cls.eds.optionxform = str
-        cls.eds.read_string(written("--eds"))
+        cls.eds = parsed(written("--eds"))
 
     def listed(self, section):
         rows = dict(self.eds[section])
@@ -157,12 +162,9 @@ class DeviceConfiguration(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        DataSheet.setUpClass()
-        cls.sheet, cls.eds = DataSheet(), DataSheet.eds
+        cls.eds = parsed(written("--eds"))
         cls.text = written("--node", "5", "--dcf")
-        cls.dcf = configparser.ConfigParser(strict=True, interpolation=None, delimiters=("=",), comment_prefixes=(";",))
-        cls.dcf.optionxform = str
-        cls.dcf.read_string(cls.text)
+        cls.dcf = parsed(cls.text)
 
     def test_says_which_node_of_which_network_it_is(self):
         said = self.dcf["DeviceComissioning"]

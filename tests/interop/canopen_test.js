@@ -196,6 +196,8 @@ test('its own PDO objects take what the board sends, and lead the board', async 
     const [actual] = received('Actual value');
     const [statusWord] = received('Status word');
 
+    for (const index of [0x1400, 0x1401]) await write(index, 5, 2000, UNSIGNED16);  // ms without set points: this machine may be busy
+    await write(0x2419, 2, 200, UNSIGNED16);
     await write(0x6043, 0, 4, canopen.DataType.INTEGER8);  // closed loop
     setPoints.forEach((one) => { one.value = 2000; });
     master.nmt.startNode();  // itself: only then it serves PDOs
@@ -262,7 +264,7 @@ test('by LSS it gives the board another node id, finds a board that has none, an
     assert.strictEqual(await lss.fastscan({ timeout: 200 }), null, 'its old id counts until the reset');
     master.nmt.resetCommunication(9);
     let found = null;
-    while (!found) found = await lss.fastscan({ timeout: 500 });  // until the reset is worked off
+    while (!found) found = await lss.fastscan({ timeout: 2000 });  // until the reset is worked off
     assert.deepStrictEqual(found, { vendorId: identity.vendorId, productCode: identity.productCode,
         revisionNumber: identity.revisionNumber, serialNumber: identity.serialNumber });
     boot = booted(NODE);

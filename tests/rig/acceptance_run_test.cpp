@@ -42,14 +42,21 @@ class LossyLink final : public client::Link {
   Lost lost_;
 };
 
-tools::AcceptanceRun run_with(unsigned chambers, LossyLink::Lost lost) {
-  Rig rig(mpye_rig({.chambers = chambers}));
+bool nothing(const CanFrame&) {
+  return false;
+}
+
+tools::AcceptanceRun accept(Rig& rig, const tools::AcceptancePlan& plan, LossyLink::Lost lost = nothing) {
   tools::RigLink direct(rig);
   LossyLink lossy(direct, std::move(lost));
   tools::MeteredLink link(lossy);
   client::Session session(link, 1);
-  return tools::run_acceptance(link, session, {.seconds = 2.0, .chambers = chambers, .motion = {}},
-                               [](double) {});
+  return tools::run_acceptance(link, session, plan, [](double) {});
+}
+
+tools::AcceptanceRun run_with(unsigned chambers, LossyLink::Lost lost) {
+  Rig rig(mpye_rig({.chambers = chambers}));
+  return accept(rig, {.seconds = 2.0, .chambers = chambers, .motion = {}}, std::move(lost));
 }
 
 /// Of two seconds at 100 Hz every second row; the stream may be cut anywhere.
@@ -58,7 +65,7 @@ constexpr double kCut = 3.0;
 
 TEST(AcceptanceRun, NoRowIsLostOfAStreamThatComesWhole) {
   for (const unsigned chambers : {1U, 3U, 8U}) {
-    const tools::AcceptanceRun run = run_with(chambers, [](const CanFrame&) { return false; });
+    const tools::AcceptanceRun run = run_with(chambers, nothing);
     EXPECT_EQ(run.rows_lost, 0U) << chambers << " chambers";
     EXPECT_NEAR(static_cast<double>(run.rows), 2.0 * kHalf, kCut);
   }
@@ -117,13 +124,6 @@ tools::AcceptancePlan plan_of(unsigned chambers, bool move) {
                    .chambers = chambers};
   }
   return plan;
-}
-
-tools::AcceptanceRun accept(Rig& rig, const tools::AcceptancePlan& plan) {
-  tools::RigLink direct(rig);
-  tools::MeteredLink link(direct);
-  client::Session session(link, 1);
-  return tools::run_acceptance(link, session, plan, [](double) {});
 }
 
 /// The items that fail.
@@ -196,15 +196,11 @@ TEST(AcceptanceRun, OneBitInOneTickIsEnoughForAConverterThatIsQuiet) {
   Rig rig(still_rig(1));
   ports::SimulatedAnalogInput& inputs = rig.board(0).analog_in();
   inputs.set_stuck(0, true);
-  tools::RigLink direct(rig);
   std::uint32_t frames = 0;
-  LossyLink watched(direct, [&](const CanFrame&) {
+  const tools::AcceptanceRun run = accept(rig, plan_of(1, false), [&](const CanFrame&) {
     if (++frames == 500) inputs.set_stuck(0, true);  // at another voltage from here on
     return false;
   });
-  tools::MeteredLink link(watched);
-  client::Session session(link, 1);
-  const tools::AcceptanceRun run = tools::run_acceptance(link, session, plan_of(1, false), [](double) {});
   EXPECT_THAT(run.stuck, IsEmpty());
   EXPECT_EQ(run.reading[0].noise, 0.0) << "of the median window";
 }
@@ -255,16 +251,12 @@ TEST(AcceptanceRun, AValveThatIsDeadFailsInItsChamberAlone) {
 
 TEST(AcceptanceRun, ATickThatIsLateWhileTheValvesMoveIsJudgedThere) {
   Rig rig(still_rig(1));
-  tools::RigLink direct(rig);
   bool once = false;
-  LossyLink watched(direct, [&](const CanFrame&) {
+  const tools::AcceptanceRun run = accept(rig, plan_of(1, true), [&](const CanFrame&) {
     const bool moves = rig.board(0).controller().state() == safety::State::active;
     if (moves && !std::exchange(once, true)) rig.board(0).delay_next_tick();
     return false;
   });
-  tools::MeteredLink link(watched);
-  client::Session session(link, 1);
-  const tools::AcceptanceRun run = tools::run_acceptance(link, session, plan_of(1, true), [](double) {});
   EXPECT_EQ(run.overruns, 0U);
   EXPECT_EQ(run.moving_overruns, 1U);
   ASSERT_TRUE(run.moving);

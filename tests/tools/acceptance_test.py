@@ -2,9 +2,7 @@
 
 import json
 import re
-import signal
 import socket
-import subprocess
 import sys
 import unittest
 
@@ -89,13 +87,7 @@ class AcceptanceBus(AcceptanceCommand):
 
     def setUp(self):
         super().setUp()
-        serving = subprocess.Popen([plenum_test.PROGRAM, "sim", "--bus", "socketcand:127.0.0.1:0/can0", "--chambers", "2"],
-                                   cwd=self.folder, stdout=subprocess.PIPE, text=True)
-        self.addCleanup(serving.stdout.close)
-        self.addCleanup(serving.wait)
-        self.addCleanup(serving.send_signal, signal.SIGTERM)
-        self.address = re.search(r"socketcand:127\.0\.0\.1:(\d+)/can0", serving.stdout.readline())
-        self.bus = ["--bus", self.address[0]]
+        self.serve("--chambers", 2)
 
     def backup(self, name):
         self.done("backup", *self.bus, "-o", name)
@@ -115,7 +107,7 @@ class AcceptanceBus(AcceptanceCommand):
         self.refused(3, "acceptance", *self.bus, "--node", 9, says=["node 9"])
 
     def test_a_board_that_regulates_is_left_alone(self):
-        with socket.create_connection(("127.0.0.1", int(self.address[1])), timeout=30) as client:
+        with socket.create_connection(("127.0.0.1", int(re.search(r":(\d+)/", self.bus[1])[1])), timeout=30) as client:
             answers = client.makefile("rb")
 
             def say(words, answer):

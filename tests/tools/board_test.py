@@ -129,13 +129,7 @@ class Naming(BoardCommands):
     """Node ids by LSS, on a rig that another program serves."""
 
     def serve(self, *arguments):
-        serving = subprocess.Popen([plenum_test.PROGRAM, "sim", "--bus", "socketcand:127.0.0.1:0/can0", "--chambers", "1", *arguments],
-                                   cwd=self.folder, stdout=subprocess.PIPE, text=True)
-        self.addCleanup(serving.stdout.close)
-        self.addCleanup(serving.wait)
-        self.addCleanup(serving.kill)
-        self.bus = ["--bus", re.search(r"socketcand:127\.0\.0\.1:\d+/can0", serving.stdout.readline())[0]]
-        return serving
+        return super().serve("--chambers", 1, *arguments)
 
     def nodes(self, code=0):
         return [node["node"] for node in self.json_of("scan", *self.bus, code=code)["nodes"]]

@@ -82,7 +82,9 @@ class Regulator(Component):
     def test_the_page_and_the_text_say_the_same(self):
         text = self.done("regulator", "--ambient", 100, self.bench("regulator", "stairs.csv", 3, 2), "--report", "valve.html")
         page = html.unescape((self.folder / "valve.html").read_text(encoding="utf-8"))
-        for fit, held_out in re.findall(r"fit (\S+) % of \S+ s, held out (\S+) %", text):
+        fits = re.findall(r"fit (\S+) % of \S+ s, held out (\S+) %", text)
+        self.assertEqual(len(fits), 4)
+        for fit, held_out in fits:
             self.assertIn(f"fit {fit} %, held out {held_out} %", page)
         self.assertEqual(len(re.findall(r"held out", text)), 4)
 
@@ -274,7 +276,9 @@ class Friction(Component):
     def test_the_page_and_the_text_say_the_same(self):
         text = self.done("friction", self.pulled("low.csv", 1e5, 4), self.pulled("high.csv", 5e5, 8), "--report", "friction.html")
         page = html.unescape((self.folder / "friction.html").read_text(encoding="utf-8"))
-        for rms, without in re.findall(r"rows: (\S+) N RMS, without friction (\S+) N", text):
+        errors = re.findall(r"rows: (\S+) N RMS, without friction (\S+) N", text)
+        self.assertEqual(len(errors), 2)
+        for rms, without in errors:
             self.assertIn(f"Held out: {rms} N RMS, without friction {without} N", page)
         self.assertEqual(len(re.findall(r"F_c at", text)), 2)
 
@@ -416,7 +420,9 @@ class Narx(Component):
         self.assertEqual(len(scores), 3)
         for cells in scores:
             self.assertIn("".join(f"<td>{cell}</td>" for cell in cells), page)
-        for seed, fit in re.findall(r"seed (\d+): fit (\S+ %)", text):
+        seeds = re.findall(r"seed (\d+): fit (\S+ %)", text)
+        self.assertEqual(len(seeds), 3)
+        for seed, fit in seeds:
             self.assertIn(f"<td>{seed}</td><td>{fit}</td>", page)
 
     def test_what_tells_nothing_is_exit_3_and_says_why(self):

@@ -170,7 +170,7 @@ class MonitorPage(MonitorCommand):
         """A colour of the page's light theme."""
         return re.search(rf"--{name}: (#[0-9a-f]{{6}})", page)[1]
 
-    def serve(self, page, streams):
+    def serve_views(self, page, streams):
         """A server of the page in which each stream of views ends as if its monitor had; then there is none. Returns its port."""
         class Monitors(http.server.BaseHTTPRequestHandler):
             def do_GET(self):
@@ -206,7 +206,7 @@ class MonitorPage(MonitorCommand):
     def test_a_page_that_stays_open_shows_what_a_new_monitor_watches(self):
         full = {"actual_kPa": 200}
         streams = [[self.view(90, 1, full, full), self.view(91, 1, full, full)], [self.view(1, 5, full)]]
-        browser = self.browse(self.serve(self.page(), streams))
+        browser = self.browse(self.serve_views(self.page(), streams))
         browser.wait("document.title === 'Plenum node 5'")
         self.assertEqual(streams, [])
         self.assertEqual(browser.ask("document.documentElement.dataset.events"), "1")
@@ -218,7 +218,7 @@ class MonitorPage(MonitorCommand):
         for seconds in [20, 40]:
             views = [self.view(0.1 * k, 1, {"actual_kPa": 150, "command_V": 4}, {"actual_kPa": 200 if k < 100 else 300}, {"setpoint_kPa": 250})
                      for k in range(10 * seconds + 1)]
-            browser.open(address(self.serve(page, [views])))
+            browser.open(address(self.serve_views(page, [views])))
             browser.wait(f"document.documentElement.dataset.events === '{len(views)}'")
             picture = Screenshot(browser.picture())
             pressure, command, volume = self.plots(picture, page)

@@ -19,13 +19,8 @@ class Stopped(Plenum):
 
     def setUp(self):
         super().setUp()
-        self.serving = subprocess.Popen([plenum_test.PROGRAM, "sim", "--bus", "socketcand:127.0.0.1:0/can0", *ONE], cwd=self.folder,
-                                        stdout=subprocess.PIPE, text=True)
-        self.addCleanup(self.serving.stdout.close)
-        self.addCleanup(self.serving.wait)
-        self.addCleanup(self.serving.send_signal, signal.SIGTERM)
+        self.serving = self.serve(*ONE)
         self.addCleanup(self.serving.send_signal, signal.SIGCONT)
-        self.bus = ["--bus", re.search(r"socketcand:127\.0\.0\.1:\d+/can0", self.serving.stdout.readline())[0]]
 
     def started(self, *arguments):
         """A command that drives; runs until it has made its folder, from which on it answers to a signal."""
