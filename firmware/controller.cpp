@@ -119,7 +119,7 @@ bool Controller::memory_upset() noexcept {
   const bool orders_intact = withdraw_spoilt_orders(image_);
   const bool configurations_intact = configurations_seal_ == sum_of(regulator_, volume_);
   return damaged_ != 0 || !configurations_intact || !settings_.intact(config::kChambers) ||
-         !supervisor_.intact() || !faults_.intact() || !orders_intact || !states_intact;
+         !supervisor_.intact() || !faults_.intact() || !orders_intact || !states_intact || !node_.intact();
 }
 
 Outputs Controller::step(const Inputs& inputs) noexcept {

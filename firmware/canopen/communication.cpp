@@ -82,7 +82,10 @@ void give_node_id(Communication& delivered, std::uint8_t node_id) noexcept {
     if ((cob_id & cob::kIdMask) != 0) cob_id += node_id;  // an empty one is nobody's
   };
   give(delivered.emergency_cob_id);
-  for (Rpdo& rpdo : delivered.rpdo) give(rpdo.parameters.cob_id);
+  for (Rpdo& rpdo : delivered.rpdo) {
+    give(rpdo.parameters.cob_id);
+    rpdo.close();
+  }
   for (Tpdo& tpdo : delivered.tpdo) give(tpdo.parameters.cob_id);
 }
 

@@ -10,6 +10,7 @@
 #include "firmware/canopen/process_image.hpp"
 #include "firmware/config/lss_settings.hpp"
 #include "firmware/config/model_desk.hpp"
+#include "firmware/config/seal.hpp"
 #include "firmware/config/settings_desk.hpp"
 #include "firmware/telemetry/recorder.hpp"
 
@@ -65,11 +66,16 @@ struct PdoParameters {
 
 struct Rpdo {
   PdoParameters parameters;
-  bool latched = false;  ///< a checked frame waits for its SYNC
+  std::uint64_t seal = 0;  ///< of the parameters: one that listens elsewhere makes a board that obeys nobody
+  bool latched = false;    ///< a checked frame waits for its SYNC
   std::array<std::uint8_t, 8> data{};
   bool watched = false;  ///< of set points that have come since 6040h asks for ACTIVE: they must keep coming
   bool came = false;     ///< since ProcessImage::setpoint_count last went on
   std::uint32_t since_applied_us = 0;
+
+  /// The parameters have been written.
+  void close() noexcept { seal = config::sum_of_object(parameters); }
+  bool intact() const noexcept { return seal == config::sum_of_object(parameters); }
 };
 
 struct Tpdo {
@@ -125,7 +131,7 @@ struct Communication {
 /// looks up every mapped object, and is made once (DataSheet).
 Communication delivered_communication() noexcept;
 
-/// Adds the node id to the identifiers that belong to a node.
+/// Adds the node id to the identifiers that belong to a node, and seals its RPDOs.
 void give_node_id(Communication& delivered, std::uint8_t node_id) noexcept;
 
 /// Work on the parameter store that no tick can wait for. One order stands at a time.

@@ -130,7 +130,11 @@ bool KeptRestoration::set_aside(Device& device, const RecordRow& row) noexcept {
   if (found.entry == nullptr) return false;
   if (is_mapping(row.index)) {
     PdoParameters& parameters = parameters_of(device, row.index);
-    if ((parameters.cob_id & cob::kInvalid) != 0) parameters.mapping = {};
+    if ((parameters.cob_id & cob::kInvalid) != 0) {
+      parameters.mapping = {};
+      if (row.index < object::kTpdoMapping)
+        device.communication.rpdo[row.index - object::kRpdoMapping].close();
+    }
     return mapping_counts_.add(row);
   }
   std::uint32_t bits = 0;

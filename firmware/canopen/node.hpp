@@ -58,6 +58,14 @@ class Node {
   /// A reset is asked for, or under way: what collect() would find is half of one set and half of another.
   bool is_resetting() const noexcept { return reset_ != Reset::none; }
   std::uint8_t node_id() const noexcept { return config_.node_id; }
+  /// No bit has flipped in what says where orders come from and go to: the parameters of the RPDOs. A reset of the communication
+  /// makes them anew.
+  bool intact() const noexcept {
+    for (const Rpdo& rpdo : device_.communication.rpdo) {
+      if (!rpdo.intact()) return false;
+    }
+    return true;
+  }
 
   NmtState state() const noexcept { return state_; }
   const Counters& counters() const noexcept { return device_.counters; }

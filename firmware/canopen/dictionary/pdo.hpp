@@ -46,6 +46,12 @@ void restart_pdo(Device& device, Place at) {
   }
 }
 
+/// After each write of its parameters.
+template <bool receive>
+void seal_pdo(Device& device, Place at) {
+  if constexpr (receive) device.communication.rpdo[at.instance].close();
+}
+
 template <bool receive, auto member>
 Abort read_pdo(const Device& device, Place at, std::uint32_t& bits) noexcept {
   bits = pdo<receive>(device, at).*member;
@@ -57,6 +63,7 @@ Abort write_pdo(Device& device, Place at, std::uint32_t bits) noexcept {
   PdoParameters& parameters = pdo<receive>(device, at);
   using Member = std::remove_reference_t<decltype(parameters.*member)>;
   parameters.*member = static_cast<Member>(bits);
+  seal_pdo<receive>(device, at);
   return Abort::none;
 }
 
@@ -67,6 +74,7 @@ Abort write_pdo_cob_id(Device& device, Place at, std::uint32_t bits) noexcept {
   const Abort abort = check_cob_id(parameters.cob_id, bits, cob::kInvalid | cob::kNoRtr);
   if (abort != Abort::none) return abort;
   parameters.cob_id = bits;
+  seal_pdo<receive>(device, at);
   restart_pdo<receive>(device, at);
   return Abort::none;
 }
@@ -75,6 +83,7 @@ template <bool receive>
 Abort write_transmission_type(Device& device, Place at, std::uint32_t bits) noexcept {
   if (bits > 240 && bits < 254) return Abort::value_range;  // reserved, or on remote request only
   pdo<receive>(device, at).transmission_type = static_cast<std::uint8_t>(bits);
+  seal_pdo<receive>(device, at);
   restart_pdo<receive>(device, at);
   return Abort::none;
 }
@@ -103,7 +112,9 @@ template <bool receive>
 Abort write_mapping_count(Device& device, Place at, std::uint32_t bits) noexcept {
   PdoParameters& parameters = pdo<receive>(device, at);
   if (is_valid(parameters)) return Abort::device_state;
-  return activate_mapping(parameters.mapping, static_cast<std::uint8_t>(bits), receive);
+  const Abort abort = activate_mapping(parameters.mapping, static_cast<std::uint8_t>(bits), receive);
+  seal_pdo<receive>(device, at);
+  return abort;
 }
 
 template <bool receive>
@@ -131,8 +142,10 @@ Abort write_mapping(Device& device, Place at, std::uint32_t bits) noexcept {
   if (is_valid(parameters) || parameters.mapping.count != 0) return Abort::device_state;
   MappedObject object;
   const Abort abort = bits == 0 ? Abort::none : resolve(bits, receive, object);
-  if (abort == Abort::none) parameters.mapping.packed[at.sub - 1U] = bits;
-  return abort;
+  if (abort != Abort::none) return abort;
+  parameters.mapping.packed[at.sub - 1U] = bits;
+  seal_pdo<receive>(device, at);
+  return Abort::none;
 }
 
 using P = PdoParameters;

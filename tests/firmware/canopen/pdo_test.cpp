@@ -47,6 +47,41 @@ TEST(Rpdo, AppliesTheControlWordAtOnceAndDoesNotCountItAsASetPoint) {
   EXPECT_EQ(bench.image.setpoint_count, 0U);
 }
 
+TEST(Rpdo, EveryBitOfItsParametersIsToldThatFlips) {
+  Bench bench(true);
+  for (const Rpdo& rpdo : bench.node.communication().rpdo) {
+    auto* const bytes = reinterpret_cast<unsigned char*>(const_cast<PdoParameters*>(&rpdo.parameters));
+    for (std::size_t bit = 0; bit < 8 * sizeof rpdo.parameters; ++bit) {
+      bytes[bit / 8] ^= static_cast<unsigned char>(1U << bit % 8);
+      EXPECT_FALSE(bench.node.intact()) << "bit " << bit;
+      bytes[bit / 8] ^= static_cast<unsigned char>(1U << bit % 8);
+    }
+  }
+  EXPECT_TRUE(bench.node.intact());
+}
+
+TEST(Rpdo, IsIntactWhateverIsWrittenToItAndRefusedAndAfterAReset) {
+  Bench bench(true);
+  for (const char* request : {
+           "605 23 00 14 01 05 02 00 80",  // 1400h:1, switched off
+           "605 2F 00 14 02 FE 00 00 00",  // its transmission type
+           "605 2B 00 14 05 64 00 00 00",  // its event timer
+           "605 2F 00 16 00 00 00 00 00",  // 1600h: emptied,
+           "605 23 00 16 01 20 01 50 21",  // mapped anew: 2150h:1, 32 bits,
+           "605 23 00 16 02 20 00 18 10",  // refused: 1018h:0 is not mappable
+           "605 2F 00 16 00 01 00 00 00",  // and active,
+           "605 23 00 14 01 05 02 00 00",  // and on
+           "605 23 00 14 01 05 03 00 00",  // refused: another identifier while it is on
+       }) {
+    bench.send(request);
+    EXPECT_TRUE(bench.node.intact()) << request;
+  }
+  EXPECT_EQ(bench.node.communication().rpdo[0].parameters.mapping.bytes, 4) << "the writes were taken";
+  bench.send("000 82 05");
+  bench.node.tick(10'000);
+  EXPECT_TRUE(bench.node.intact());
+}
+
 TEST(Rpdo, IgnoresWhatIsMalformedForeignOrOutOfRange) {
   Bench bench(true);
   bench.send(kSetpoints);
