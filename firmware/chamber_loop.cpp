@@ -58,10 +58,8 @@ std::uint64_t ChamberLoop::sum_of_paths() const noexcept {
   return regulator_.sum_of_paths() + config::sum_of_object(fit_error_kPa_);
 }
 
-/// What has been sent and the estimate of the pressure are not among it: they are most of the regulator's memory, and each reading
-/// brings them back.
 std::uint64_t ChamberLoop::sum_of_state() const noexcept {
-  std::uint64_t sum = config::sum_of_object(volume_) + regulator_.sum_of_learned();
+  std::uint64_t sum = config::sum_of_object(volume_) + regulator_.sum_of_estimates();
   if (was_regulating_) sum += config::sum_of_object(shaper_);
   if (was_exciting_) sum += config::sum_of_object(excitation_);
   return sum + std::uint64_t{pressure_seen_} + (std::uint64_t{volume_seen_} << 8U);

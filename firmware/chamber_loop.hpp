@@ -40,7 +40,7 @@ class ChamberLoop {
   bool intact() noexcept;
 
   /// No bit has flipped since the last command() in what runs on from tick to tick and does not come back by itself: the volume's
-  /// estimate, what the regulator has learned, and the reference or the excitation that is followed. These are begun anew when one has.
+  /// estimate, the regulator's estimates, and the reference or the excitation that is followed. These are begun anew when one has.
   /// Before measure().
   bool state_intact() noexcept;
 

@@ -39,7 +39,7 @@ std::uint64_t sum_of_words(const std::byte* at, std::index_sequence<kIndex...>) 
 template <class T>
 std::uint64_t sum_of_object(const T& object) noexcept {
   static_assert(alignof(T) >= kSealAlignment);
-  constexpr std::size_t kShort = 128;
+  constexpr std::size_t kShort = 256;
   const std::span<const std::byte> bytes = std::as_bytes(std::span(&object, 1));
   if constexpr (sizeof(T) > kShort) {
     return sum_of(bytes);

@@ -129,9 +129,12 @@ class Regulator {
   std::uint64_t sum_of_paths() const noexcept {
     return valve_.sum_of_constants() + sensor_.sum_of_constants() + sent_.sum_of_constants();
   }
-  /// Of what is learned slowly, or at one command alone: d, theta and c(u). The other estimates follow each reading.
-  std::uint64_t sum_of_learned() const noexcept {
-    return config::sum_of_object(trim_) + config::sum_of_object(steady_kPa_) +
+  /// Of every estimate, and of what was sent: d, theta and c(u) are learned slowly, or at one command alone, and learn what is false
+  /// from a pressure, a spool or a command that is.
+  std::uint64_t sum_of_estimates() const noexcept {
+    return sent_.sum_of_acting() + config::sum_of_object(trim_) + config::sum_of_object(valve_) +
+           config::sum_of_object(sensor_) + config::sum_of_object(pressure_kPa_) +
+           config::sum_of_object(steady_kPa_) + config::sum_of_object(residual_level_kPa_) +
            config::sum_of_object(compression_);
   }
 

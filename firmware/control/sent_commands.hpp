@@ -39,6 +39,13 @@ class SentCommands {
     return config::sum_of_object(whole_ticks_) + config::sum_of_object(part_ticks_);
   }
 
+  /// Of those that act on the tick to come, or after it; what is older is read no more.
+  std::uint64_t sum_of_acting() const noexcept {
+    std::uint64_t sum = newest_;
+    for (std::size_t ticks = whole_ticks() + 2; ticks > 0; --ticks) sum += config::sum_of_object(ago(ticks));
+    return sum;
+  }
+
   /// The same command has been sent for long.
   void reset(Scalar command_V) noexcept { sent_.fill({.command_V = command_V, .model_V = command_V}); }
 

@@ -131,12 +131,16 @@ std::size_t told_bits(const ChamberLoop& loop) {
 
 TEST(ChamberUpset, EveryBitOfWhatRunsOnAndDoesNotComeBackIsToldAtTheNextTick) {
   constexpr std::size_t kSeal = sizeof(std::uint64_t);
-  constexpr std::size_t kLearned = sizeof(control::CommandTrim) + 2 * sizeof(Scalar);
+  constexpr std::size_t kEstimates = sizeof(control::CommandTrim) + sizeof(control::ValvePath) +
+                                     sizeof(control::SensorLag) + 4 * sizeof(Scalar);
+  // of a valve without delay: two commands, the place of the newest, and the delay, which says how many
+  constexpr std::size_t kSent = 2 * sizeof(control::SentCommands::Sent) + 2 * sizeof(std::size_t);
   for (const bool excited : {false, true}) {
     Rig rig(excited ? canopen::ControlMode::excitation : canopen::ControlMode::pressure_closed_loop);
     for (int i = 0; i < 5; ++i) rig.tick();
     const std::size_t driver = excited ? sizeof(control::Excitation) : sizeof(control::ReferenceShaper);
-    EXPECT_EQ(told_bits(rig.loop), 8 * (sizeof(control::VolumeObserver) + kLearned + driver + kSeal))
+    EXPECT_EQ(told_bits(rig.loop),
+              8 * (sizeof(control::VolumeObserver) + kEstimates + kSent + driver + kSeal))
         << (excited ? "excited" : "regulated");
   }
 }
