@@ -141,7 +141,8 @@ report::Page page_of(const GreyboxRequest& request, const GreyboxFit& fit) {
       .table(effects)
       .note(
           "An effect is kept when without it the squares of the rows that it was not fitted to are 10 % "
-          "larger. "
+          "larger, "
+          "and one of its figures is three standard errors or more from where the effect vanishes. "
           "Standard errors are for errors as correlated as these are.");
   return page;
 }

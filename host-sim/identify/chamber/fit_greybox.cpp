@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <thread>
 
 #include "host-sim/identify/cannot_identify.hpp"
@@ -30,12 +31,14 @@ constexpr double kFittedShare = 0.6;  // while effects are chosen; then all rows
 constexpr double kWorthKeeping = 0.1;
 /// One that leaves more of them than this may only stand in for two others.
 constexpr double kStandIn = 0.5;
+/// And when one of its figures is so many standard errors from where it vanishes.
+constexpr double kTold = 3.0;
 constexpr double kNothingLeft = 1.05;  // of the noise
 constexpr std::size_t kFewestTicks = 200;
 constexpr double kShareOfChoice = 0.8;  // of the progress that is told; the rest is the last fit
 constexpr double kUsualTrials = 10.0;
 constexpr int kMostIterations = 100;
-/// While effects are chosen: a share of the squares that no choice hangs on.
+/// Of a trial; where a choice hangs on one it is fitted to its end.
 constexpr double kTrialTolerance = 1e-3;
 
 /// What a board's model has figures for; of heat_transfer that is the exponent. The first kPaired are tried two together as well: of
@@ -68,6 +71,7 @@ struct Trial {
   Fit fit;
   double heldout_squares = std::numeric_limits<double>::infinity();
   std::size_t heldout_rows = 0;
+  bool ended = false;  ///< fitted to its end
 
   double heldout_Pa() const { return std::sqrt(heldout_squares / static_cast<double>(heldout_rows)); }
   bool has(const Part& part) const {
@@ -146,9 +150,7 @@ class Chooser {
   };
 
   Trial trial(const Part& part, const std::vector<Figures>& starts) {
-    std::vector<Attempt> one;
-    one.push_back({part, starts});
-    return std::move(trials(one).front());
+    return std::move(trials({{part, starts}}).front());
   }
 
   /// Of each attempt, side by side.
@@ -167,7 +169,7 @@ class Chooser {
   }
 
   Trial trial(const Attempt& attempt) const {
-    Trial tried;
+    Fit least;
     for (const Figures& start : attempt.starts) {
       Fit found = fit(scene_, attempt.part.on, start, {},
                       {.most_iterations = kMostIterations,
@@ -175,12 +177,27 @@ class Chooser {
                        .refined = attempt.part.refined,
                        .rising_areas = true,
                        .gas = Gas::polytropic});
-      if (tried.fit.rows == 0 || found.squares < tried.fit.squares) tried.fit = std::move(found);
+      if (least.rows == 0 || found.squares < least.squares) least = std::move(found);
     }
-    tried.heldout_squares = 0.0;
+    return held_out(std::move(least));
+  }
+
+  /// What stopped early errs in rows that it was not fitted to by as much as a small effect.
+  void end(Trial& trial) const {
+    if (trial.ended) return;
+    trial = held_out(fit(scene_, trial.fit.on, trial.fit.figures, trial.fit.start,
+                         {.most_iterations = kMostIterations,
+                          .refined = trial.fit.refined,
+                          .rising_areas = true,
+                          .gas = Gas::polytropic}));
+    trial.ended = true;
+  }
+
+  Trial held_out(Fit found) const {
+    Trial tried{.fit = std::move(found), .heldout_squares = 0.0};
     for (std::size_t r = 0; r < scene_.records.size(); ++r) {
       const Record& record = scene_.records[r];
-      const auto reading_Pa = run(scene_, record, attempt.part.on, tried.fit.figures, tried.fit.start[r]);
+      const auto reading_Pa = run(scene_, record, tried.fit.on, tried.fit.figures, tried.fit.start[r]);
       const Score held = score(reading_Pa, record, record.fitted_rows);
       tried.heldout_squares += held.squares;
       tried.heldout_rows += held.rows;
@@ -204,9 +221,15 @@ class Chooser {
     return best_.fit.rms_Pa() < kNothingLeft * white_noise(errors);
   }
 
+  static bool pays(const Trial& with, const Trial& without) {
+    return (1.0 + kWorthKeeping) * with.heldout_squares < without.heldout_squares;
+  }
   /// Takes `with` for the best when it is worth it.
   bool taken(Trial with) {
-    if (!((1.0 + kWorthKeeping) * with.heldout_squares < best_.heldout_squares)) return false;
+    if (!pays(with, best_)) return false;
+    end(with);
+    end(best_);
+    if (!pays(with, best_)) return false;
     best_ = std::move(with);
     return true;
   }
@@ -273,7 +296,11 @@ class Chooser {
       Trial rest = best_.fit.on == bit(id) ? plain_
                                            : trial({best_.fit.on & ~bit(id), best_.fit.refined & ~bit(id)},
                                                    {figures_without(scene_, best_.fit.figures, id)});
-      if (rest.heldout_squares < (1.0 + kWorthKeeping) * best_.heldout_squares) {
+      if (pays(best_, rest)) {
+        end(rest);
+        end(best_);
+      }
+      if (!pays(best_, rest)) {
         best_ = std::move(rest);
         return true;
       }
@@ -328,6 +355,23 @@ void put_figures(const Fit& fit, double correlated_rows, GreyboxFit& into) {
   }
 }
 
+/// An effect whose figures may all be those with which it vanishes.
+std::optional<std::size_t> not_shown(const Scene& scene, const Fit& fit, double correlated_rows) {
+  const Eigen::VectorXd errors = standard_errors(fit, correlated_rows);
+  for (const std::size_t id : kCandidates) {
+    if ((fit.on & bit(id)) == 0) continue;
+    bool shown = false;
+    for (std::size_t i = 0; i < fit.variables.size(); ++i) {
+      const Variable& v = fit.variables[i];
+      if (v.figure < effects::kFirstFigure[id] || v.figure >= effects::kFirstFigure[id + 1]) continue;
+      const double error = v.scale * errors[static_cast<Eigen::Index>(i)];
+      shown = shown || std::abs(fit.figures[v.figure] - scene.nominal[v.figure]) > kTold * error;
+    }
+    if (!shown) return id;
+  }
+  return std::nullopt;
+}
+
 NotTold not_told(const Scene& scene, std::size_t id) {
   const effects::Parameter& parameter = sought_parameter(id);
   return {fmt::format("{}.{}", effects::kCatalogue[id]->id, parameter.name),
@@ -345,12 +389,21 @@ GreyboxFit fit_greybox(const std::vector<trace::Log>& logs, const trace::RigDesc
 
   Scene scene = scene_of(logs, rig, 1.0);
   std::copy_n(chosen.fit.figures.begin(), effects::kValveFigures, scene.nominal.begin());
-  const Fit last = fit(scene, chosen.fit.on, chosen.fit.figures, chosen.fit.start,
-                       {.most_iterations = 3 * kMostIterations,
-                        .refined = chosen.fit.refined,
-                        .rising_areas = true,
-                        .gas = Gas::polytropic});
-  const std::vector<double> errors = errors_of(scene, last);
+  const auto fitted = [&scene](EffectSet on, EffectSet refined, const Figures& figures,
+                               const std::vector<effects::Start>& start) {
+    return fit(scene, on, figures, start,
+               {.most_iterations = 3 * kMostIterations,
+                .refined = refined,
+                .rising_areas = true,
+                .gas = Gas::polytropic});
+  };
+  Fit last = fitted(chosen.fit.on, chosen.fit.refined, chosen.fit.figures, chosen.fit.start);
+  std::vector<double> errors = errors_of(scene, last);
+  while (const auto id = not_shown(scene, last, correlation_rows(errors))) {
+    last = fitted(last.on & ~bit(*id), last.refined & ~bit(*id), figures_without(scene, last.figures, *id),
+                  last.start);
+    errors = errors_of(scene, last);
+  }
 
   GreyboxFit result;
   result.rig = rig;
