@@ -142,7 +142,7 @@ report::Page page_of(const GreyboxRequest& request, const GreyboxFit& fit) {
       .note(
           "An effect is kept when without it the squares of the rows that it was not fitted to are 10 % "
           "larger, "
-          "and one of its figures is three standard errors or more from where the effect vanishes. "
+          "and, where it has a single figure, when that is three standard errors from where it vanishes. "
           "Standard errors are for errors as correlated as these are.");
   return page;
 }

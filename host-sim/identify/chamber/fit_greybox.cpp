@@ -31,7 +31,7 @@ constexpr double kFittedShare = 0.6;  // while effects are chosen; then all rows
 constexpr double kWorthKeeping = 0.1;
 /// One that leaves more of them than this may only stand in for two others.
 constexpr double kStandIn = 0.5;
-/// And when one of its figures is so many standard errors from where it vanishes.
+/// And, of one figure, when that is so many standard errors from where it vanishes.
 constexpr double kTold = 3.0;
 constexpr double kNothingLeft = 1.05;  // of the noise
 constexpr std::size_t kFewestTicks = 200;
@@ -355,19 +355,21 @@ void put_figures(const Fit& fit, double correlated_rows, GreyboxFit& into) {
   }
 }
 
-/// An effect whose figures may all be those with which it vanishes.
+/// An effect of one figure that may be the one with which it vanishes. Of several, each may be uncertain where all together are not.
 std::optional<std::size_t> not_shown(const Scene& scene, const Fit& fit, double correlated_rows) {
   const Eigen::VectorXd errors = standard_errors(fit, correlated_rows);
   for (const std::size_t id : kCandidates) {
     if ((fit.on & bit(id)) == 0) continue;
+    std::size_t figures = 0;
     bool shown = false;
     for (std::size_t i = 0; i < fit.variables.size(); ++i) {
       const Variable& v = fit.variables[i];
       if (v.figure < effects::kFirstFigure[id] || v.figure >= effects::kFirstFigure[id + 1]) continue;
       const double error = v.scale * errors[static_cast<Eigen::Index>(i)];
-      shown = shown || std::abs(fit.figures[v.figure] - scene.nominal[v.figure]) > kTold * error;
+      ++figures;
+      shown = std::abs(fit.figures[v.figure] - scene.nominal[v.figure]) > kTold * error;
     }
-    if (!shown) return id;
+    if (figures == 1 && !shown) return id;
   }
   return std::nullopt;
 }
