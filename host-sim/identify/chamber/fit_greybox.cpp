@@ -79,6 +79,11 @@ struct Trial {
   }
 };
 
+FitOptions options_of(EffectSet refined, int most_iterations) {
+  return {
+      .most_iterations = most_iterations, .refined = refined, .rising_areas = true, .gas = Gas::polytropic};
+}
+
 Scene scene_of(const std::vector<trace::Log>& logs, const trace::RigDescription& rig, double fitted_share) {
   Scene scene = make_scene(rig);
   for (const trace::Log& log : logs) scene.records.push_back(make_record({}, log, fitted_share));
@@ -169,14 +174,11 @@ class Chooser {
   }
 
   Trial trial(const Attempt& attempt) const {
+    FitOptions options = options_of(attempt.part.refined, kMostIterations);
+    options.tolerance = kTrialTolerance;
     Fit least;
     for (const Figures& start : attempt.starts) {
-      Fit found = fit(scene_, attempt.part.on, start, {},
-                      {.most_iterations = kMostIterations,
-                       .tolerance = kTrialTolerance,
-                       .refined = attempt.part.refined,
-                       .rising_areas = true,
-                       .gas = Gas::polytropic});
+      Fit found = fit(scene_, attempt.part.on, start, {}, options);
       if (least.rows == 0 || found.squares < least.squares) least = std::move(found);
     }
     return held_out(std::move(least));
@@ -186,10 +188,7 @@ class Chooser {
   void end(Trial& trial) const {
     if (trial.ended) return;
     trial = held_out(fit(scene_, trial.fit.on, trial.fit.figures, trial.fit.start,
-                         {.most_iterations = kMostIterations,
-                          .refined = trial.fit.refined,
-                          .rising_areas = true,
-                          .gas = Gas::polytropic}));
+                         options_of(trial.fit.refined, kMostIterations)));
     trial.ended = true;
   }
 
@@ -224,12 +223,16 @@ class Chooser {
   static bool pays(const Trial& with, const Trial& without) {
     return (1.0 + kWorthKeeping) * with.heldout_squares < without.heldout_squares;
   }
+  /// Whether it still does when both are fitted to their ends.
+  bool pays_at_the_end(Trial& with, Trial& without) const {
+    if (!pays(with, without)) return false;
+    end(with);
+    end(without);
+    return pays(with, without);
+  }
   /// Takes `with` for the best when it is worth it.
   bool taken(Trial with) {
-    if (!pays(with, best_)) return false;
-    end(with);
-    end(best_);
-    if (!pays(with, best_)) return false;
+    if (!pays_at_the_end(with, best_)) return false;
     best_ = std::move(with);
     return true;
   }
@@ -296,11 +299,7 @@ class Chooser {
       Trial rest = best_.fit.on == bit(id) ? plain_
                                            : trial({best_.fit.on & ~bit(id), best_.fit.refined & ~bit(id)},
                                                    {figures_without(scene_, best_.fit.figures, id)});
-      if (pays(best_, rest)) {
-        end(rest);
-        end(best_);
-      }
-      if (!pays(best_, rest)) {
+      if (!pays_at_the_end(best_, rest)) {
         best_ = std::move(rest);
         return true;
       }
@@ -393,11 +392,7 @@ GreyboxFit fit_greybox(const std::vector<trace::Log>& logs, const trace::RigDesc
   std::copy_n(chosen.fit.figures.begin(), effects::kValveFigures, scene.nominal.begin());
   const auto fitted = [&scene](EffectSet on, EffectSet refined, const Figures& figures,
                                const std::vector<effects::Start>& start) {
-    return fit(scene, on, figures, start,
-               {.most_iterations = 3 * kMostIterations,
-                .refined = refined,
-                .rising_areas = true,
-                .gas = Gas::polytropic});
+    return fit(scene, on, figures, start, options_of(refined, 3 * kMostIterations));
   };
   Fit last = fitted(chosen.fit.on, chosen.fit.refined, chosen.fit.figures, chosen.fit.start);
   std::vector<double> errors = errors_of(scene, last);
