@@ -124,7 +124,7 @@ std::uint32_t read_number32(TomlTable& table, std::string_view key) {
 /// The rate that the interface is set to: LSS is to offer no other, for the program does not change it.
 std::uint16_t read_bit_rate(TomlTable& can) {
   const auto kbit = can.whole("bit_rate_kbit", 10, 1000).value_or(1000);
-  const auto row = canopen::row_of_bit_rate(static_cast<std::uint32_t>(kbit));
+  const auto row = canopen::row_of_bit_rate(1000U * static_cast<std::uint32_t>(kbit));
   if (!row) can.refuse("bit_rate_kbit", fmt::format("= {}", kbit), "1000, 800, 500, 250, 125, 50, 20 or 10");
   return static_cast<std::uint16_t>(1U << *row);
 }

@@ -13,10 +13,11 @@ namespace plenum::canopen {
 
 /// Table 0 of CiA 305 [kbit/s]; 0: reserved.
 inline constexpr std::array<std::uint16_t, 9> kBitRates_kbit = {1000, 800, 500, 250, 125, 0, 50, 20, 10};
-/// The row of this rate [kbit/s]; empty: CiA 305 has none.
-constexpr std::optional<std::uint8_t> row_of_bit_rate(std::uint32_t kbit) noexcept {
+/// The row of this rate; empty: CiA 305 has none.
+constexpr std::optional<std::uint8_t> row_of_bit_rate(std::uint32_t bit_rate_per_s) noexcept {
   for (std::size_t row = 0; row < kBitRates_kbit.size(); ++row) {
-    if (kbit != 0 && kBitRates_kbit[row] == kbit) return static_cast<std::uint8_t>(row);
+    if (bit_rate_per_s != 0 && 1000U * kBitRates_kbit[row] == bit_rate_per_s)
+      return static_cast<std::uint8_t>(row);
   }
   return std::nullopt;
 }

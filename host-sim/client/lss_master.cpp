@@ -32,9 +32,7 @@ constexpr std::array<std::uint8_t, 8> request(unsigned command, std::uint32_t nu
 }  // namespace
 
 std::uint8_t bit_timing_row(std::uint32_t bit_rate_per_s) {
-  const auto row =
-      bit_rate_per_s % 1000 == 0 ? canopen::row_of_bit_rate(bit_rate_per_s / 1000) : std::nullopt;
-  if (row) return *row;
+  if (const auto row = canopen::row_of_bit_rate(bit_rate_per_s)) return *row;
   throw std::invalid_argument(fmt::format(
       "bit rate {}: none of CANopen, expected 10000, 20000, 50000, 125000, 250000, 500000, 800000 or 1000000",
       bit_rate_per_s));

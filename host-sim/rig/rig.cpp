@@ -47,7 +47,7 @@ double resting_reading_Pa(const EffectsChamber& chamber) {
 
 /// The bit rate of the bus as canopen::Config has it; none when CiA 305 does not know it.
 std::uint16_t row_of(std::uint32_t bit_rate) {
-  const auto row = bit_rate % 1000 == 0 ? canopen::row_of_bit_rate(bit_rate / 1000) : std::nullopt;
+  const auto row = canopen::row_of_bit_rate(bit_rate);
   return row ? static_cast<std::uint16_t>(1U << *row) : std::uint16_t{0};
 }
 
