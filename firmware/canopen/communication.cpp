@@ -41,17 +41,18 @@ Communication delivered_communication() noexcept {
   communication.emergency_cob_id = cob::kEmergency;
 
   for (std::uint32_t n = 0; n < kRpdos; ++n) {
-    PdoParameters& rpdo = communication.rpdo[n].parameters;
-    rpdo.cob_id = cob::kRpdo1 + 0x100 * n;
-    rpdo.transmission_type = n < 2 ? kEachSync : kOnEvent;
-    if (n < 2) {
-      map_four_chambers(rpdo, true, object::kSetpoint, 4 * n);
-      rpdo.event_timer_ms = kSetpointDeadline_ms;
-    } else {
-      map(rpdo, true, {{object::kControlWord, 0, 16}});
-    }
+    communication.rpdo[n].change([n](PdoParameters& rpdo) {
+      rpdo.cob_id = cob::kRpdo1 + 0x100 * n;
+      rpdo.transmission_type = n < 2 ? kEachSync : kOnEvent;
+      if (n < 2) {
+        map_four_chambers(rpdo, true, object::kSetpoint, 4 * n);
+        rpdo.event_timer_ms = kSetpointDeadline_ms;
+      } else {
+        map(rpdo, true, {{object::kControlWord, 0, 16}});
+      }
+      if (n == 3) rpdo.cob_id |= cob::kInvalid;
+    });
   }
-  communication.rpdo[3].parameters.cob_id |= cob::kInvalid;
 
   for (std::uint32_t n = 0; n < kTpdos; ++n) {
     PdoParameters& tpdo = communication.tpdo[n].parameters;
@@ -82,10 +83,7 @@ void give_node_id(Communication& delivered, std::uint8_t node_id) noexcept {
     if ((cob_id & cob::kIdMask) != 0) cob_id += node_id;  // an empty one is nobody's
   };
   give(delivered.emergency_cob_id);
-  for (Rpdo& rpdo : delivered.rpdo) {
-    give(rpdo.parameters.cob_id);
-    rpdo.close();
-  }
+  for (Rpdo& rpdo : delivered.rpdo) rpdo.change([&](PdoParameters& parameters) { give(parameters.cob_id); });
   for (Tpdo& tpdo : delivered.tpdo) give(tpdo.parameters.cob_id);
 }
 

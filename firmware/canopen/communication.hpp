@@ -65,17 +65,24 @@ struct PdoParameters {
 };
 
 struct Rpdo {
-  PdoParameters parameters;
-  std::uint64_t seal = 0;  ///< of the parameters: one that listens elsewhere makes a board that obeys nobody
-  bool latched = false;    ///< a checked frame waits for its SYNC
+  bool latched = false;  ///< a checked frame waits for its SYNC
   std::array<std::uint8_t, 8> data{};
   bool watched = false;  ///< of set points that have come since 6040h asks for ACTIVE: they must keep coming
   bool came = false;     ///< since ProcessImage::setpoint_count last went on
   std::uint32_t since_applied_us = 0;
 
-  /// The parameters have been written.
-  void close() noexcept { seal = config::sum_of_object(parameters); }
-  bool intact() const noexcept { return seal == config::sum_of_object(parameters); }
+  const PdoParameters& parameters() const noexcept { return parameters_; }
+  /// The one way to write the parameters.
+  template <class Change>  // void(PdoParameters&)
+  void change(Change&& change) noexcept {
+    change(parameters_);
+    seal_ = config::sum_of_object(parameters_);
+  }
+  bool intact() const noexcept { return seal_ == config::sum_of_object(parameters_); }
+
+ private:
+  PdoParameters parameters_;
+  std::uint64_t seal_ = 0;  ///< of the parameters: one that listens elsewhere makes a board that obeys nobody
 };
 
 struct Tpdo {

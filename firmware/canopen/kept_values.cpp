@@ -25,10 +25,16 @@ bool is_identifier(std::uint16_t index, std::uint8_t sub) noexcept {
   return (of_pdo && sub == 1) || index == object::kEmergencyCobId;
 }
 
-/// Whose row it is, when `index` is one of a mapping.
-PdoParameters& parameters_of(Device& device, std::uint16_t index) noexcept {
-  return index < object::kTpdoMapping ? device.communication.rpdo[index - object::kRpdoMapping].parameters
-                                      : device.communication.tpdo[index - object::kTpdoMapping].parameters;
+/// That of the PDO whose row is at `index`; while the PDO is on, it stays.
+void empty_mapping(Device& device, std::uint16_t index) noexcept {
+  const auto empty = [](PdoParameters& parameters) {
+    if ((parameters.cob_id & cob::kInvalid) != 0) parameters.mapping = {};
+  };
+  if (index < object::kTpdoMapping) {
+    device.communication.rpdo[index - object::kRpdoMapping].change(empty);
+  } else {
+    empty(device.communication.tpdo[index - object::kTpdoMapping].parameters);
+  }
 }
 
 std::uint32_t moved(std::uint32_t cob_id, std::uint8_t saved_id, std::uint8_t now) noexcept {
@@ -129,12 +135,7 @@ bool KeptRestoration::set_aside(Device& device, const RecordRow& row) noexcept {
   const Found found = look_up(row);
   if (found.entry == nullptr) return false;
   if (is_mapping(row.index)) {
-    PdoParameters& parameters = parameters_of(device, row.index);
-    if ((parameters.cob_id & cob::kInvalid) != 0) {
-      parameters.mapping = {};
-      if (row.index < object::kTpdoMapping)
-        device.communication.rpdo[row.index - object::kRpdoMapping].close();
-    }
+    empty_mapping(device, row.index);
     return mapping_counts_.add(row);
   }
   std::uint32_t bits = 0;

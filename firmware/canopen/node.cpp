@@ -77,7 +77,7 @@ void Node::receive(const CanFrame& frame) noexcept {
   if (frame.id == device_.communication.sync_cob_id) return receive_sync(frame);
   if (state_ != NmtState::operational) return;
   for (Rpdo& rpdo : device_.communication.rpdo) {
-    if (is_valid(rpdo.parameters) && frame.id == (rpdo.parameters.cob_id & cob::kIdMask)) {
+    if (is_valid(rpdo.parameters()) && frame.id == (rpdo.parameters().cob_id & cob::kIdMask)) {
       receive_pdo(rpdo, frame);
     }
   }
@@ -335,7 +335,7 @@ void Node::receive_sync(const CanFrame& frame) noexcept {
 }
 
 void Node::receive_pdo(Rpdo& rpdo, const CanFrame& frame) noexcept {
-  const Mapping& mapping = rpdo.parameters.mapping;
+  const Mapping& mapping = rpdo.parameters().mapping;
   // checked on arrival: a bad frame must not displace the good one that waits for its SYNC
   if (mapping.count == 0 || frame.length != mapping.bytes || !admissible(mapping, frame.data)) {
     ++device_.counters.rejected;
@@ -343,7 +343,7 @@ void Node::receive_pdo(Rpdo& rpdo, const CanFrame& frame) noexcept {
   }
   ++device_.counters.received;
   rpdo.data = frame.data;
-  if (is_synchronous(rpdo.parameters)) {
+  if (is_synchronous(rpdo.parameters())) {
     rpdo.latched = true;
   } else {
     apply(rpdo);
@@ -351,7 +351,7 @@ void Node::receive_pdo(Rpdo& rpdo, const CanFrame& frame) noexcept {
 }
 
 void Node::apply(Rpdo& rpdo) noexcept {
-  const Mapping& mapping = rpdo.parameters.mapping;
+  const Mapping& mapping = rpdo.parameters().mapping;
   std::size_t at = 0;
   for (std::size_t i = 0; i < mapping.count; ++i) {
     const MappedObject& object = mapping.object[i];
@@ -401,10 +401,10 @@ void Node::watch_setpoints(std::uint32_t elapsed_us) noexcept {
   const bool active = (device_.image.control_word & word::kStateMask) == word::kActive;
   bool lost = false;
   for (Rpdo& rpdo : device_.communication.rpdo) {
-    if (!active || !carries_setpoint(rpdo.parameters.mapping)) rpdo.watched = false;
-    if (!rpdo.watched || rpdo.parameters.event_timer_ms == 0) continue;
+    if (!active || !carries_setpoint(rpdo.parameters().mapping)) rpdo.watched = false;
+    if (!rpdo.watched || rpdo.parameters().event_timer_ms == 0) continue;
     rpdo.since_applied_us = add_saturating(rpdo.since_applied_us, elapsed_us);
-    lost = lost || rpdo.since_applied_us > 1000U * rpdo.parameters.event_timer_ms;
+    lost = lost || rpdo.since_applied_us > 1000U * rpdo.parameters().event_timer_ms;
   }
   device_.image.setpoint_lost = lost;
 }

@@ -158,7 +158,7 @@ Decoded Decoder::decode(const CanFrame& frame) {
     if (function == cob::kTpdo1 + 0x100 * n)
       return decode_pdo(frame, defaults_->tpdo[n].parameters, fmt::format("TPDO{}", n + 1), node);
     if (function == cob::kRpdo1 + 0x100 * n)
-      return decode_pdo(frame, defaults_->rpdo[n].parameters, fmt::format("RPDO{}", n + 1), node);
+      return decode_pdo(frame, defaults_->rpdo[n].parameters(), fmt::format("RPDO{}", n + 1), node);
   }
   return other;
 }

@@ -211,7 +211,7 @@ class Board {
     held.add(communication.error_behaviour);
     for (std::size_t i = 0; i < canopen::HeartbeatConsumer::kWatches; ++i)
       held.add(communication.heartbeats.entry(i));
-    for (const canopen::Rpdo& rpdo : communication.rpdo) held.add(rpdo.parameters);
+    for (const canopen::Rpdo& rpdo : communication.rpdo) held.add(rpdo.parameters());
     for (const canopen::Tpdo& tpdo : communication.tpdo) held.add(tpdo.parameters);
     held.add(settings_.board());
     for (std::uint8_t c = 0; c < config::kChambers; ++c) {

@@ -8,20 +8,20 @@ namespace plenum::canopen::dictionary {
 // ---- PDO parameters ----
 
 template <bool receive>
-PdoParameters& pdo(Device& device, Place at) {
+const PdoParameters& pdo(const Device& device, Place at) {
   if constexpr (receive) {
-    return device.communication.rpdo[at.instance].parameters;
+    return device.communication.rpdo[at.instance].parameters();
   } else {
     return device.communication.tpdo[at.instance].parameters;
   }
 }
 
-template <bool receive>
-const PdoParameters& pdo(const Device& device, Place at) {
+template <bool receive, class Change>
+void change_pdo(Device& device, Place at, Change&& change) {
   if constexpr (receive) {
-    return device.communication.rpdo[at.instance].parameters;
+    device.communication.rpdo[at.instance].change(change);
   } else {
-    return device.communication.tpdo[at.instance].parameters;
+    change(device.communication.tpdo[at.instance].parameters);
   }
 }
 
@@ -46,12 +46,6 @@ void restart_pdo(Device& device, Place at) {
   }
 }
 
-/// After each write of its parameters.
-template <bool receive>
-void seal_pdo(Device& device, Place at) {
-  if constexpr (receive) device.communication.rpdo[at.instance].close();
-}
-
 template <bool receive, auto member>
 Abort read_pdo(const Device& device, Place at, std::uint32_t& bits) noexcept {
   bits = pdo<receive>(device, at).*member;
@@ -60,21 +54,19 @@ Abort read_pdo(const Device& device, Place at, std::uint32_t& bits) noexcept {
 
 template <bool receive, auto member>
 Abort write_pdo(Device& device, Place at, std::uint32_t bits) noexcept {
-  PdoParameters& parameters = pdo<receive>(device, at);
-  using Member = std::remove_reference_t<decltype(parameters.*member)>;
-  parameters.*member = static_cast<Member>(bits);
-  seal_pdo<receive>(device, at);
+  change_pdo<receive>(device, at, [bits](PdoParameters& parameters) {
+    using Member = std::remove_reference_t<decltype(parameters.*member)>;
+    parameters.*member = static_cast<Member>(bits);
+  });
   return Abort::none;
 }
 
 template <bool receive>
 Abort write_pdo_cob_id(Device& device, Place at, std::uint32_t bits) noexcept {
-  PdoParameters& parameters = pdo<receive>(device, at);
   // bit 30 of an RPDO means nothing, and may be set (CiA 301, 7.5.2.35)
-  const Abort abort = check_cob_id(parameters.cob_id, bits, cob::kInvalid | cob::kNoRtr);
+  const Abort abort = check_cob_id(pdo<receive>(device, at).cob_id, bits, cob::kInvalid | cob::kNoRtr);
   if (abort != Abort::none) return abort;
-  parameters.cob_id = bits;
-  seal_pdo<receive>(device, at);
+  change_pdo<receive>(device, at, [bits](PdoParameters& parameters) { parameters.cob_id = bits; });
   restart_pdo<receive>(device, at);
   return Abort::none;
 }
@@ -82,21 +74,22 @@ Abort write_pdo_cob_id(Device& device, Place at, std::uint32_t bits) noexcept {
 template <bool receive>
 Abort write_transmission_type(Device& device, Place at, std::uint32_t bits) noexcept {
   if (bits > 240 && bits < 254) return Abort::value_range;  // reserved, or on remote request only
-  pdo<receive>(device, at).transmission_type = static_cast<std::uint8_t>(bits);
-  seal_pdo<receive>(device, at);
+  change_pdo<receive>(device, at, [bits](PdoParameters& parameters) {
+    parameters.transmission_type = static_cast<std::uint8_t>(bits);
+  });
   restart_pdo<receive>(device, at);
   return Abort::none;
 }
 
 inline Abort write_inhibit_time(Device& device, Place at, std::uint32_t bits) noexcept {
-  PdoParameters& parameters = pdo<false>(device, at);
+  PdoParameters& parameters = device.communication.tpdo[at.instance].parameters;
   if (is_valid(parameters)) return Abort::device_state;
   parameters.inhibit_100us = static_cast<std::uint16_t>(bits);
   return Abort::none;
 }
 
 inline Abort write_sync_start(Device& device, Place at, std::uint32_t bits) noexcept {
-  PdoParameters& parameters = pdo<false>(device, at);
+  PdoParameters& parameters = device.communication.tpdo[at.instance].parameters;
   if (is_valid(parameters)) return Abort::device_state;
   parameters.sync_start = static_cast<std::uint8_t>(bits);
   return Abort::none;
@@ -110,10 +103,11 @@ Abort read_mapping_count(const Device& device, Place at, std::uint32_t& bits) no
 
 template <bool receive>
 Abort write_mapping_count(Device& device, Place at, std::uint32_t bits) noexcept {
-  PdoParameters& parameters = pdo<receive>(device, at);
-  if (is_valid(parameters)) return Abort::device_state;
-  const Abort abort = activate_mapping(parameters.mapping, static_cast<std::uint8_t>(bits), receive);
-  seal_pdo<receive>(device, at);
+  if (is_valid(pdo<receive>(device, at))) return Abort::device_state;
+  Abort abort = Abort::none;
+  change_pdo<receive>(device, at, [bits, &abort](PdoParameters& parameters) {
+    abort = activate_mapping(parameters.mapping, static_cast<std::uint8_t>(bits), receive);
+  });
   return abort;
 }
 
@@ -138,13 +132,13 @@ inline Abort resolve(std::uint32_t packed, bool receive, MappedObject& object) {
 
 template <bool receive>
 Abort write_mapping(Device& device, Place at, std::uint32_t bits) noexcept {
-  PdoParameters& parameters = pdo<receive>(device, at);
-  if (is_valid(parameters) || parameters.mapping.count != 0) return Abort::device_state;
+  const PdoParameters& now = pdo<receive>(device, at);
+  if (is_valid(now) || now.mapping.count != 0) return Abort::device_state;
   MappedObject object;
   const Abort abort = bits == 0 ? Abort::none : resolve(bits, receive, object);
   if (abort != Abort::none) return abort;
-  parameters.mapping.packed[at.sub - 1U] = bits;
-  seal_pdo<receive>(device, at);
+  change_pdo<receive>(
+      device, at, [bits, at](PdoParameters& parameters) { parameters.mapping.packed[at.sub - 1U] = bits; });
   return Abort::none;
 }
 

@@ -166,8 +166,8 @@ TEST(ObjectDictionary, KeepsOnlyWhatCanBeReadAndWrittenAgain) {
 TEST(ObjectDictionary, ActivatesEveryDefaultMapping) {
   const Communication communication = delivered_communication();
   for (const Rpdo& rpdo : communication.rpdo) {
-    EXPECT_NE(rpdo.parameters.mapping.count, 0);
-    EXPECT_NE(rpdo.parameters.mapping.bytes, 0);
+    EXPECT_NE(rpdo.parameters().mapping.count, 0);
+    EXPECT_NE(rpdo.parameters().mapping.bytes, 0);
   }
   for (std::size_t n = 0; n < kTpdos; ++n) {
     EXPECT_NE(communication.tpdo[n].parameters.mapping.count, 0) << "TPDO" << n + 1;

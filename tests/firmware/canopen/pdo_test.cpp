@@ -50,8 +50,8 @@ TEST(Rpdo, AppliesTheControlWordAtOnceAndDoesNotCountItAsASetPoint) {
 TEST(Rpdo, EveryBitOfItsParametersIsToldThatFlips) {
   Bench bench(true);
   for (const Rpdo& rpdo : bench.node.communication().rpdo) {
-    auto* const bytes = reinterpret_cast<unsigned char*>(const_cast<PdoParameters*>(&rpdo.parameters));
-    for (std::size_t bit = 0; bit < 8 * sizeof rpdo.parameters; ++bit) {
+    auto* const bytes = reinterpret_cast<unsigned char*>(const_cast<PdoParameters*>(&rpdo.parameters()));
+    for (std::size_t bit = 0; bit < 8 * sizeof rpdo.parameters(); ++bit) {
       bytes[bit / 8] ^= static_cast<unsigned char>(1U << bit % 8);
       EXPECT_FALSE(bench.node.intact()) << "bit " << bit;
       bytes[bit / 8] ^= static_cast<unsigned char>(1U << bit % 8);
@@ -76,7 +76,7 @@ TEST(Rpdo, IsIntactWhateverIsWrittenToItAndRefusedAndAfterAReset) {
     bench.send(request);
     EXPECT_TRUE(bench.node.intact()) << request;
   }
-  EXPECT_EQ(bench.node.communication().rpdo[0].parameters.mapping.bytes, 4) << "the writes were taken";
+  EXPECT_EQ(bench.node.communication().rpdo[0].parameters().mapping.bytes, 4) << "the writes were taken";
   bench.send("000 82 05");
   bench.node.tick(10'000);
   EXPECT_TRUE(bench.node.intact());
