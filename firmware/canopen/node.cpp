@@ -147,12 +147,12 @@ void Node::begin_reset() noexcept {
 /// What the bus wrote goes back to its power-on value or to the stored one; what the controller says stays its own.
 void Node::forget_process() noexcept {
   ProcessImage& image = device_.image;
-  const ProcessImage fresh;
-  image.control_word = fresh.control_word;
-  image.control_mode = fresh.control_mode;
-  image.excitation = fresh.excitation;
-  image.volume_code = fresh.volume_code;
-  image.preview_ticks = fresh.preview_ticks;
+  static constexpr ProcessImage kFresh;
+  image.control_word = kFresh.control_word;
+  image.control_mode = kFresh.control_mode;
+  image.excitation = kFresh.excitation;
+  image.volume_code = kFresh.volume_code;
+  image.preview_ticks = kFresh.preview_ticks;
   for (ChamberImage& chamber : image.chamber) {
     chamber.setpoint_Pa = 0.0F;
     chamber.hold_setpoint_Pa = 0.0F;
@@ -270,10 +270,7 @@ void Node::receive_lss(const CanFrame& frame) noexcept {
   if (lss_.request(device_, frame.data, response)) send(cob::kLssResponse, response);
   const std::uint8_t given = lss_.given_node_id();
   const bool is_named = given != 0 && given != kUnconfiguredNodeId;
-  if (state_ == NmtState::initialising && lss_.is_waiting() && is_named) {
-    ask_for(Reset::communication);
-    work_off_reset();
-  }
+  if (state_ == NmtState::initialising && lss_.is_waiting() && is_named) ask_for(Reset::communication);
 }
 
 void Node::receive_sdo(const CanFrame& frame) noexcept {

@@ -36,7 +36,7 @@ class Master {
 
   /// Asks for one thing, and lets some ticks pass.
   void act() {
-    switch (below(10)) {
+    switch (below(11)) {
       case 0:
       case 1:
         upload_set();
@@ -59,6 +59,9 @@ class Master {
         break;
       case 8:
         for (int i = 0; i < 20; ++i) receive(canopen::cob::kLssRequest, lss_request());
+        break;
+      case 9:
+        set_at_rest();
         break;
       default:
         for (int i = 0; i < 20; ++i) receive(below(0x800), bytes(below(9)));
@@ -240,9 +243,19 @@ class Master {
     if (below(2) == 0) request[1] = static_cast<std::uint8_t>(below(3));
     return request;
   }
-  void reset() {
-    receive(canopen::cob::kNmt, {static_cast<std::uint8_t>(129 + below(2)), kNode});
+  void reset_by(canopen::NmtCommand command) {
+    receive(canopen::cob::kNmt, {static_cast<std::uint8_t>(command), kNode});
     for (int i = 0; i < 20; ++i) tick();
+  }
+  void reset() {
+    reset_by(below(2) == 0 ? canopen::NmtCommand::reset_node : canopen::NmtCommand::reset_communication);
+    chambers_.go_active();
+  }
+  /// What only a board at rest takes; the reset after it has the delivered settings come back.
+  void set_at_rest() {
+    reset_by(canopen::NmtCommand::reset_node);
+    for (int i = 0; i < 20; ++i) write_anything();
+    reset_by(canopen::NmtCommand::reset_node);
     chambers_.go_active();
   }
   /// The parameter store has done what the bus asked of it.

@@ -250,7 +250,9 @@ TEST(LssUnconfigured, BootsUpWhenTheMasterHasGivenItANodeId) {
   bench.answer(kConfiguration);
   EXPECT_EQ(bench.answer(kInquireNodeId), "7E4 5E FF 00 00 00 00 00 00");
   EXPECT_EQ(bench.answer(kNodeId9), "7E4 11 00 00 00 00 00 00 00");
-  EXPECT_EQ(bench.answer(kWaiting), "709 00");
+  EXPECT_EQ(bench.answer(kWaiting), "");
+  bench.tick();
+  EXPECT_EQ(bench.drain(), Frames{"709 00"});
   EXPECT_EQ(bench.node.state(), NmtState::pre_operational);
   EXPECT_EQ(bench.answer("609 40 00 10 00 00 00 00 00"), "589 43 00 10 00 98 01 FF FF");
 }
