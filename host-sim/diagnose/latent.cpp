@@ -577,7 +577,7 @@ class Suspect {
   const std::vector<const Record*>& records_;
   Equation equation_;
   std::unique_ptr<LatentTerms> of_equation_;
-  Disturbance disturbance_;
+  DisturbanceScale disturbance_;
   std::vector<Term> terms_;
   Figures figures_;
   std::vector<double> term_;

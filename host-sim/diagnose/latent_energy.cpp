@@ -22,7 +22,7 @@ class EnergyTerms : public LatentTerms {
     add(terms, "the volume's motion", rig_.volume_moves ? 0.5 : kNever, kVolumeLags.size() + 1);
     return terms;
   }
-  Disturbance disturbance() const override { return {.start_size = 0.5, .unit = "1/s"}; }
+  DisturbanceScale disturbance() const override { return {.start_size = 0.5, .unit = "1/s"}; }
   void begin(const Background& b) override {
     followed_.clear();
     for (const double power : {0.0, 1.0}) {

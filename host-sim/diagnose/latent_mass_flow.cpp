@@ -57,7 +57,7 @@ class MassFlowTerms : public LatentTerms {
     add(terms, "the flow's way to the chamber", rig_.volume_moves ? 0.2 : kNever, 1);
     return terms;
   }
-  Disturbance disturbance() const override {
+  DisturbanceScale disturbance() const override {
     return {.start_size = 0.05, .per_unit = rig_.flow_scale, .unit = "kg/s"};
   }
   void begin(const Background& b) override {

@@ -18,7 +18,7 @@ class SensorTerms : public LatentTerms {
     add(terms, "the pressure", 0.05, 3);
     return terms;
   }
-  Disturbance disturbance() const override {
+  DisturbanceScale disturbance() const override {
     return {.start_size = 0.01, .per_unit = rig_.scene.around.supply_Pa, .unit = "Pa"};
   }
   void begin(const Background& b) override { read_.assign(b.u.size(), 0.0); }

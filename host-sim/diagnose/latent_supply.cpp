@@ -18,7 +18,7 @@ class SupplyTerms : public LatentTerms {
     add(terms, "the flow drawn", 0.1, kSupply_s.size() + 1);
     return terms;
   }
-  Disturbance disturbance() const override {
+  DisturbanceScale disturbance() const override {
     return {.start_size = 0.02, .per_unit = rig_.scene.around.supply_Pa, .unit = "Pa"};
   }
   void begin(const Background& b) override {

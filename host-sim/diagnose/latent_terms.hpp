@@ -34,7 +34,7 @@ struct Term {
 /// Of a term that a log does not show: at rest a volume error is a gain of both ports.
 inline constexpr double kNever = 1e-9;
 
-struct Disturbance {
+struct DisturbanceScale {
   double start_size = 0.0;  // from which its size is sought
   double per_unit = 1.0;    // of the disturbance as reported, in that of the filter
   std::string unit;         // as reported
@@ -88,7 +88,7 @@ class LatentTerms {
   virtual ~LatentTerms() = default;
 
   virtual std::vector<Term> terms() const = 0;
-  virtual Disturbance disturbance() const = 0;
+  virtual DisturbanceScale disturbance() const = 0;
   /// The command that acts, under this disturbance.
   virtual double command_V(double logged_V, double /*d*/) const { return logged_V; }
   /// Called before the first tick of each pass over a record.

@@ -18,7 +18,7 @@ class ValveAreaTerms : public LatentTerms {
     add(terms, "the exhaust port's opening", 0.3, kOpenings.size() - 1);
     return terms;
   }
-  Disturbance disturbance() const override { return {.start_size = 0.05, .unit = ""}; }
+  DisturbanceScale disturbance() const override { return {.start_size = 0.05, .unit = ""}; }
   void act(const Background& b, std::size_t k, const TickActions& tick) const override {
     Action* const a = tick.terms;
     Action& w = tick.disturbance;
