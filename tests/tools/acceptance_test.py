@@ -1,13 +1,10 @@
-"""`plenum acceptance` as its user runs it. Called with: the program, the top of the tree, a test case."""
+"""`plenum acceptance` as its user runs it."""
 
 import json
 import re
 import socket
-import sys
-import unittest
 
-import plenum_test
-from plenum_test import Plenum
+from command import CommandTest, run
 
 SMALL = ["--chambers", "2", "--seconds", "2"]
 ITEMS = ["latency_p999_us", "latency_max_us", "jitter_us", "overruns", "tick_rate_error_percent", "rows_lost", "sdo_p99_ms",
@@ -17,7 +14,7 @@ UNWATCHED = {"supply_noise_Pa": "not run"}  # the simulated boards have no suppl
 AT_REST = dict.fromkeys(ITEMS, "pass") | UNWATCHED | dict.fromkeys(ITEMS[-4:], "not run")
 
 
-class AcceptanceCommand(Plenum):
+class AcceptanceCommand(CommandTest):
     def measured(self, *arguments, seconds=2, code=0):
         ran = self.plenum("acceptance", "--chambers", 2, "--seconds", seconds, *arguments, "--json", "-")
         self.assertEqual((ran.returncode, ran.stderr), (code, ""), ran.stdout)
@@ -137,5 +134,4 @@ class AcceptanceBus(AcceptanceCommand):
 
 
 if __name__ == "__main__":
-    plenum_test.PROGRAM, plenum_test.TOP, case = sys.argv[1], sys.argv[2], sys.argv[3]
-    unittest.main(argv=[sys.argv[0], case], verbosity=2)
+    run()

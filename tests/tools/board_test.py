@@ -1,4 +1,4 @@
-"""The commands that speak to a board, as their user runs them. Called with: the program, the top of the tree, a test case."""
+"""The commands that speak to a board, as their user runs them."""
 
 import configparser
 import json
@@ -6,11 +6,8 @@ import os
 import pty
 import re
 import subprocess
-import sys
-import unittest
 
-import plenum_test
-from plenum_test import Plenum
+from command import PROGRAM, CommandTest, run
 
 MODEL = {
     "schema": "plenum-model/1", "kind": "tassa9", "chamber": 2,
@@ -22,7 +19,7 @@ MODEL = {
 HEARTBEAT = ("1017h", 0)
 
 
-class BoardCommands(Plenum):
+class BoardCommands(CommandTest):
     def json_of(self, *arguments, code=0):
         ran = self.plenum(*arguments, "--json", "-")
         self.assertEqual((ran.returncode, ran.stderr), (code, ""), arguments)
@@ -171,7 +168,7 @@ class Progress(BoardCommands):
     def drawn(self, *arguments):
         """Standard output, and what went to standard error, a terminal."""
         leader, follower = pty.openpty()
-        ran = subprocess.Popen([plenum_test.PROGRAM, *map(str, arguments)], cwd=self.folder, stdout=subprocess.PIPE, stderr=follower)
+        ran = subprocess.Popen([PROGRAM, *map(str, arguments)], cwd=self.folder, stdout=subprocess.PIPE, stderr=follower)
         os.close(follower)
         said = b""
         while True:
@@ -334,5 +331,4 @@ class Keeping(BoardCommands):
 
 
 if __name__ == "__main__":
-    plenum_test.PROGRAM, plenum_test.TOP, case = sys.argv[1], sys.argv[2], sys.argv[3]
-    unittest.main(argv=[sys.argv[0], case], verbosity=2)
+    run()

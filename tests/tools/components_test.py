@@ -1,5 +1,4 @@
-"""The commands that identify a component, as their user runs them. Called with: the program, what writes recordings of the
-plants' components, a test case."""
+"""The commands that identify a component, as their user runs them."""
 
 import csv
 import html
@@ -8,17 +7,15 @@ import math
 import re
 import subprocess
 import sys
-import unittest
 from pathlib import Path
 from random import Random
 
-import plenum_test
-from plenum_test import Plenum
+from command import CommandTest, run
 
-BENCH_LOGS = None
+BENCH_LOGS = sys.argv[4]
 
 
-class Component(Plenum):
+class Component(CommandTest):
     def bench(self, component, name, seed, *how):
         subprocess.run([BENCH_LOGS, component, self.folder / name, str(seed), *map(str, how)], check=True, timeout=300)
         return name
@@ -450,5 +447,4 @@ class Narx(Component):
 
 
 if __name__ == "__main__":
-    plenum_test.PROGRAM, BENCH_LOGS, CASE = sys.argv[1:4]
-    unittest.main(argv=[sys.argv[0], CASE], verbosity=2)
+    run()

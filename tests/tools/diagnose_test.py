@@ -1,12 +1,10 @@
-"""`plenum effects` and `plenum diagnose` as their user runs them. Called with: the program, the top of the tree, the name of a test case."""
+"""`plenum effects` and `plenum diagnose` as their user runs them."""
 
 import csv
 import json
 import math
-import sys
-import unittest
 
-import plenum_test
+from command import CommandTest, run
 
 # The closed list of the contract, with the equation that each effect belongs to.
 EQUATION = {"spool_lag": "command", "dead_time": "command", "valve_hysteresis": "command", "null_drift": "command",
@@ -15,7 +13,7 @@ EQUATION = {"spool_lag": "command", "dead_time": "command", "valve_hysteresis": 
             "volume_error": "energy", "sensor_lag": "sensor", "sensor_bias": "sensor"}
 
 
-class Effects(plenum_test.Plenum):
+class Effects(CommandTest):
     def test_the_catalogue_has_the_effects_of_the_contract_each_in_its_equation(self):
         listed = json.loads(self.done("effects", "--json", "-"))["effects"]
         equation = {one["id"]: one["equation"] for one in listed}
@@ -45,7 +43,7 @@ class Effects(plenum_test.Plenum):
 RIG = "[sampling]\nrate_Hz = 100\n"
 
 
-class Diagnose(plenum_test.Plenum):
+class Diagnose(CommandTest):
     def simulated(self, *options, seconds=20):
         """A log of a thin-plate chamber whose volume moves, and its rig."""
         self.done("sim", "--plant", "thin-plate", "--chambers", 1, "--seconds", seconds, *options, "--out", "logs")
@@ -235,5 +233,4 @@ class Diagnose(plenum_test.Plenum):
 
 
 if __name__ == "__main__":
-    plenum_test.PROGRAM, plenum_test.TOP, CASE = sys.argv[1:4]
-    unittest.main(argv=[sys.argv[0], CASE], verbosity=2)
+    run()

@@ -1,4 +1,4 @@
-"""`plenum monitor` as its user runs it: lines, datagrams, the page in a browser. Called with: the program, the top of the tree, a test case.
+"""`plenum monitor` as its user runs it: lines, datagrams, the page in a browser.
 
 The board is a simulated one, which lives in real time here; nothing leaves the loopback interface."""
 
@@ -15,22 +15,20 @@ import signal
 import socket
 import struct
 import subprocess
-import sys
 import termios
 import threading
 import unittest
 
-import plenum_test
 from browser import Browser
-from plenum_test import Plenum
+from command import PROGRAM, CommandTest, run
 from screenshot import Screenshot
 
 SMALL = ["--chambers", "2"]
 
 
-class MonitorCommand(Plenum):
+class MonitorCommand(CommandTest):
     def start(self, *arguments, **options):
-        running = subprocess.Popen([plenum_test.PROGRAM, "monitor", *SMALL, *map(str, arguments)], cwd=self.folder,
+        running = subprocess.Popen([PROGRAM, "monitor", *SMALL, *map(str, arguments)], cwd=self.folder,
                                    stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
         self.addCleanup(running.stdout.close)
         self.addCleanup(running.stderr.close)
@@ -66,7 +64,7 @@ class Monitor(MonitorCommand):
         """What it writes to a terminal of so many columns; 0: one that does not know."""
         leader, follower = pty.openpty()
         fcntl.ioctl(follower, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
-        ran = subprocess.run([plenum_test.PROGRAM, "monitor", *SMALL, "--seconds", "0.3"], stdout=follower, timeout=60)
+        ran = subprocess.run([PROGRAM, "monitor", *SMALL, "--seconds", "0.3"], stdout=follower, timeout=60)
         os.close(follower)
         drawn = os.read(leader, 65536).decode()
         os.close(leader)
@@ -257,5 +255,4 @@ class MonitorPage(MonitorCommand):
 
 
 if __name__ == "__main__":
-    plenum_test.PROGRAM, plenum_test.TOP, case = sys.argv[1], sys.argv[2], sys.argv[3]
-    unittest.main(argv=[sys.argv[0], case], verbosity=2)
+    run()

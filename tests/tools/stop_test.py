@@ -1,20 +1,17 @@
-"""Ctrl-C and SIGTERM while a board is driven, as a user sees it. Called with: the program, the top of the tree, a test case."""
+"""Ctrl-C and SIGTERM while a board is driven, as a user sees it."""
 
 import json
 import re
 import signal
 import subprocess
-import sys
 import time
-import unittest
 
-import plenum_test
-from plenum_test import Plenum
+from command import PROGRAM, CommandTest, model, run
 
 ONE = ["--chambers", "1"]
 
 
-class Stopped(Plenum):
+class Stopped(CommandTest):
     """On a rig that another program serves in real time."""
 
     def setUp(self):
@@ -24,7 +21,7 @@ class Stopped(Plenum):
 
     def started(self, *arguments):
         """A command that drives; runs until it has made its folder, from which on it answers to a signal."""
-        running = subprocess.Popen([plenum_test.PROGRAM, *map(str, arguments), *ONE, *self.bus, "-o", "out"], cwd=self.folder,
+        running = subprocess.Popen([PROGRAM, *map(str, arguments), *ONE, *self.bus, "-o", "out"], cwd=self.folder,
                                    stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.addCleanup(running.kill)
         until_s = time.monotonic() + 30
@@ -70,7 +67,7 @@ class Stopped(Plenum):
         self.expect_at_rest()
 
     def test_a_regulation_ends_by_sigterm_too(self):
-        self.write("model.json", plenum_test.model(1))
+        self.write("model.json", model(1))
         self.done("upload", *self.bus, *ONE, "model.json")
         before = self.backup("before.json")
         running = self.started("regulate", "--seconds", 60)
@@ -83,7 +80,7 @@ class Stopped(Plenum):
 
     def test_an_acceptance_judges_nothing(self):
         before = self.backup("before.json")
-        running = subprocess.Popen([plenum_test.PROGRAM, "acceptance", *ONE, *self.bus], cwd=self.folder,
+        running = subprocess.Popen([PROGRAM, "acceptance", *ONE, *self.bus], cwd=self.folder,
                                    stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.addCleanup(running.kill)
         time.sleep(2)
@@ -104,5 +101,4 @@ class Stopped(Plenum):
 
 
 if __name__ == "__main__":
-    plenum_test.PROGRAM, plenum_test.TOP, case = sys.argv[1], sys.argv[2], sys.argv[3]
-    unittest.main(argv=[sys.argv[0], case], verbosity=2)
+    run()

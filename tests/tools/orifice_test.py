@@ -1,0 +1,90 @@
+"""`plenum orifice` on flows that have a closed form."""
+
+import html
+import json
+import math
+import re
+
+from command import CommandTest, run
+
+
+class Orifice(CommandTest):
+    """Choked flow has a closed form: p falls as e^(-k t), and rises at k P_s. A row is the mean over the 10 ms before it."""
+
+    RATE_1_S, VOLUME_M3, SUPPLY_PA = 0.05, 0.2e-3, 700e3
+
+    def log(self, name, pressure_Pa, seconds=6.0, command_V=lambda t: 5.0, volume=lambda t: 1.0):
+        rows = [f"{t:.2f},{command_V(t)},{pressure_Pa(t - 0.005):.6f},{self.VOLUME_M3 * volume(t):.9f}"
+                for t in (0.01 * k for k in range(round(100 * seconds)))]
+        return self.write(name, "time_s,command_V,pressure_Pa,volume_m3\n" + "\n".join(rows) + "\n")
+
+    def emptying(self, name, **how):
+        return self.log(name, lambda t: self.SUPPLY_PA * math.exp(-self.RATE_1_S * t), **how)
+
+    def test_a_choked_vessel_shows_the_rate_the_area_and_the_sonic_conductance(self):
+        filling = self.log("filling.csv", lambda t: 101325 + self.RATE_1_S * self.SUPPLY_PA * t, command_V=lambda t: 6.0)
+        answer = json.loads(self.done("orifice", "--thin-plate", "--exponent", "1", "--json", "-", self.emptying("emptying.csv"), filling))
+        # mass per second per pascal at 293.15 K, and ISO 6358's 1.185 kg/m3; of a thin plate 0.0404 A p/sqrt(T) with C_d 1
+        mass_kg_s_Pa = self.RATE_1_S * self.VOLUME_M3 / (287.87 * 293.15)
+        for of, flow, command_V in zip(answer["orifices"], ("discharge", "charge"), (5, 6)):
+            self.assertEqual((of["flow"], of["command_V"]), (flow, command_V))
+            self.assertAlmostEqual(of["parameters"]["choked_rate_1_s"]["value"], self.RATE_1_S, delta=1e-6)
+            self.assertAlmostEqual(of["sonic_conductance_dm3_s_bar"], 1e8 * mass_kg_s_Pa / 1.185, delta=1e-6)
+            self.assertAlmostEqual(of["parameters"]["area_m2"]["value"] / (mass_kg_s_Pa * math.sqrt(293.15) / 0.040418), 1.0, delta=0.01)
+            self.assertTrue(of["parameters"]["critical_ratio"]["held"])
+            self.assertLess(of["mean_absolute_error_kPa"], 1e-3)
+
+    def opened(self, name, seconds):
+        """A valve that is opened at 1 s and shut at 3 s."""
+        return self.log(name, lambda t: self.SUPPLY_PA * math.exp(-0.5 * min(max(t - 1, 0), 2)), seconds,
+                        command_V=lambda t: 6.0 if 0.995 < t < 2.995 else 5.0)
+
+    def test_a_log_from_the_step_of_its_command_on_has_no_part_in_what_was_before(self):
+        valve = self.opened("valve.csv", 4.0)
+        answer = json.loads(self.done("orifice", "--thin-plate", "--from", "1", "--to", "3", "--json", "-", valve))
+        self.assertAlmostEqual(answer["orifices"][0]["parameters"]["choked_rate_1_s"]["value"], 0.5, delta=1e-6)
+
+    def test_conductance_and_area_are_of_gas_at_the_temperature_of_the_rig(self):
+        leak = self.emptying("leak.csv")
+        at = {}
+        for temperature_K in (293.15, 320):
+            rig = self.write("rig.toml", f"[sampling]\nrate_Hz = 100\n[gas]\ntemperature_K = {temperature_K}\n")
+            at[temperature_K] = json.loads(self.done("orifice", "--thin-plate", "--rig", rig, "--json", "-", leak))["orifices"][0]
+        warm, cool = at[320], at[293.15]
+        self.assertEqual(warm["parameters"]["choked_rate_1_s"], cool["parameters"]["choked_rate_1_s"])
+        ratio = math.sqrt(293.15 / 320)
+        self.assertAlmostEqual(warm["sonic_conductance_dm3_s_bar"] / cool["sonic_conductance_dm3_s_bar"], ratio, delta=1e-9)
+        self.assertAlmostEqual(warm["parameters"]["area_m2"]["value"] / cool["parameters"]["area_m2"]["value"], ratio, delta=1e-9)
+
+    def test_columns_in_another_unit_are_refused(self):
+        for name, scale, says in (("mL", 1e6, "expected m3"), ("litres", 1e3, "expected m3"), ("none", 0.0, "expected above 0")):
+            self.refused(2, "orifice", self.emptying(f"{name}.csv", volume=lambda t, scale=scale: scale),
+                         says=[f"{name}.csv", "column volume_m3", says])
+        for name, scale in {"kPa": 1e-3, "bar": 1e-5}.items():
+            self.refused(2, "orifice", self.log(f"{name}.csv", lambda t, scale=scale: scale * (700e3 - 50e3 * t)),
+                         says=[f"{name}.csv", "column pressure_Pa", "expected absolute pressure in Pa"])
+        self.refused(2, "orifice", self.log("gauge.csv", lambda t: 600e3 - 99e3 * t),
+                     says=["gauge.csv", "column pressure_Pa", "gauge pressure in Pa", "expected absolute pressure"])
+
+    def test_the_page_and_the_text_say_the_same(self):
+        self.assertIn("effective_area", self.done("orifice", "--thin-plate", self.emptying("vent.csv")))
+        text = self.done("orifice", "--thin-plate", self.emptying("leak.csv"), "--report", "leak.html")
+        rate = re.search(r"choked_rate +(\S+)", text)[1]
+        self.assertIn(rate[:6], html.unescape((self.folder / "leak.html").read_text(encoding="utf-8")))
+
+    def test_what_is_no_single_orifice_is_refused_with_the_part_that_is_one(self):
+        steps = self.emptying("steps.csv", command_V=lambda t: 5.0 if t < 1.995 else 4.8)
+        self.refused(3, "orifice", steps, says=["steps.csv", "the command changes", "longest part at one is --from 2\n"])
+        self.done("orifice", "--thin-plate", steps, "--from", "2")
+        valve = self.opened("valve.csv", 4.0)
+        self.refused(3, "orifice", valve, says=["longest part at one is --from 1 --to 3\n"])
+        self.assertIn(", 1.98 s,", self.done("orifice", "--thin-plate", valve, "--from", "1", "--to", "3"))
+        moving = self.emptying("moving.csv", volume=lambda t: 1.0 + 0.02 * t)
+        self.refused(3, "orifice", moving, says=["moving.csv", "the volume moves from 200 to"])
+        tight = self.log("tight.csv", lambda t: self.SUPPLY_PA * math.exp(-1e-3 * t))
+        self.refused(3, "orifice", tight, says=["tight.csv", "pressure ratios from", "--thin-plate"])
+        self.refused(2, "orifice", tight, "--from", "7", says=["tight.csv", "--from 7", "3 or more"])
+
+
+if __name__ == "__main__":
+    run()
