@@ -100,7 +100,7 @@ class Machine:
             "qemu-system-aarch64", "-nodefaults", "-display", "none", "-M", "virt,gic-version=3", "-cpu", "cortex-a53", "-smp", "1", "-m", "512",
             # Time goes by instructions, 4 ns each, and waits for a PC that is slower: README.md.
             "-icount", "shift=2,sleep=on",
-            "-no-reboot", "-serial", "chardev:serial",
+            "-no-reboot", "-serial", "chardev:serial", "-device", "i6300esb", "-action", "watchdog=reset",
             "-qmp", f"unix:{self.folder}/qmp,server=on,wait=off",
             "-device", "virtio-serial-pci", "-chardev", f"socket,id=agent,path={self.folder}/agent,server=on,wait=off",
             "-device", "virtserialport,chardev=agent,name=plenum.agent",
@@ -206,6 +206,20 @@ class Machine:
     def write(self, path, text):
         """A file of the guest."""
         self.run(f"echo {base64.b64encode(text.encode()).decode()} | base64 -d >{path}")
+
+    def bitten(self, strike, boot_s=BOOT_s):
+        """Does what makes the hardware's watchdog bite, and waits until the guest has booted anew: seconds until the bite."""
+        self.qmp("set-action", reboot="reset")
+        struck = time.monotonic()
+        strike()
+        self._within(lambda: self._expect_event("WATCHDOG"))
+        bitten = self.started = time.monotonic()
+        self._expect_agent(boot_s)
+        return bitten - struck
+
+    def _expect_event(self, name):
+        while json.loads(self.monitor.line(self.COMMAND_s, f"qemu's event {name}, after {self.COMMAND_s} s")).get("event") != name:
+            pass
 
     def power_key(self):
         """Presses the power key: a pulse of 100 ms on line 3 of the gpiochip, which the board takes for its emergency stop."""
