@@ -20,20 +20,20 @@ class Twice {
   constexpr T second() const noexcept { return value_of(inverted(complement_)); }
 
  private:
-  static constexpr bool kFloat = std::is_same_v<T, float>;
-  using Bits = std::conditional_t<kFloat, std::uint32_t, T>;
+  using IsFloat = std::is_same<T, float>;
+  using Bits = std::conditional_t<IsFloat::value, std::uint32_t, T>;
   static constexpr Bits inverted(Bits bits) noexcept {
     return static_cast<Bits>(~static_cast<std::uint32_t>(bits));
   }
   static constexpr Bits bits_of(T value) noexcept {
-    if constexpr (kFloat) {
+    if constexpr (IsFloat::value) {
       return std::bit_cast<Bits>(value);
     } else {
       return value;
     }
   }
   static constexpr T value_of(Bits bits) noexcept {
-    if constexpr (kFloat) {
+    if constexpr (IsFloat::value) {
       return std::bit_cast<T>(bits);
     } else {
       return bits;

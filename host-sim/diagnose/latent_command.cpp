@@ -22,7 +22,9 @@ class CommandTerms : public LatentTerms {
     add(terms, "the command's reversals", 0.5, kPlays_V.size());
     return terms;
   }
-  DisturbanceScale disturbance() const override { return {.start_size = 0.05, .unit = "V", .may_drift = true}; }
+  DisturbanceScale disturbance() const override {
+    return {.start_size = 0.05, .unit = "V", .may_drift = true};
+  }
   double command_V(double logged_V, double d) const override { return logged_V + d; }
   void begin(const Background& b) override {
     played_.clear();
