@@ -169,7 +169,7 @@ void check_input(const config::BoardFile& board, Page& page) {
 
 /// Looks at a line and takes it not. Throws.
 drivers::GpioInfo free_line(const drivers::GpioLine& line) {
-  const drivers::GpioInfo info = drivers::gpio_info(line);
+  drivers::GpioInfo info = drivers::gpio_info(line);
   if (!info.holder.empty())
     drivers::refuse_gpio(line, "held by " + info.holder, "a line that nobody holds (stop plenumd first)");
   return info;
