@@ -64,6 +64,11 @@ struct PdoParameters {
   Mapping mapping;
 };
 
+/// The PDO is on.
+inline bool is_valid(const PdoParameters& parameters) noexcept {
+  return (parameters.cob_id & cob::kInvalid) == 0;
+}
+
 struct Rpdo {
   bool latched = false;  ///< a checked frame waits for its SYNC
   std::array<std::uint8_t, 8> data{};

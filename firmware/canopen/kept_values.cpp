@@ -28,7 +28,7 @@ bool is_identifier(std::uint16_t index, std::uint8_t sub) noexcept {
 /// That of the PDO whose row is at `index`; while the PDO is on, it stays.
 void empty_mapping(Device& device, std::uint16_t index) noexcept {
   const auto empty = [](PdoParameters& parameters) {
-    if ((parameters.cob_id & cob::kInvalid) != 0) parameters.mapping = {};
+    if (!is_valid(parameters)) parameters.mapping = {};
   };
   if (index < object::kTpdoMapping) {
     device.communication.rpdo[index - object::kRpdoMapping].change(empty);

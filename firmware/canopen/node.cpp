@@ -26,10 +26,6 @@ bool is_synchronous(const PdoParameters& parameters) {
   return parameters.transmission_type <= 240;
 }
 
-bool is_valid(const PdoParameters& parameters) {
-  return (parameters.cob_id & cob::kInvalid) == 0;
-}
-
 /// Reads the mapped objects into the bytes of a PDO.
 void pack(const Device& device, const Mapping& mapping, std::array<std::uint8_t, 8>& data) {
   std::size_t at = 0;

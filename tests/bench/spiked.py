@@ -26,8 +26,8 @@ TICK_S = 0.01
 def lagged(pressure, seconds):
     keep = math.exp(-TICK_S / seconds)
     late = pressure[:1]
-    for now in pressure[1:]:
-        late.append(keep * late[-1] + (1.0 - keep) * now)
+    for reading in pressure[1:]:
+        late.append(keep * late[-1] + (1.0 - keep) * reading)
     return late
 
 

@@ -13,6 +13,7 @@ import unittest
 from pathlib import Path
 
 PROGRAM, TOP = sys.argv[1:3]
+SMALL = ["--chambers", "2"]
 
 
 def run():

@@ -3,9 +3,7 @@
 import json
 import re
 
-from command import CommandTest, run
-
-SMALL = ["--chambers", "2"]
+from command import SMALL, CommandTest, run
 
 
 class Demo(CommandTest):

@@ -7,9 +7,7 @@ import subprocess
 import time
 from pathlib import Path
 
-from command import PROGRAM, TOP, CommandTest, greybox, model, run
-
-SMALL = ["--chambers", "2"]
+from command import PROGRAM, SMALL, TOP, CommandTest, greybox, model, run
 
 
 class SimEffects(CommandTest):

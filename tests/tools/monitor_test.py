@@ -20,10 +20,8 @@ import threading
 import unittest
 
 from browser import Browser
-from command import PROGRAM, CommandTest, run
+from command import PROGRAM, SMALL, CommandTest, run
 from screenshot import Screenshot
-
-SMALL = ["--chambers", "2"]
 
 
 class MonitorCommand(CommandTest):

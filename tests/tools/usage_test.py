@@ -5,12 +5,11 @@ import random
 import re
 import subprocess
 
-from command import PROGRAM, CommandTest, model, run
+from command import PROGRAM, SMALL, CommandTest, model, run
 
 COMMANDS = ["demo", "sim", "capture", "identify", "diagnose", "effects", "upload", "download", "regulate", "reproduce",
             "scan", "info", "faults", "reset", "diff", "backup", "restore", "monitor", "acceptance", "calibrate", "orifice", "describe", "lss",
             "regulator", "relief", "friction", "narx"]
-SMALL = ["--chambers", "2"]
 
 
 class Usage(CommandTest):

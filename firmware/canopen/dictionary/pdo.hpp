@@ -25,10 +25,6 @@ void change_pdo(Device& device, Place at, Change&& change) {
   }
 }
 
-inline bool is_valid(const PdoParameters& parameters) {
-  return (parameters.cob_id & cob::kInvalid) == 0;
-}
-
 /// What a PDO was doing is over once its parameters change.
 template <bool receive>
 void restart_pdo(Device& device, Place at) {
