@@ -28,26 +28,47 @@ std::string_view take_line(std::string_view& text, bool& ended) {
   return line;
 }
 
-std::vector<std::string> parse_header(std::string_view line, std::string_view file) {
+/// Where the cell at the front of `line` ends: at the next comma that stands in no quotes, or npos.
+std::size_t end_of_cell(std::string_view line) {
+  const std::size_t first = line.find_first_not_of(" \t");
+  if (first == std::string_view::npos || line[first] != '"') return line.find(',');
+  bool quoted = false;  // a doubled quote within closes and opens again
+  for (std::size_t i = first; i < line.size(); ++i) {
+    if (line[i] == '"') quoted = !quoted;
+    if (line[i] == ',' && !quoted) return i;
+  }
+  return std::string_view::npos;
+}
+
+/// What a cell holds, without the spaces and the quotes round it.
+std::string_view content(std::string_view cell) {
+  cell = trimmed(cell);
+  if (cell.size() >= 2 && cell.front() == '"' && cell.back() == '"')
+    cell = trimmed(cell.substr(1, cell.size() - 2));
+  return cell;
+}
+
+std::vector<std::string> parse_header(std::string_view line) {
   std::vector<std::string> names;
   for (;;) {
-    const std::size_t comma = line.find(',');
-    names.emplace_back(trimmed(line.substr(0, comma)));
-    if (comma == std::string_view::npos) break;
+    const std::size_t comma = end_of_cell(line);
+    names.emplace_back(content(line.substr(0, comma)));
+    if (comma == std::string_view::npos) return names;
     line.remove_prefix(comma + 1);
   }
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    if (std::find(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(i), names[i]) !=
-        names.begin() + static_cast<std::ptrdiff_t>(i)) {
-      throw InputError(
-          fmt::format("{}: header: column '{}' appears twice, expected once", file, legible(names[i])));
-    }
+}
+
+std::size_t cells_of(std::string_view line) {
+  std::size_t cells = 1;
+  for (std::size_t comma = end_of_cell(line); comma != std::string_view::npos; comma = end_of_cell(line)) {
+    line.remove_prefix(comma + 1);
+    ++cells;
   }
-  return names;
+  return cells;
 }
 
 double parse_cell(std::string_view cell, std::string_view file, std::size_t row, const std::string& name) {
-  cell = trimmed(cell);
+  cell = content(cell);
   if (cell.empty()) {
     throw InputError(fmt::format("{}: row {}, column {}: missing, expected a number", file, row, name));
   }
@@ -78,30 +99,48 @@ std::size_t column_of(const NumberTable& table, std::string_view name, std::stri
 }
 
 NumberTable parse_numbers(std::string_view text, std::string_view file,
-                          const std::function<bool(std::string_view name)>& wanted) {
+                          const std::function<bool(std::string_view name)>& wanted,
+                          std::vector<std::string>* notices) {
   if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
   if (text.empty()) throw InputError(fmt::format("{}: empty, expected a header row", file));
   NumberTable table;
   bool ended = false;
   const std::string_view header = take_line(text, ended);
-  table.names = parse_header(header, file);
+  table.names = parse_header(header);
   const std::size_t width = table.names.size();
   table.columns.resize(width);
   std::vector<char> keep(width);
   const auto expected_rows = static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
   for (std::size_t i = 0; i < width; ++i) {
     keep[i] = wanted(table.names[i]) ? 1 : 0;
-    if (keep[i] != 0) table.columns[i].reserve(expected_rows);
+    if (keep[i] == 0) {
+      if (notices != nullptr) {
+        notices->push_back(
+            fmt::format("{}: column '{}' is not known and is ignored", file, legible(table.names[i])));
+      }
+      continue;
+    }
+    if (std::count(table.names.begin(), table.names.end(), table.names[i]) > 1) {
+      throw InputError(
+          fmt::format("{}: header: column '{}' appears twice, expected once", file, legible(table.names[i])));
+    }
+    table.columns[i].reserve(expected_rows);
   }
-  while (!text.empty()) {
+  // Empty lines at the end are no rows; elsewhere one is a row without cells.
+  while (text.find_first_not_of(" \t\r\n") != std::string_view::npos) {
     std::string_view line = take_line(text, ended);
     const std::size_t row = table.rows + 1;
     if (!ended) {
-      throw InputError(fmt::format(
-          "{}: row {}: the file ends within this line, expected a line end (truncated?)", file, row));
+      if (notices == nullptr || cells_of(line) != width) {
+        throw InputError(fmt::format(
+            "{}: row {}: the file ends within this line, expected a line end (truncated?)", file, row));
+      }
+      notices->push_back(
+          fmt::format("{}: row {}, the last, has no line end (truncated?) and is left out", file, row));
+      break;
     }
     for (std::size_t i = 0; i < width; ++i) {
-      const std::size_t comma = line.find(',');
+      const std::size_t comma = end_of_cell(line);
       if (keep[i] != 0)
         table.columns[i].push_back(parse_cell(line.substr(0, comma), file, row, table.names[i]));
       if (comma != std::string_view::npos) {
@@ -126,17 +165,23 @@ double uniform_period_s(const std::vector<double>& time_s, std::string_view file
   if (time_s.size() < 2) {
     throw InputError(fmt::format("{}: {} row, expected at least 2 to know the rate", file, time_s.size()));
   }
-  const double first_s = time_s[1] - time_s[0];
-  if (!(first_s > 0.0)) {
-    throw InputError(fmt::format("{}: row 2, column time_s: {} after {}, expected time to advance", file,
-                                 time_s[1], time_s[0]));
+  std::vector<double> steps_s;
+  steps_s.reserve(time_s.size());
+  for (std::size_t i = 1; i < time_s.size(); ++i) {
+    steps_s.push_back(time_s[i] - time_s[i - 1]);
+    if (!(steps_s.back() > 0.0)) {
+      throw InputError(fmt::format("{}: row {}, column time_s: {} after {}, expected time to advance", file,
+                                   i + 1, time_s[i], time_s[i - 1]));
+    }
   }
-  for (std::size_t i = 2; i < time_s.size(); ++i) {
-    const double step_s = time_s[i] - time_s[i - 1];
-    if (!(std::abs(step_s - first_s) <= kUniformTolerance * first_s)) {
+  const auto middle = steps_s.begin() + static_cast<std::ptrdiff_t>((steps_s.size() - 1) / 2);
+  std::nth_element(steps_s.begin(), middle, steps_s.end());
+  const double usual_s = *middle;
+  for (std::size_t i = 1; i < time_s.size(); ++i) {
+    if (!(std::abs(time_s[i] - time_s[i - 1] - usual_s) <= kUniformTolerance * usual_s)) {
       throw InputError(
-          fmt::format("{}: row {}, column time_s: {} after {}, expected a step of {:.6g} s as before", file,
-                      i + 1, time_s[i], time_s[i - 1], first_s));
+          fmt::format("{}: row {}, column time_s: {} after {}, expected a step of {:.6g} s as in most rows",
+                      file, i + 1, time_s[i], time_s[i - 1], usual_s));
     }
   }
   const double period_s = (time_s.back() - time_s.front()) / static_cast<double>(time_s.size() - 1);

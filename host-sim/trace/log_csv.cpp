@@ -9,7 +9,6 @@
 
 #include "host-sim/trace/csv.hpp"
 #include "host-sim/trace/input_error.hpp"
-#include "host-sim/trace/legible.hpp"
 #include "host-sim/trace/whole_file.hpp"
 
 namespace plenum::host::trace {
@@ -40,18 +39,12 @@ bool known(std::string_view name) {
 }  // namespace
 
 Log parse_log(std::string_view text, std::string_view file, std::vector<std::string>* notices) {
-  NumberTable table = parse_numbers(text, file, known);
+  NumberTable table = parse_numbers(text, file, known, notices);
   Log log;
   for (const Column& column : kColumns) {
     if (column.required ||
         std::find(table.names.begin(), table.names.end(), column.name) != table.names.end()) {
       log.*column.values = std::move(table.columns[column_of(table, column.name, file)]);
-    }
-  }
-  if (notices != nullptr) {
-    for (const std::string& name : table.names) {
-      if (!known(name))
-        notices->push_back(fmt::format("{}: column '{}' is not known and is ignored", file, legible(name)));
     }
   }
   log.period_s = uniform_period_s(log.time_s, file);
@@ -71,7 +64,7 @@ Log read_log(const std::filesystem::path& path, const RigDescription& rig,
     throw InputError(fmt::format("{}: column time_s: {:.6g} Hz, expected the rig's sampling.rate_Hz = {:.6g}",
                                  path.string(), rate_Hz, rig.sampling.rate_Hz));
   }
-  log.pressure_average_s = rig.sampling.pressure_average_s;
+  log.pressure_average_s = std::min(rig.sampling.pressure_average_s, log.period_s);  // a clock may be fast
   return log;
 }
 

@@ -12,12 +12,13 @@
 namespace plenum::host::trace {
 
 /// Reads a log. The file does not say over which time a pressure was averaged: one whole period is assumed.
-/// Unknown columns are ignored; each adds a line to `notices` when that is given.
+/// Unknown columns are ignored, and a last row without line end is left out: each adds a line to `notices` when that is
+/// given, without which such a row is refused.
 /// Throws InputError naming file, row and column (see parse_numbers), also for fewer than two rows and for
 /// time that does not advance uniformly.
 Log read_log(const std::filesystem::path& path, std::vector<std::string>* notices = nullptr);
 
-/// Reads a log of this rig: the averaging time is the rig's, and the log's rate must be the rig's.
+/// Reads a log of this rig: the averaging time is the rig's, and the log's rate must be the rig's within 0.1 %.
 Log read_log(const std::filesystem::path& path, const RigDescription& rig,
              std::vector<std::string>* notices = nullptr);
 

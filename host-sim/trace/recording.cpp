@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "host-sim/trace/csv.hpp"
-#include "host-sim/trace/legible.hpp"
 #include "host-sim/trace/whole_file.hpp"
 
 namespace plenum::host::trace {
@@ -26,16 +25,11 @@ Recording read_recording(const std::filesystem::path& path, const std::vector<st
   };
   const auto wanted = [&](std::string_view name) { return among(required, name) || among(optional, name); };
   const std::string file = path.string();
-  NumberTable table = parse_numbers(read_whole_file(path), file, wanted);
+  NumberTable table = parse_numbers(read_whole_file(path), file, wanted, &notices);
   for (const std::string& name : required) static_cast<void>(column_of(table, name, file));
   Recording recording{.name = path.filename().string(), .rows = table.rows, .columns = {}};
   for (std::size_t i = 0; i < table.names.size(); ++i) {
-    if (wanted(table.names[i])) {
-      recording.columns.emplace(table.names[i], std::move(table.columns[i]));
-    } else {
-      notices.push_back(
-          fmt::format("{}: column '{}' is not known and is ignored", file, legible(table.names[i])));
-    }
+    if (wanted(table.names[i])) recording.columns.emplace(table.names[i], std::move(table.columns[i]));
   }
   return recording;
 }

@@ -20,7 +20,7 @@ struct Recording {
 };
 
 /// Reads the columns `required`, and of those in `optional` what the file has; `notices` tells of others, which are
-/// ignored. Throws InputError naming file, row and column as parse_numbers().
+/// ignored, and of a last row that is left out. Throws InputError naming file, row and column as parse_numbers().
 Recording read_recording(const std::filesystem::path& path, const std::vector<std::string>& required,
                          const std::vector<std::string>& optional, std::vector<std::string>& notices);
 

@@ -1,5 +1,6 @@
 // A log, from any bytes: it is accepted and holds together, or refused with an error that names the file.
 #include <string>
+#include <vector>
 
 #include "host-sim/trace/input_error.hpp"
 #include "host-sim/trace/log_csv.hpp"
@@ -10,7 +11,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using plenum::fuzz::require;
   const std::string_view text = plenum::fuzz::text_of(data, size);
   try {
-    const trace::Log log = trace::parse_log(text, "input.csv");
+    std::vector<std::string> notices;
+    const trace::Log log = trace::parse_log(text, "input.csv", &notices);
     // what is accepted is written and read back to the same numbers
     const std::string written = trace::format_log(log);
     require(trace::format_log(trace::parse_log(written, "written.csv")) == written,

@@ -37,6 +37,9 @@ TEST(Ticks, RefusesLogsThatDoNotGoTogether) {
   other = log;
   other.pressure_average_s = 0.03;
   EXPECT_THROW(lay_out({other}), CannotIdentify);
+  other = log;
+  other.period_s *= 1.0 + 3e-4;
+  EXPECT_EQ(lay_out({log, other}).period_s, log.period_s) << "a recorder's clock is 300 ppm slow";
   Recording brief;
   brief.rows = kFewestRows - 1;
   EXPECT_THROW(lay_out({record(brief)}), CannotIdentify);

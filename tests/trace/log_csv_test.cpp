@@ -84,6 +84,67 @@ TEST(LogCsv, ShowsNamesAndCellsOfAFileInShortAndInPrintableCharacters) {
   }
 }
 
+TEST(LogCsv, IgnoresUnknownColumnsThatShareAName) {
+  std::vector<std::string> notices;
+  EXPECT_EQ(
+      parse("time_s,command_V,pressure_Pa,volume_m3,,note,note,\n0,5,1e5,1e-4,,a,b,\n0.01,5,1e5,1e-4,,,,\n",
+            &notices)
+          .size(),
+      2U);
+  EXPECT_EQ(notices.size(), 4U);
+}
+
+TEST(LogCsv, TakesCellsInDoubleQuotesAndTheirCommas) {
+  std::vector<std::string> notices;
+  const Log log = parse(
+      "\"time_s\",\"a \"\"dry\"\" run, cold\", \"command_V\" ,pressure_Pa,volume_m3\n"
+      "0,\"x, y\",\"5\",1e5,1e-4\n\"0.01\",\"\"\"a, b\"\"\",5.5,\"2e5\",1e-4\n",
+      &notices);
+  EXPECT_THAT(log.time_s, ElementsAre(0.0, 0.01));
+  EXPECT_THAT(log.command_V, ElementsAre(5.0, 5.5));
+  EXPECT_THAT(log.pressure_Pa, ElementsAre(1e5, 2e5));
+  EXPECT_EQ(notices.size(), 1U);
+}
+
+TEST(LogCsv, TakesEmptyLinesAtTheEndForNoRows) {
+  std::vector<std::string> notices;
+  EXPECT_EQ(parse(kHeader + std::string("0,5,1e5,1e-4\n0.01,5,1e5,1e-4\n\r\n \n\n"), &notices).size(), 2U);
+  EXPECT_TRUE(notices.empty());
+}
+
+// "1" may be what is left of "1e-4".
+TEST(LogCsv, LeavesOutALastRowWithoutLineEndWithANotice) {
+  std::vector<std::string> notices;
+  const std::string rows = "0,5,1e5,1e-4\n0.01,5,1e5,1e-4\n";
+  EXPECT_THAT(parse(kHeader + rows + "0.02,5,1e5,1", &notices).volume_m3, ElementsAre(1e-4, 1e-4));
+  EXPECT_THAT(notices, ElementsAre(AllOf(HasSubstr("row 3"), HasSubstr("left out"))));
+  for (const char* cut : {"0.02,5,1e5", "0", "0.02,5,1e5,1,1"}) {
+    EXPECT_THAT(
+        [&] {
+          notices.clear();
+          parse(kHeader + rows + cut, &notices);
+        },
+        testing::ThrowsMessage<InputError>(HasSubstr("row 3: the file ends within")))
+        << cut;
+  }
+}
+
+TEST(LogCsv, TakesStampsThatAreRoundedForUniform) {
+  const auto log_at = [](double rate_Hz, int digits, double from_s) {
+    std::string text = kHeader;
+    for (int k = 0; k < 500; ++k) text += fmt::format("{:.{}f},5,1e5,1e-4\n", from_s + k / rate_Hz, digits);
+    return parse(text);
+  };
+  for (const double rate_Hz : {60.0, 128.0, 300.0}) {
+    EXPECT_NEAR(log_at(rate_Hz, 3, 0.0).period_s * rate_Hz, 1.0, 1e-3) << rate_Hz << " Hz, to milliseconds";
+  }
+  std::string single = kHeader;
+  for (int k = 0; k < 500; ++k) {
+    single += fmt::format("{},5,1e5,1e-4\n", static_cast<double>(static_cast<float>(600.0 + 1e-3 * k)));
+  }
+  EXPECT_NEAR(parse(single).period_s, 1e-3, 1e-6) << "[s], in single precision after ten minutes";
+}
+
 TEST(LogCsv, ReadsBackToTheSameBits) {
   std::mt19937_64 random(11);
   std::uniform_real_distribution<double> unit(0.0, 1.0);
@@ -147,7 +208,11 @@ INSTANTIATE_TEST_SUITE_P(
         BadLog{"LostRow",
                kHeader + kGoodRow + "0.01,5,1e5,1e-4\n0.03,5,1e5,1e-4\n",
                {"row 3", "time_s", "0.03"}},
+        BadLog{"OddFirstStep",
+               kHeader + kGoodRow + "0.02,5,1e5,1e-4\n0.03,5,1e5,1e-4\n0.04,5,1e5,1e-4\n",
+               {"row 2", "time_s", "0.02", "0.01 s"}},
         BadLog{"TimeBackwards", kHeader + kGoodRow + "-0.01,5,1e5,1e-4\n", {"row 2", "time_s", "advance"}},
+        BadLog{"EmptyLine", kHeader + kGoodRow + "\n0.01,5,1e5,1e-4\n", {"row 2", "time_s", "missing"}},
         BadLog{"Truncated", kHeader + kGoodRow + "0.01,5,1e5,1e-4\n0.02,5,1e5,1", {"row 3", "ends within"}}),
     [](const testing::TestParamInfo<BadLog>& bad) { return bad.param.what; });
 
@@ -168,6 +233,22 @@ TEST(LogCsv, TakesTheAveragingTimeFromTheRigAndRefusesAnotherRate) {
   EXPECT_EQ(read_log(path, rig).pressure_average_s, 0.004);
   rig.sampling.rate_Hz = 200;
   EXPECT_THROW(read_log(path, rig), InputError);
+}
+
+TEST(LogCsv, AveragesOverNoMoreThanATickWhereTheRecordersClockIsFastOrItsStampsAreRounded) {
+  for (const double rate_Hz : {60.0, 100.002, 300.0}) {
+    for (const int rows : {298, 299, 300, 301}) {
+      const auto path = scratch("fast.csv");
+      std::string text = kHeader;
+      for (int k = 0; k < rows; ++k) text += fmt::format("{:.6f},5,1e5,1e-4\n", k / rate_Hz);
+      std::ofstream(path) << text;
+      RigDescription rig;
+      rig.sampling = {.rate_Hz = std::round(rate_Hz), .pressure_average_s = 1.0 / std::round(rate_Hz)};
+      const Log log = read_log(path, rig);
+      EXPECT_LE(log.pressure_average_s, log.period_s) << rate_Hz << " Hz, " << rows << " rows";
+      EXPECT_NEAR(log.pressure_average_s, log.period_s, 1e-4 * log.period_s);
+    }
+  }
 }
 
 TEST(LogCsv, LeavesTheOldFileAndNothingElseWhenALogCannotBeWritten) {
