@@ -145,13 +145,13 @@ int run(const Options& options) {
     report = diagnose::diagnose(logs, heldout, rig, how);
   }
   print_report(options.output, report);
+  options.output.finish(diagnose::to_json(report));  // first: what follows may be refused
   if (!options.save_rig.empty()) {
     trace::write_rig(options.save_rig, report.found);
     options.output.print("rig: {}\n", options.save_rig);
   }
   if (!options.save_model.empty()) save_model(options, report.found, logs);
   write_report(options.output, options.report, [&] { return diagnose_page(report); });
-  options.output.finish(diagnose::to_json(report));
   return kDone;
 }
 

@@ -108,6 +108,12 @@ trace::RigDescription RigChoice::description() const {
         "{}: [sampling] rate_Hz = {:g}, pressure_average_s = {:g}, expected 100 and 0.01: those of a board",
         rig_file, sampling.rate_Hz, sampling.pressure_average_s));
   }
+  const auto& valve = description.valve;
+  if (valve.exhaust_below_V < 0.0 || valve.open_above_V > 10.0) {
+    throw trace::InputError(fmt::format(
+        "{}: [valve] exhaust_below_V = {:g}, open_above_V = {:g}, expected 0 to 10: a board's outputs",
+        rig_file, valve.exhaust_below_V, valve.open_above_V));
+  }
   return description;
 }
 

@@ -35,7 +35,11 @@ bool LogInput::of_ventilator() const {
 
 trace::RigDescription LogInput::rig() const {
   if (has_rig()) {
-    trace::RigDescription rig = trace::read_rig(rig_file_);
+    std::vector<std::string> assumed;
+    trace::RigDescription rig = trace::read_rig(rig_file_, &assumed);
+    if (!assumed.empty()) {
+      notices_.push_back(fmt::format("{}: not stated and taken as: {}", rig_file_, fmt::join(assumed, ", ")));
+    }
     try {
       static_cast<void>(effects::chamber_effects(rig.effects));
     } catch (const std::invalid_argument& error) {
@@ -50,10 +54,7 @@ trace::RigDescription LogInput::rig() const {
 
 trace::Log LogInput::log_of(const std::string& file, const trace::RigDescription& rig) const {
   if (of_ventilator()) return trace::import_respiraworks(file, {.ambient_Pa = rig.ambient.pressure_Pa});
-  std::vector<std::string> notices;
-  trace::Log log = has_rig() ? trace::read_log(file, rig, &notices) : trace::read_log(file, &notices);
-  for (const std::string& notice : notices) fmt::print(stderr, "plenum {}: {}\n", command_, notice);
-  return log;
+  return has_rig() ? trace::read_log(file, rig, &notices_) : trace::read_log(file, &notices_);
 }
 
 std::vector<trace::NamedLog> LogInput::read(const std::vector<std::string>& files,
@@ -64,8 +65,10 @@ std::vector<trace::NamedLog> LogInput::read(const std::vector<std::string>& file
     logs.push_back({std::filesystem::path(file).filename().string(), log_of(file, rig)});
   }
   if (!logs.empty()) diagnose::require_units(logs, rig);
-  for (const std::string& notice : diagnose::supply_notices(logs, rig))
-    fmt::print(stderr, "plenum {}: {}\n", command_, notice);
+  const std::vector<std::string> of_supply = diagnose::supply_notices(logs, rig);
+  notices_.insert(notices_.end(), of_supply.begin(), of_supply.end());
+  for (const std::string& notice : notices_) fmt::print(stderr, "plenum {}: {}\n", command_, notice);
+  notices_.clear();
   return logs;
 }
 

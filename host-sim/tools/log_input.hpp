@@ -23,9 +23,9 @@ class LogInput {
   bool has_rig() const { return !rig_file_.empty(); }
   bool of_ventilator() const;
 
-  /// Each file as a log, with its name but not its folder: a page holds no path. Columns that are ignored, and a supply
-  /// that is not the rig's, are told on standard error. Throws trace::InputError, also for other units than those of the
-  /// columns' names.
+  /// Each file as a log, with its name but not its folder: a page holds no path. Once they are accepted, standard error
+  /// tells what the rig's file does not state, columns and rows that are ignored, and a supply that is not the rig's:
+  /// a refusal is one line. Throws trace::InputError, also for other units than those of the columns' names.
   std::vector<trace::NamedLog> read(const std::vector<std::string>& files,
                                     const trace::RigDescription& rig) const;
 
@@ -35,6 +35,7 @@ class LogInput {
   std::string command_;
   std::string format_ = "csv";
   std::string rig_file_;
+  mutable std::vector<std::string> notices_;  ///< to be told
 };
 
 /// The number of the chamber that a log is of, where its name says so: chamber-3.csv.

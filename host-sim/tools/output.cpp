@@ -28,7 +28,8 @@ void Output::announce(const std::string& line) const {
 
 void Output::finish(const Json& result) const {
   if (json_.empty()) return;
-  const std::string text = result.dump(2) + '\n';
+  // a file's name may be no UTF-8, which JSON cannot hold
+  const std::string text = result.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
   if (json_ == "-") {
     fmt::print("{}", text);
   } else {

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <set>
 
 #include "host-sim/trace/input_error.hpp"
 #include "host-sim/trace/legible.hpp"
@@ -39,10 +40,10 @@ const std::array<Key, 14> kKeys{{
      "absolute"},
     {"ambient", "pressure_Pa", [](RigDescription& r) -> double& { return r.ambient.pressure_Pa; }, 1e3, 2e5,
      "absolute"},
-    {"valve", "open_above_V", [](RigDescription& r) -> double& { return r.valve.open_above_V; }, 0.0, 10.0,
+    {"valve", "open_above_V", [](RigDescription& r) -> double& { return r.valve.open_above_V; }, -12.0, 12.0,
      "U_c: the supply port opens above"},
-    {"valve", "exhaust_below_V", [](RigDescription& r) -> double& { return r.valve.exhaust_below_V; }, 0.0,
-     10.0, "U_r: the exhaust port opens below"},
+    {"valve", "exhaust_below_V", [](RigDescription& r) -> double& { return r.valve.exhaust_below_V; }, -12.0,
+     12.0, "U_r: the exhaust port opens below"},
     {"valve", "inlet_area_per_V_m2", [](RigDescription& r) -> double& { return r.valve.inlet_area_per_V_m2; },
      1e-9, 1e-3, ""},
     {"valve", "exhaust_area_per_V_m2",
@@ -83,8 +84,8 @@ void check_range(const Key& key, double value, std::string_view where) {
 }
 
 void check_together(const RigDescription& rig, std::string_view where) {
-  // A pressure that averages over more than one tick would need the command before the row before.
-  if (rig.sampling.pressure_average_s > (1.0 + 1e-9) / rig.sampling.rate_Hz) {
+  // A pressure that averages over more than one tick would need the command before the row before. One tick may be rounded.
+  if (rig.sampling.pressure_average_s > 1.001 / rig.sampling.rate_Hz) {
     throw InputError(fmt::format("{}: sampling.pressure_average_s = {}, expected 0 to one tick, {}", where,
                                  rig.sampling.pressure_average_s, 1.0 / rig.sampling.rate_Hz));
   }
@@ -247,7 +248,7 @@ void expect_readable(std::string_view text, std::string_view file) {
 
 }  // namespace
 
-RigDescription parse_rig(std::string_view text, std::string_view file) {
+RigDescription parse_rig(std::string_view text, std::string_view file, std::vector<std::string>* assumed) {
   expect_readable(text, file);
   toml::table document;
   try {
@@ -257,8 +258,7 @@ RigDescription parse_rig(std::string_view text, std::string_view file) {
         fmt::format("{}: line {}: {}, expected TOML", file, error.source().begin.line, error.description()));
   }
   RigDescription rig;
-  bool has_average = false;
-  bool has_rate = false;
+  std::set<const Key*> stated;
   for (const auto& [table_key, table_node] : document) {
     const std::string_view table = table_key.str();
     const std::string where = fmt::format("{}: line {}", file, table_key.source().begin.line);
@@ -291,18 +291,26 @@ RigDescription parse_rig(std::string_view text, std::string_view file) {
                                      fmt::format("a number from {} to {}", key->low, key->high));
       check_range(*key, value, at);
       key->of(rig) = value;
-      has_average = has_average || name == "pressure_average_s";
-      has_rate = has_rate || name == "rate_Hz";
+      stated.insert(key);
     }
   }
-  if (!has_rate) throw InputError(fmt::format("{}: sampling.rate_Hz is missing, expected 1 to 100000", file));
-  if (!has_average) rig.sampling.pressure_average_s = 1.0 / rig.sampling.rate_Hz;
+  if (!stated.contains(find_key("sampling", "rate_Hz")))
+    throw InputError(fmt::format("{}: sampling.rate_Hz is missing, expected 1 to 100000", file));
+  const double tick_s = 1.0 / rig.sampling.rate_Hz;
+  if (!stated.contains(find_key("sampling", "pressure_average_s"))) rig.sampling.pressure_average_s = tick_s;
   check_together(rig, file);
+  rig.sampling.pressure_average_s = std::min(rig.sampling.pressure_average_s, tick_s);
+  if (assumed != nullptr) {
+    for (const Key& key : kKeys) {
+      if (!stated.contains(&key))
+        assumed->push_back(fmt::format("{}.{} = {:g}", key.table, key.name, key.of(rig)));
+    }
+  }
   return rig;
 }
 
-RigDescription read_rig(const std::filesystem::path& path) {
-  return parse_rig(read_whole_file(path), path.string());
+RigDescription read_rig(const std::filesystem::path& path, std::vector<std::string>* assumed) {
+  return parse_rig(read_whole_file(path), path.string(), assumed);
 }
 
 std::string format_rig(const RigDescription& rig) {

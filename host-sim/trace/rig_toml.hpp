@@ -6,6 +6,7 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace plenum::host::trace {
 
@@ -54,10 +55,12 @@ struct RigDescription {
 /// missing sampling.rate_Hz, an averaging time longer than a tick, a supply that is not above ambient; in
 /// [effects.ID] for a name that is not made of letters, digits and _, and for anything but finite numbers; in [chamber.N] for
 /// an N that is not 1 to 8, and for anything but the whole numbers valve_serial and sensor_serial, 0 to 4294967295.
-RigDescription read_rig(const std::filesystem::path& path);
+/// `assumed`, when given, gets "table.key = value" of each key that the file does not state.
+RigDescription read_rig(const std::filesystem::path& path, std::vector<std::string>* assumed = nullptr);
 
 /// As read_rig, from memory; `file` is the name used in errors.
-RigDescription parse_rig(std::string_view text, std::string_view file);
+RigDescription parse_rig(std::string_view text, std::string_view file,
+                         std::vector<std::string>* assumed = nullptr);
 
 /// The effective values, every table and key with its unit in the name: what a reader sees is what is used.
 /// It is itself a rig file that reads back to the same values.

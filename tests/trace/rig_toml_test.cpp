@@ -31,6 +31,31 @@ TEST(RigToml, NeedsNoMoreThanTheRate) {
   EXPECT_EQ(rig.valve.inlet_area_per_V_m2, 1.5e-6);
 }
 
+TEST(RigToml, TellsWhatTheFileDoesNotState) {
+  std::vector<std::string> assumed;
+  parse_rig("[sampling]\nrate_Hz = 200\n[valve]\nopen_above_V = 5.1\n", "rig.toml", &assumed);
+  EXPECT_EQ(assumed.size(), 12U) << "of 14 keys";
+  EXPECT_THAT(assumed,
+              testing::IsSupersetOf({"sampling.pressure_average_s = 0.005", "supply.pressure_Pa = 700000",
+                                     "valve.exhaust_below_V = 4.92"}));
+  std::vector<std::string> none;
+  parse_rig(format_rig(RigDescription{}), "rig.toml", &none);
+  EXPECT_TRUE(none.empty());
+}
+
+TEST(RigToml, TakesATickThatIsRoundedForOneTick) {
+  const RigDescription rig =
+      parse_rig("[sampling]\nrate_Hz = 60\npressure_average_s = 0.016667\n", "rig.toml");
+  EXPECT_EQ(rig.sampling.pressure_average_s, 1.0 / 60.0);
+}
+
+TEST(RigToml, HoldsAValveWhoseNullIsAtZero) {
+  const RigDescription rig = parse_rig(
+      "[sampling]\nrate_Hz = 100\n[valve]\nopen_above_V = 0.08\nexhaust_below_V = -0.08\n", "rig.toml");
+  EXPECT_EQ(rig.valve.open_above_V, 0.08);
+  EXPECT_EQ(rig.valve.exhaust_below_V, -0.08);
+}
+
 TEST(RigToml, TakesLettersBeyondAsciiInCommentsOnly) {
   EXPECT_EQ(refusal("\xEF\xBB\xBF[sampling]\nrate_Hz = 100  # Prüfstand, 20 °C\n"), "accepted");
   EXPECT_THAT(refusal("[sampling]\nrate_Hz = 100\nµ = 1 # m\n"),
