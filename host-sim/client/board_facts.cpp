@@ -19,10 +19,18 @@ constexpr unsigned kScalarFormats = 2;  ///< both carry models as REAL32
 }  // namespace
 
 Identity read_identity(Session& session) {
+  const auto optional = [&](std::uint8_t sub) -> std::uint32_t {
+    try {
+      return session.read<std::uint32_t>(object::kIdentity, sub);
+    } catch (const SdoAbort& abort) {
+      if (abort.code == static_cast<std::uint32_t>(canopen::Abort::no_subindex)) return 0;
+      throw;
+    }
+  };
   return {.vendor_id = session.read<std::uint32_t>(object::kIdentity, 1),
-          .product_code = session.read<std::uint32_t>(object::kIdentity, 2),
-          .revision = session.read<std::uint32_t>(object::kIdentity, 3),
-          .serial = session.read<std::uint32_t>(object::kIdentity, 4)};
+          .product_code = optional(2),
+          .revision = optional(3),
+          .serial = optional(4)};
 }
 
 Versions read_versions(Session& session) {

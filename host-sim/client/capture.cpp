@@ -7,6 +7,7 @@
 #include <optional>
 #include <random>
 #include <stdexcept>
+#include <utility>
 
 #include "firmware/canopen/objects.hpp"
 #include "firmware/canopen/process_image.hpp"
@@ -74,16 +75,22 @@ class Recorder {
   Subscription subscription_;
 };
 
-/// The valves while they are driven: DISABLED and in the board's own mode afterwards, whatever ends it.
+/// The valves while they are driven: DISABLED and in the mode of before afterwards, whatever ends it.
 class Drive {
  public:
-  Drive(Session& session, ControlMode mode) : session_(session) { set_mode(mode); }
+  Drive(Session& session, ControlMode mode)
+      : session_(session),
+        before_(static_cast<ControlMode>(session.read<std::int8_t>(object::kControlMode, 0))) {
+    if (before_ == ControlMode::excitation)
+      before_ = ControlMode::pressure_closed_loop;  // somebody's, cut short
+    set_mode(mode);
+  }
   ~Drive() {
     if (ended_) return;
     try {
       session_.write(object::kControlWord, 0, canopen::word::kDisabled);
       session_.listen(2.0 * kCycle_s);  // a mode is not taken from a board that is ACTIVE
-      set_mode(ControlMode::pressure_closed_loop);
+      set_mode(before_);
     } catch (const std::exception&) {  // the bus may be what failed: the first reason is the one to tell
     }
   }
@@ -92,7 +99,7 @@ class Drive {
 
   void end() {
     session_.disable();
-    set_mode(ControlMode::pressure_closed_loop);
+    set_mode(before_);
     ended_ = true;
   }
 
@@ -100,7 +107,42 @@ class Drive {
   void set_mode(ControlMode mode) { session_.write(object::kControlMode, 0, static_cast<std::int8_t>(mode)); }
 
   Session& session_;
+  ControlMode before_;
   bool ended_ = false;
+};
+
+/// 6394h of the chambers for a while: what HOLD, and a fault, lead a chamber to is its owner's afterwards.
+class BorrowedHold {
+ public:
+  BorrowedHold(Session& session, unsigned chambers) : session_(session) {
+    for (unsigned c = 0; c < chambers; ++c)
+      before_mbar_.push_back(session.read<std::int16_t>(index_of(c), 1));
+  }
+  ~BorrowedHold() {
+    try {
+      give_back();
+    } catch (const std::exception&) {  // as Drive
+    }
+  }
+  BorrowedHold(const BorrowedHold&) = delete;
+  BorrowedHold& operator=(const BorrowedHold&) = delete;
+
+  void set(unsigned chamber, double pressure_Pa) {
+    constexpr double kPaPerMbar = 100.0;
+    session_.write(index_of(chamber), 1, static_cast<std::int16_t>(std::lround(pressure_Pa / kPaPerMbar)));
+  }
+  void give_back() {
+    const std::vector<std::int16_t> before_mbar = std::exchange(before_mbar_, {});
+    for (unsigned c = 0; c < before_mbar.size(); ++c) session_.write(index_of(c), 1, before_mbar[c]);
+  }
+
+ private:
+  static std::uint16_t index_of(unsigned chamber) {
+    return static_cast<std::uint16_t>(object::kHoldSetpoint + object::kChamberStride * chamber);
+  }
+
+  Session& session_;
+  std::vector<std::int16_t> before_mbar_;  ///< empty: given back
 };
 
 std::uint8_t mask_of(unsigned chambers) {
@@ -169,6 +211,7 @@ std::vector<CapturedRow> capture(Session& session, const CaptureOptions& options
   session.write(object::kExcitation, 4, static_cast<float>(options.pressure_low_Pa));
   session.write(object::kExcitation, 5, static_cast<float>(options.pressure_high_Pa));
   Drive drive(session, ControlMode::excitation);
+  session.learn_sync();
   std::vector<CapturedRow> rows;
   {
     Recorder recorder(session, mask, borrowed.stream());
@@ -206,19 +249,17 @@ std::vector<CapturedRow> follow(Session& session, std::span<const std::vector<do
   BorrowedStream borrowed(session, {.chambers = mask, .largest_volume_m3 = options.largest_volume_m3});
   session.configure_setpoints(SetpointFormat::millibar);
   session.write(object::kPreviewTicks, 0, options.preview_ticks);
+  BorrowedHold hold(session, options.chambers);
   Drive drive(session,
               options.open_loop ? ControlMode::pressure_open_loop : ControlMode::pressure_closed_loop);
+  session.learn_sync();
   std::array<double, kChambers> setpoint_Pa{};  // of chambers not in use: 0, which the board ignores
   const auto send_row = [&](std::size_t row) {
     for (std::size_t c = 0; c < options.chambers; ++c)
       setpoint_Pa[c] = reference_Pa[c][std::min(row, count - 1)];
     session.send_setpoints(setpoint_Pa);
   };
-  constexpr double kPaPerMbar = 100.0;
-  for (std::size_t c = 0; c < options.chambers; ++c) {
-    const auto hold = static_cast<std::uint16_t>(object::kHoldSetpoint + object::kChamberStride * c);
-    session.write(hold, 1, static_cast<std::int16_t>(std::lround(reference_Pa[c].front() / kPaPerMbar)));
-  }
+  for (unsigned c = 0; c < options.chambers; ++c) hold.set(c, reference_Pa[c].front());
   std::vector<CapturedRow> rows;
   {
     Recorder recorder(session, mask, borrowed.stream());
@@ -246,6 +287,7 @@ std::vector<CapturedRow> follow(Session& session, std::span<const std::vector<do
   }
   require_no_fault(session);
   drive.end();
+  hold.give_back();
   borrowed.give_back();
   setpoints.give_back();
   for (std::size_t k = 0; k < rows.size(); ++k) {

@@ -42,7 +42,7 @@ struct CapturedRow {
 };
 
 /// Excites the chambers on the board (control mode -1, no model needed) and records them. Leaves the node operational, the
-/// board DISABLED and its settings as they were; also when it throws, as far as the bus allows. Throws as Session does,
+/// board DISABLED and its settings and mode as they were (but for the excitation's, 2310h); also when it throws, as far as the bus allows. Throws as Session does,
 /// Refused when a fault stands at the end, ProtocolError when a row is incomplete. Returns fewer rows than asked for, or
 /// none, when stopped.
 std::vector<CapturedRow> capture(Session& session, const CaptureOptions& options,
@@ -57,7 +57,7 @@ struct FollowOptions {
 };
 
 /// One reference [Pa, absolute] a chamber, sampled at 100 Hz, all of one length. The board regulates to them;
-/// recorded. Leaves all as capture() does, so that a caller who sends set points configures them again. Throws as it,
+/// recorded. Leaves all as capture() does, 6394h too, so that a caller who sends set points configures them again. Throws as it,
 /// std::invalid_argument for references that differ in length.
 std::vector<CapturedRow> follow(Session& session, std::span<const std::vector<double>> reference_Pa,
                                 const FollowOptions& options, const Progress& progress = {});

@@ -195,12 +195,17 @@ std::string Decoder::decode_sdo(const CanFrame& frame, bool request, Transfer& t
   const unsigned specifier = command >> 5;
   const auto place = [&] { return object_text(transfer.index, transfer.sub); };
   const auto open = [&](const char* doing) {
-    transfer = {static_cast<std::uint16_t>(canopen::load_le(data.subspan<1, 2>())), data[3], Blocks::none};
+    transfer = {static_cast<std::uint16_t>(canopen::load_le(data.subspan<1, 2>())), data[3], Blocks::none, 0};
     return fmt::format("{} {}", doing, place());
   };
   const auto expedited = [&] {
     const std::size_t size = (command & 1U) != 0 ? 4U - ((command >> 2) & 3U) : 4U;
     return value_text(transfer.index, transfer.sub, data.subspan(4, size));
+  };
+  // Another block follows, but where the last segment was taken.
+  const auto go_on = [&](Blocks blocks) {
+    if (transfer.last == 0 || data[1] != transfer.last) transfer.blocks = blocks;
+    transfer.last = 0;
   };
   const std::uint32_t last_word = canopen::load_le(data.subspan<4, 4>());
   const auto segment = [&](const char* what, std::size_t unused) {
@@ -212,7 +217,8 @@ std::string Decoder::decode_sdo(const CanFrame& frame, bool request, Transfer& t
     return fmt::format("{}: {:08X}h, {}", text, last_word, abort_text(last_word));
   }
   if (transfer.blocks == (request ? Blocks::to_board : Blocks::from_board)) {
-    if ((command & 0x80U) != 0) transfer.blocks = Blocks::none;
+    if ((command & 0x80U) != 0)
+      transfer = {transfer.index, transfer.sub, Blocks::none, static_cast<std::uint8_t>(command & 0x7FU)};
     return segment("block segment", 0);
   }
   if (request) {
@@ -231,7 +237,7 @@ std::string Decoder::decode_sdo(const CanFrame& frame, bool request, Transfer& t
       case 5:
         if ((command & 3U) == 0) return open("read in blocks");
         if ((command & 3U) == 1) return fmt::format("end of the blocks of {}", place());
-        transfer.blocks = Blocks::from_board;
+        go_on(Blocks::from_board);
         return (command & 3U) == 3 ? fmt::format("begin the blocks of {}", place())
                                    : fmt::format("block of {} taken up to segment {}", place(), data[1]);
       case 6:
@@ -261,7 +267,7 @@ std::string Decoder::decode_sdo(const CanFrame& frame, bool request, Transfer& t
         transfer.blocks = Blocks::to_board;
         return text;
       }
-      transfer.blocks = Blocks::to_board;
+      go_on(Blocks::to_board);
       return fmt::format("block of {} taken up to segment {}", place(), data[1]);
     case 6:
       if ((command & 1U) == 0) return fmt::format("{}, {} bytes", open("answer in blocks"), last_word);

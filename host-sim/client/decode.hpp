@@ -50,6 +50,7 @@ class Decoder {
     std::uint16_t index = 0;
     std::uint8_t sub = 0;
     Blocks blocks = Blocks::none;
+    std::uint8_t last = 0;  ///< number of the segment that said it is the last; 0: none has
   };
 
   Decoded decode_pdo(const CanFrame& frame, const canopen::PdoParameters& pdo, std::string kind,

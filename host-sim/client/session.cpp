@@ -19,6 +19,7 @@ namespace cob = canopen::cob;
 namespace object = canopen::object;
 namespace word = canopen::word;
 
+constexpr std::uint16_t kSyncOverflow = 0x1019;
 constexpr double kPoll_s = 0.01;  ///< between two looks at a state that changes at a tick's edge
 
 std::uint16_t chamber_index(std::uint16_t base, std::size_t chamber) {
@@ -106,8 +107,37 @@ NmtState Session::wait_heartbeat(double timeout_s) {
                             timeout_s, cob::kHeartbeat + node_id_));
 }
 
+void Session::wait_boot_up(double timeout_s) {
+  const double end_s = link_.now_s() + timeout_s;
+  std::optional<NmtState> beats;
+  for (double left_s = timeout_s; left_s > 0.0; left_s = end_s - link_.now_s()) {
+    try {
+      beats = wait_heartbeat(left_s);
+    } catch (const Timeout&) {
+      break;
+    }
+    if (*beats == NmtState::initialising) return;
+  }
+  throw Timeout(fmt::format("node {}: no boot-up message within {:.3g} s, expected one on {:03X}h{}",
+                            node_id_, timeout_s, cob::kHeartbeat + node_id_,
+                            beats ? "; its heartbeat goes on: it has not heard the reset" : ""));
+}
+
+void Session::learn_sync() {
+  constexpr std::uint32_t kIdentifier = 0x7FF;
+  sync_id_ = read<std::uint32_t>(object::kSyncCobId, 0) & kIdentifier;
+  sync_overflow_ = read<std::uint8_t>(kSyncOverflow, 0);
+  sync_counter_ = 0;
+}
+
+/// CiA 301, 7.2.5: the counter goes from 1 to 1019h.
 void Session::send_sync() {
-  transmit(cob::kSync, {});
+  if (sync_overflow_ == 0) {
+    transmit(sync_id_, {});
+    return;
+  }
+  sync_counter_ = sync_counter_ >= sync_overflow_ ? std::uint8_t{1} : low_byte(sync_counter_ + 1U);
+  transmit(sync_id_, std::array<std::uint8_t, 1>{sync_counter_});
 }
 
 // ---- objects ----

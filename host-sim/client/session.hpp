@@ -93,6 +93,10 @@ class Session {
   void nmt(canopen::NmtCommand command);
   /// The state in the next heartbeat or boot-up message of this board. Throws Timeout.
   canopen::NmtState wait_heartbeat(double timeout_s);
+  /// The boot-up message of this board, whatever beats before it. Throws Timeout, which says whether it beat.
+  void wait_boot_up(double timeout_s);
+  /// Reads 1005h and 1019h: from here on send_sync() is what this board takes for a SYNC, with its identifier and counter.
+  void learn_sync();
   void send_sync();
 
   // ---- objects: SdoAbort, Timeout, ProtocolError, ChannelTaken ----
@@ -199,6 +203,9 @@ class Session {
   std::function<void(const Arrival&)> subscriber_;
   std::function<void(const Transfer&)> watcher_;
   SetpointFormat setpoint_format_ = SetpointFormat::millibar;
+  std::uint32_t sync_id_ = canopen::cob::kSync;
+  std::uint8_t sync_overflow_ = 0;  ///< 0: without a counter
+  std::uint8_t sync_counter_ = 0;   ///< of the last one
 };
 
 /// A subscriber for as long as this lives.

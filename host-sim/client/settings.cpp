@@ -68,6 +68,8 @@ std::string reason_of(Session& session, const Setting& setting, const SdoAbort& 
   return told.empty() ? refusal.what() : fmt::format("{}: {}", refusal.what(), told);
 }
 
+constexpr std::uint16_t kHeartbeatConsumer = 0x1016;
+
 bool is_pdo_communication(std::uint16_t index) {
   return (index >= 0x1400 && index < 0x1600) || (index >= 0x1800 && index < 0x1A00);
 }
@@ -87,8 +89,11 @@ class Writer {
   std::vector<SettingTrouble> run() {
     each([](const Setting& s) { return is_identifier(s.id); },
          [](const Setting& s) { return s.bits | cob::kInvalid; });
-    each([](const Setting& s) { return is_pdo_mapping(s.id.index) && s.id.sub == 0; },
-         [](const Setting&) { return std::uint32_t{0}; });
+    const auto is_emptied = [](const Setting& s) {
+      return (is_pdo_mapping(s.id.index) && s.id.sub == 0) || s.id.index == kHeartbeatConsumer;
+    };
+    each(is_emptied,
+         [](const Setting&) { return std::uint32_t{0}; });  // no node may be heard by two consumers
     const auto value = [](const Setting& s) { return s.bits; };
     each(
         [](const Setting& s) {

@@ -71,6 +71,10 @@ void SocketcandServer::accept_clients() {
     client.socket = std::move(socket);
     client.number = ++connections_;
     client.unsent = "< hi >";
+    if (clients_.size() > kClients) {
+      client.unsent = "< error no room for more than " + std::to_string(kClients) + " clients >";
+      drop(client, "is one more than " + std::to_string(kClients));
+    }
   }
 }
 

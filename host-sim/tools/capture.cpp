@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <memory>
-#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -65,17 +64,18 @@ int run(const Options& options) {
   const unsigned chambers = options.board.rig.chambers;
   if (options.closed_loop) require_models(board.session(), options.board);
   state_serials(description, board.session(), chambers);
-  std::optional<StopSignal> stop;
-  if (!options.last)
-    stop.emplace();  // what is driven has to come to rest, and what is borrowed be given back
-  const auto stopped = [&stop] { return stop && stop->asked(); };
+  const StopSignal stop;  // what is driven has to come to rest, and what is borrowed be given back
+  const auto stopped = [&stop] { return stop.asked(); };
   const OutputFolder folder(options.out);
   const auto seed = static_cast<std::uint32_t>(options.board.rig.seed);
   std::vector<client::CapturedRow> rows;
   std::string how = options.closed_loop ? "following random references" : "excited";
   if (options.last) {
     Progress progress("reading what the board remembers");
-    client::Remembered log = client::remembered(board.session(), chambers, std::ref(progress));
+    client::Remembered log = client::remembered(board.session(), chambers, [&](double done) {
+      progress(done);
+      if (stopped()) throw std::runtime_error("stopped by hand before all was read that the board remembers");
+    });
     how = log.before == 0
               ? "as the board remembers them"
               : fmt::format("as the board remembers them; {} from before a pause are left out", log.before);

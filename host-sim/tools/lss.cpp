@@ -40,9 +40,7 @@ void require_at_rest(client::Session& session) {
 
 void wait_for_boot(client::Link& link, std::uint8_t node_id) {
   constexpr double kBoot_s = 10.0;
-  client::Session session(link, node_id);
-  const double end_s = link.now_s() + kBoot_s;
-  while (session.wait_heartbeat(end_s - link.now_s()) != canopen::NmtState::initialising) continue;
+  client::Session(link, node_id).wait_boot_up(kBoot_s);
 }
 
 int run(const Arguments& arguments, const Options& options) {

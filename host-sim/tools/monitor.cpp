@@ -37,6 +37,7 @@ class OwnMaster {
  public:
   explicit OwnMaster(client::Session& session) : session_(session) {
     session.write(object::kControlMode, 0, static_cast<std::int8_t>(canopen::ControlMode::excitation));
+    session.learn_sync();
     session.nmt(canopen::NmtCommand::start);
     session.enable();
     next_s_ = session.link().now_s();

@@ -18,21 +18,6 @@ struct Options {
 
 constexpr double kBoot_s = 10.0;  ///< a board that starts anew says so within this
 
-/// NMT reset, and the boot-up message that answers it.
-void reset_by_nmt(client::Session& session, canopen::NmtCommand command) {
-  session.nmt(command);
-  const double end_s = session.link().now_s() + kBoot_s;
-  while (true) {
-    const double left_s = end_s - session.link().now_s();
-    if (left_s <= 0.0) {
-      throw client::Timeout(
-          fmt::format("node {}: no boot-up message within {:g} s after the reset, expected one",
-                      session.node_id(), kBoot_s));
-    }
-    if (session.wait_heartbeat(left_s) == canopen::NmtState::initialising) return;
-  }
-}
-
 int run(const Options& options) {
   const int asked = int{options.fault} + int{options.restart} + int{options.communication};
   if (asked != 1) {
@@ -60,8 +45,8 @@ int run(const Options& options) {
                          before ? fmt::format("{} is cleared; the board is DISABLED", fault_text(*before))
                                 : std::string("no fault stands: nothing to reset"));
   } else {
-    reset_by_nmt(session, options.restart ? canopen::NmtCommand::reset_node
-                                          : canopen::NmtCommand::reset_communication);
+    session.nmt(options.restart ? canopen::NmtCommand::reset_node : canopen::NmtCommand::reset_communication);
+    session.wait_boot_up(kBoot_s);
     options.output.print("node {} has started anew\n", session.node_id());
   }
   result["reset"] = options.fault ? "fault" : options.restart ? "node" : "communication";

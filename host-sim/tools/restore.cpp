@@ -1,12 +1,14 @@
 #include <algorithm>
 #include <memory>
 #include <set>
+#include <stdexcept>
 
 #include "host-sim/client/storing.hpp"
 #include "host-sim/tools/backup_file.hpp"
 #include "host-sim/tools/board_access.hpp"
 #include "host-sim/tools/board_json.hpp"
 #include "host-sim/tools/command.hpp"
+#include "host-sim/tools/stop_signal.hpp"
 #include "host-sim/trace/input_error.hpp"
 #include "host-sim/trace/legible.hpp"
 
@@ -77,6 +79,17 @@ std::vector<unsigned> models_beside(const Backup& backup, client::Session& sessi
   return chambers;
 }
 
+/// While settings are written the PDOs are off: what ends that half-way is told with the way back.
+std::vector<client::SettingTrouble> write_all(client::Session& session, const Backup& backup) try {
+  return client::write_settings(session, backup.settings);
+} catch (const std::exception& error) {
+  throw std::runtime_error(
+      fmt::format("{}; node {} has some of the settings, its PDOs may be off, and nothing is stored: plenum "
+                  "reset --restart "
+                  "brings back what it had",
+                  error.what(), session.node_id()));
+}
+
 int run(const Options& options) {
   const Backup backup = load_backup(options.file);
   BoardAccess access(options.board);
@@ -90,7 +103,8 @@ int run(const Options& options) {
     session.upload_models(backup.models, options.force ? client::Doubted::force : client::Doubted::refuse);
     client::await_stored(session);
   }
-  const auto troubles = client::write_settings(session, backup.settings);
+  const StopSignal until_whole;  // a first Ctrl-C does not leave a board with its PDOs off
+  const auto troubles = write_all(session, backup);
   const bool stored = !options.no_save && troubles.empty() && client::store_settings(session);
   const auto beside = options.settings_only ? std::vector<unsigned>() : models_beside(backup, session);
 

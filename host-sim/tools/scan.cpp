@@ -1,5 +1,6 @@
 #include "host-sim/client/scan.hpp"
 
+#include <algorithm>
 #include <memory>
 
 #include "host-sim/tools/board_access.hpp"
@@ -43,7 +44,10 @@ Json json_of(const client::ScannedNode& node) {
 void print_row(const Output& output, const client::ScannedNode& node) {
   const char* nmt = node.nmt ? client::nmt_name(*node.nmt) : "-";
   if (!node.board) {
-    const std::string rest = node.device_type ? "not a Plenum board" : "does not answer SDO";
+    std::string rest = "does not answer SDO";
+    if (node.device_type)
+      rest = *node.device_type == canopen::kDeviceType ? "cannot be read" : "not a Plenum board";
+    if (!node.trouble.empty()) rest += ": " + node.trouble;
     output.print("{:>4}  {:<15}  {:<22}  {:<18}  {:<10}  {}\n", node.node_id, nmt,
                  node.name.empty() ? "-" : node.name, node.device_type ? identity_text(node.identity) : "-",
                  node.software.empty() ? "-" : node.software, rest);
@@ -81,7 +85,10 @@ int run(const Options& options) {
         options.board.bus, options.seconds);
   }
   options.output.finish({{"bus", options.board.bus}, {"nodes", list}});
-  return nodes.empty() ? kFailure : kDone;
+  const bool unread = std::any_of(nodes.begin(), nodes.end(), [](const client::ScannedNode& node) {
+    return node.device_type == canopen::kDeviceType && !node.board;
+  });
+  return nodes.empty() || unread ? kFailure : kDone;
 }
 
 }  // namespace

@@ -107,6 +107,17 @@ TEST(Faults, AreReadWithTheirChamberAndNamedFromTheFirmwaresTable) {
   EXPECT_FALSE(read_fault(session)->placed) << "the history that said which chamber is gone";
 }
 
+// CiA 301 asks for the vendor's id alone.
+TEST(Identity, OfANodeThatStatesItsVendorOnlyIsThat) {
+  ScriptedLink link({"585 43 18 10 01 34 12 00 00", "585 80 18 10 02 11 00 09 06",
+                     "585 80 18 10 03 11 00 09 06", "585 80 18 10 04 11 00 09 06"});
+  Session session(link, 5);
+  const Identity identity = read_identity(session);
+  EXPECT_EQ(identity.vendor_id, 0x1234U);
+  EXPECT_EQ(identity.product_code, 0U);
+  EXPECT_EQ(identity.serial, 0U);
+}
+
 // ---- scan ----
 
 TEST(Scan, FindsTheBoardWithIdentityStateAndFault) {
@@ -226,6 +237,21 @@ TEST(Settings, OfOneBoardMakeAnotherTheSame) {
     EXPECT_EQ(got[i].bits, wanted[i].bits) << std::hex << got[i].id.index << ':' << int{got[i].id.sub};
   }
   EXPECT_THAT(write_settings(to, wanted), IsEmpty()) << "once more changes nothing";
+}
+
+// A node in two entries of 1016h is refused (CiA 301), also on the way from one order to the other.
+TEST(Settings, SwapTheNodesThatAreListenedFor) {
+  constexpr std::uint16_t kConsumer = 0x1016;
+  BoardOnBus world;
+  Session session(world, 5);
+  session.write<std::uint32_t>(kConsumer, 1, 10U << 16 | 500);
+  session.write<std::uint32_t>(kConsumer, 2, 11U << 16 | 700);
+  const std::vector<Setting> wanted = read_settings(session);
+  session.write<std::uint32_t>(kConsumer, 1, 0);
+  session.write<std::uint32_t>(kConsumer, 2, 10U << 16 | 500);
+  session.write<std::uint32_t>(kConsumer, 1, 11U << 16 | 700);
+  EXPECT_THAT(write_settings(session, wanted), IsEmpty());
+  EXPECT_EQ(session.read<std::uint32_t>(kConsumer, 1), 10U << 16 | 500);
 }
 
 TEST(Settings, ThatABoardRefusesAreNamedAndTheRestIsWritten) {

@@ -121,6 +121,21 @@ TEST_F(Decode, SegmentsOfABlockAreNoCommands) {
   EXPECT_THAT(text(0x581, {0x01, 1, 2, 3, 4, 5, 6, 7}), StartsWith("block segment of 2118h:0"));
   EXPECT_THAT(text(0x581, {0x82, 8, 9, 10, 11, 12, 13, 14}), StartsWith("block segment of 2118h:0"));
   EXPECT_THAT(text(0x601, {0xA2, 2, 0x7F, 0, 0, 0, 0, 0}), HasSubstr("taken up to segment 2"));
+  EXPECT_THAT(text(0x581, {0xC1, 0x34, 0x12, 0, 0, 0, 0, 0}), StartsWith("end of the blocks of 2118h:0"));
+  EXPECT_THAT(text(0x601, {0xA1, 0, 0, 0, 0, 0, 0, 0}), StartsWith("end of the blocks of 2118h:0"));
+}
+
+TEST_F(Decode, ABlockWhoseLastSegmentWasNotTakenGoesOn) {
+  decode(0x601, {0xC6, 0x10, 0x21, 0, 20, 0, 0, 0});
+  decode(0x581, {0xA4, 0x10, 0x21, 0, 127, 0, 0, 0});
+  decode(0x601, {0x01, 1, 2, 3, 4, 5, 6, 7});
+  decode(0x601, {0x83, 15, 16, 17, 18, 19, 20, 0});
+  EXPECT_THAT(text(0x581, {0xA2, 1, 127, 0, 0, 0, 0, 0}), HasSubstr("taken up to segment 1"));
+  EXPECT_THAT(text(0x601, {0x01, 8, 9, 10, 11, 12, 13, 14}), StartsWith("block segment of 2110h:0"));
+  EXPECT_THAT(text(0x601, {0x82, 15, 16, 17, 18, 19, 20, 0}), StartsWith("block segment of 2110h:0"));
+  EXPECT_THAT(text(0x581, {0xA2, 2, 127, 0, 0, 0, 0, 0}), HasSubstr("taken up to segment 2"));
+  EXPECT_THAT(text(0x601, {0xC5, 0x34, 0x12, 0, 0, 0, 0, 0}), StartsWith("end of the blocks of 2110h:0"));
+  EXPECT_THAT(text(0x581, {0xA1, 0, 0, 0, 0, 0, 0, 0}), StartsWith("blocks of 2110h:0 "));
 }
 
 TEST_F(Decode, ABlockThatIsAbortedIsOver) {

@@ -21,6 +21,8 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::ThrowsMessage;
 
 namespace object = canopen::object;
 
@@ -315,6 +317,32 @@ TEST(Session, TellsWhichFaultKeepsTheBoardFromStarting) {
   session.reset_fault();
   EXPECT_EQ(world.image.error_code, 0);
   session.enable();
+}
+
+TEST(Session, TellsABootUpThatStaysAwayFromABoardThatIsSilent) {
+  BoardOnBus world;
+  Session session(world, 5);
+  session.wait_boot_up(0.1);
+  EXPECT_THAT([&] { session.wait_boot_up(2.5); },
+              ThrowsMessage<Timeout>(AllOf(HasSubstr("no boot-up message within 2.5 s"), HasSubstr("705h"),
+                                           HasSubstr("goes on"))));
+  world.deaf = true;
+  EXPECT_THAT(
+      [&] { session.wait_boot_up(2.5); },
+      ThrowsMessage<Timeout>(AllOf(HasSubstr("no boot-up message within 2.5 s"), Not(HasSubstr("goes on")))));
+  world.deaf = false;
+  session.nmt(canopen::NmtCommand::reset_node);
+  session.wait_boot_up(1.0);
+}
+
+// CiA 301, 7.2.5.2: from 1 to the overflow value, and again.
+TEST(SessionProtocol, CountsItsSyncsAsTheBoardExpects) {
+  ScriptedLink link({"585 43 05 10 00 85 00 00 40", "585 4F 19 10 00 03 00 00 00"});
+  Session session(link, 5);
+  session.learn_sync();
+  link.sent.clear();
+  for (int k = 0; k < 5; ++k) session.send_sync();
+  EXPECT_EQ(link.sent, (std::vector<std::string>{"085 01", "085 02", "085 03", "085 01", "085 02"}));
 }
 
 TEST(Session, HearsHeartbeatsAndFollowsNmt) {

@@ -2,12 +2,15 @@
 #include "host-sim/client/slcan_link.hpp"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <poll.h>
 #include <stdlib.h>
 
 #include <functional>
+#include <set>
+#include <string>
 #include <thread>
 
 #include "tests/client/link_frames.hpp"
@@ -29,7 +32,10 @@ class Adapter {
         ::open(device_.c_str(), O_RDWR | O_NOCTTY));  // no hang-up before and after the link
     thread_ = std::thread([this, script = std::move(script)] { script(*this); });
   }
-  ~Adapter() { thread_.join(); }
+  ~Adapter() { end(); }
+  void end() {
+    if (thread_.joinable()) thread_.join();
+  }
   SlcanAddress address() const { return {.device = device_}; }
 
   /// The next line of the link, without its end.
@@ -45,8 +51,11 @@ class Adapter {
   void say(std::string_view bytes) {
     ASSERT_EQ(::write(terminal_.number(), bytes.data(), bytes.size()), static_cast<ssize_t>(bytes.size()));
   }
+  void hear_close() {
+    for (const char* line : {"", "", "C"}) EXPECT_EQ(hear(), line) << "two ends of lines, then the command";
+  }
   void open(const char* rate = "S8") {
-    EXPECT_EQ(hear(), "C");
+    hear_close();
     say("\a");  // it was closed already
     EXPECT_EQ(hear(), rate);
     say("\r");
@@ -90,7 +99,8 @@ TEST(SlcanLink, TheBitRateIsThatOfTheAddress) {
 
 TEST(SlcanLink, AnAdapterThatAnswersNoCommandIsTakenToAgree) {
   Adapter adapter([](Adapter& it) {
-    for (const char* command : {"C", "S8", "O"}) EXPECT_EQ(it.hear(), command);
+    it.hear_close();
+    for (const char* command : {"S8", "O"}) EXPECT_EQ(it.hear(), command);
     it.say("t1810\r");
     EXPECT_EQ(it.hear(), "C");
   });
@@ -100,7 +110,7 @@ TEST(SlcanLink, AnAdapterThatAnswersNoCommandIsTakenToAgree) {
 
 TEST(SlcanLink, ARateThatTheAdapterRefusesIsTold) {
   Adapter adapter([](Adapter& it) {
-    EXPECT_EQ(it.hear(), "C");
+    it.hear_close();
     it.say("\r");
     EXPECT_EQ(it.hear(), "S8");
     it.say("\a");
@@ -109,12 +119,69 @@ TEST(SlcanLink, ARateThatTheAdapterRefusesIsTold) {
               HasSubstr("refuses S8, expected one that has 1000000"));
 }
 
-TEST(SlcanLink, AFrameThatTheAdapterRefusesIsTold) {
+TEST(SlcanLink, WhatAnEarlierUserHasBegunIsEndedAndItsAnswersAreNotTakenForOthers) {
+  Adapter adapter([](Adapter& it) {
+    EXPECT_EQ(it.hear(), "");
+    it.say("\a");  // "t18" and this end of a line are no frame
+    EXPECT_EQ(it.hear(), "");
+    it.say("\rt1810\r");  // its bus is open still
+    EXPECT_EQ(it.hear(), "C");
+    it.say("\r");
+    EXPECT_EQ(it.hear(), "S8");
+    it.say("\r");
+    EXPECT_EQ(it.hear(), "O");
+    it.say("\rt1820\r");
+    EXPECT_EQ(it.hear(), "C");
+  });
+  SlcanLink link(adapter.address());
+  EXPECT_EQ(link.receive(kSoon_s), frame_of(0x182, {}));
+}
+
+// As CANable's: room for some frames, of which the bus takes one while so many are offered; a bell where there is none.
+TEST(SlcanLink, FramesThatFindNoRoomAreOfferedAgainAndAllArrive) {
+  constexpr std::size_t kFrames = 97;
+  std::multiset<std::string> taken;
+  Adapter adapter([&](Adapter& it) {
+    it.open();
+    std::size_t waiting = 0;
+    for (std::size_t offered = 0;; ++offered) {
+      const std::string line = it.hear();
+      if (line == "C") return;
+      if (offered % 3 == 0 && waiting > 0) --waiting;
+      const bool room = waiting < 28;
+      if (room) taken.insert(line);
+      waiting += room ? 1 : 0;
+      it.say(!room ? "\a" : offered % 10 == 0 ? "t1810\rz\r" : "z\r");
+    }
+  });
+  {
+    SlcanLink link(adapter.address());
+    for (std::size_t k = 0; k < kFrames; ++k) link.send(frame_of(0x605, {static_cast<std::uint8_t>(k)}));
+    while (link.receive(0.05)) continue;  // also what is still refused
+  }
+  adapter.end();
+  EXPECT_EQ(taken.size(), kFrames);
+  for (std::size_t k = 0; k < kFrames; ++k) EXPECT_EQ(taken.count(fmt::format("t6051{:02X}", k)), 1U) << k;
+}
+
+TEST(SlcanLink, AnAdapterThatAnswersNoFrameGetsThemAll) {
+  constexpr int kFrames = 40;
   Adapter adapter([](Adapter& it) {
     it.open();
-    EXPECT_EQ(it.hear(), "t0000");
-    it.say("\a");
+    for (int k = 0; k < kFrames; ++k) EXPECT_EQ(it.hear(), fmt::format("t6051{:02X}", k));
     EXPECT_EQ(it.hear(), "C");
+  });
+  SlcanLink link(adapter.address());
+  for (int k = 0; k < kFrames; ++k) link.send(frame_of(0x605, {static_cast<std::uint8_t>(k)}));
+}
+
+TEST(SlcanLink, AFrameThatTheAdapterRefusesForASecondIsTold) {
+  Adapter adapter([](Adapter& it) {
+    it.open();
+    for (std::string line = it.hear(); line != "C"; line = it.hear()) {
+      EXPECT_EQ(line, "t0000");
+      it.say("\a");
+    }
   });
   SlcanLink link(adapter.address());
   link.send(frame_of(0, {}));

@@ -7,6 +7,7 @@
 #include <sys/socket.h>
 
 #include <algorithm>
+#include <memory>
 
 #include "host-sim/wire/tcp.hpp"
 
@@ -288,6 +289,22 @@ TEST_F(SocketcandServerTest, AClientThatWritesAnythingElseIsDropped) {
   client.say(std::string(3000, 'x'));
   exchange_until([&] { return server_.counters().dropped == 1; });
   EXPECT_THAT(told_, Contains(HasSubstr("bytes without a message")));
+}
+
+TEST_F(SocketcandServerTest, OneClientTooManyIsToldAndLetGoAndTheOthersStay) {
+  std::vector<std::unique_ptr<Client>> clients;
+  for (std::size_t k = 0; k < SocketcandServer::kClients; ++k) {
+    clients.push_back(std::make_unique<Client>(*this));
+    clients.back()->open_raw();
+  }
+  Client more(*this);
+  EXPECT_THAT(more.hear(10), HasSubstr("< error no room for more than 32 clients >"));
+  EXPECT_TRUE(more.hung_up());
+  clients.front()->ask("< echo >", "< echo >");
+  clients.pop_back();
+  exchange_until([&] { return told_.back() == "client 32 has gone"; });
+  Client another(*this);
+  another.open_raw();
 }
 
 TEST_F(SocketcandServerTest, ANewClientHearsNothingOfTheTimeBeforeIt) {

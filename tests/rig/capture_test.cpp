@@ -348,6 +348,39 @@ TEST(Follow, LeavesTheSettingsAsTheyWere) {
   expect_same(before, client::read_settings(session));
 }
 
+// What HOLD, and a fault, lead a chamber to is its owner's.
+TEST(Follow, LeavesTheHoldSetPointsAndTheModeAsTheyWereAlsoWhenItFails) {
+  WatchedRig watched(mpye_rig(followed_rig(0.2)));
+  Session session(watched, 1);
+  session.upload_models(fitted_models(0.2));
+  constexpr auto kMode = static_cast<std::int8_t>(canopen::ControlMode::pressure_open_loop);
+  session.write(canopen::object::kControlMode, 0, kMode);
+  session.write<std::int16_t>(canopen::object::kHoldSetpoint, 1, 1200);
+  const auto expect_as_before = [&] {
+    EXPECT_EQ(session.read<std::int16_t>(canopen::object::kHoldSetpoint, 1), 1200) << "[mbar]";
+    EXPECT_EQ(session.read<std::int8_t>(canopen::object::kControlMode, 0), kMode);
+  };
+  const auto reference = same_for_both(std::vector<double>(50, 300e3));
+  client::follow(session, reference, {.chambers = kFollowed});
+  expect_as_before();
+  watched.rig.bus().drop_when([count = 0](const client::CanFrame& frame, std::size_t) mutable {
+    return frame.id == client::kStreamIds + 1 && ++count == 5;
+  });
+  EXPECT_THROW(client::follow(session, reference, {.chambers = kFollowed}), client::ProtocolError);
+  expect_as_before();
+}
+
+TEST(Follow, CountsItsSyncsForABoardThatExpectsIt) {
+  WatchedRig watched(mpye_rig(followed_rig(0.2)));
+  Session session(watched, 1);
+  session.upload_models(fitted_models(0.2));
+  session.write<std::uint8_t>(0x1019, 0, 10);
+  EXPECT_EQ(
+      client::follow(session, same_for_both(std::vector<double>(50, 300e3)), {.chambers = kFollowed}).size(),
+      50U);
+  EXPECT_EQ(client::capture(session, {.seconds = 0.5, .chambers = kFollowed}).size(), 50U);
+}
+
 TEST(Capture, ThatFailsLeavesTheBoardAtRestAndTheSettingsAsTheyWere) {
   WatchedRig watched(mpye_rig({.chambers = 2}));
   Session session(watched, 1);
