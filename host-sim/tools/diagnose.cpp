@@ -134,6 +134,7 @@ int run(const Options& options) {
   diagnose::require_diagnosable(logs, rig);
   if (!baseline.empty()) diagnose::require_diagnosable(baseline, rig);
   diagnose::require_rate(heldout, rig);
+  options.input.print_assumed(options.output);
 
   GapReport report;
   {

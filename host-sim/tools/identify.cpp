@@ -81,9 +81,12 @@ int run_greybox(const Options& options) {
     }
   }
   const trace::RigDescription rig = options.input.rig();
+  const auto fitted = options.input.read(options.logs, rig);
+  const auto predicted = options.input.read(options.predict, rig);
+  options.input.print_assumed(options.output);
   return identify_greybox({.rig = rig,
-                           .fitted = options.input.read(options.logs, rig),
-                           .predicted = options.input.read(options.predict, rig),
+                           .fitted = fitted,
+                           .predicted = predicted,
                            .chamber = options.chamber != 0 ? std::optional(options.chamber)
                                                            : chamber_in_name(options.logs.front()),
                            .date_s = fit_date_s(options.date),
@@ -107,6 +110,7 @@ int run(const Options& options) {
                         .fitted = options.input.read(options.logs, rig),
                         .predicted = options.input.read(options.predict, rig),
                         .ventilator = options.input.of_ventilator()};
+  options.input.print_assumed(options.output);
   std::vector<trace::Log> logs;
   for (const NamedLog& of : identified.fitted) logs.push_back(of.log);
 

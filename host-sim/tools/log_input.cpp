@@ -8,6 +8,7 @@
 #include "host-sim/diagnose/log_check.hpp"
 #include "host-sim/rig/effects_chamber.hpp"
 #include "host-sim/tools/command_line.hpp"
+#include "host-sim/tools/output.hpp"
 #include "host-sim/trace/input_error.hpp"
 #include "host-sim/trace/log_csv.hpp"
 #include "host-sim/trace/respiraworks.hpp"
@@ -35,11 +36,8 @@ bool LogInput::of_ventilator() const {
 
 trace::RigDescription LogInput::rig() const {
   if (has_rig()) {
-    std::vector<std::string> assumed;
-    trace::RigDescription rig = trace::read_rig(rig_file_, &assumed);
-    if (!assumed.empty()) {
-      notices_.push_back(fmt::format("{}: not stated and taken as: {}", rig_file_, fmt::join(assumed, ", ")));
-    }
+    assumed_.clear();
+    trace::RigDescription rig = trace::read_rig(rig_file_, &assumed_);
     try {
       static_cast<void>(effects::chamber_effects(rig.effects));
     } catch (const std::invalid_argument& error) {
@@ -70,6 +68,11 @@ std::vector<trace::NamedLog> LogInput::read(const std::vector<std::string>& file
   for (const std::string& notice : notices_) fmt::print(stderr, "plenum {}: {}\n", command_, notice);
   notices_.clear();
   return logs;
+}
+
+void LogInput::print_assumed(const Output& output) const {
+  if (!assumed_.empty())
+    output.print("{}: not stated and taken as: {}\n", rig_file_, fmt::join(assumed_, ", "));
 }
 
 std::optional<unsigned> chamber_in_name(const std::string& file) {

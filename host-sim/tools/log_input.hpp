@@ -11,6 +11,7 @@
 namespace plenum::host::tools {
 
 class Arguments;
+class Output;
 
 class LogInput {
  public:
@@ -24,10 +25,12 @@ class LogInput {
   bool of_ventilator() const;
 
   /// Each file as a log, with its name but not its folder: a page holds no path. Once they are accepted, standard error
-  /// tells what the rig's file does not state, columns and rows that are ignored, and a supply that is not the rig's:
-  /// a refusal is one line. Throws trace::InputError, also for other units than those of the columns' names.
+  /// tells what columns and rows are ignored, and a supply that is not the rig's: a refusal is one line. Throws trace::InputError, also for other units than those of the columns' names.
   std::vector<trace::NamedLog> read(const std::vector<std::string>& files,
                                     const trace::RigDescription& rig) const;
+
+  /// What the file of rig() does not state, and the values that it has instead.
+  void print_assumed(const Output& output) const;
 
  private:
   trace::Log log_of(const std::string& file, const trace::RigDescription& rig) const;
@@ -36,6 +39,7 @@ class LogInput {
   std::string format_ = "csv";
   std::string rig_file_;
   mutable std::vector<std::string> notices_;  ///< to be told
+  mutable std::vector<std::string> assumed_;
 };
 
 /// The number of the chamber that a log is of, where its name says so: chamber-3.csv.

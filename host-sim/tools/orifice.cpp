@@ -271,6 +271,7 @@ int run(const Options& options) {
   std::vector<Found> all;
   for (const trace::NamedLog& of : options.input.read(options.logs, rig))
     all.push_back(find(of, rig, options));
+  options.input.print_assumed(options.output);
   Json results = Json::array();
   for (const Found& found : all) {
     print(options.output, found);

@@ -50,6 +50,8 @@ class Orifice(CommandTest):
         for temperature_K in (293.15, 320):
             rig = self.write("rig.toml", f"[sampling]\nrate_Hz = 100\n[gas]\ntemperature_K = {temperature_K}\n")
             at[temperature_K] = json.loads(self.done("orifice", "--thin-plate", "--rig", rig, "--json", "-", leak))["orifices"][0]
+        told = self.done("orifice", "--thin-plate", "--rig", rig, leak)
+        self.assertIn("rig.toml: not stated and taken as: sampling.pressure_average_s = 0.01, supply.pressure_Pa = 700000, ", told)
         warm, cool = at[320], at[293.15]
         self.assertEqual(warm["parameters"]["choked_rate_1_s"], cool["parameters"]["choked_rate_1_s"])
         ratio = math.sqrt(293.15 / 320)
