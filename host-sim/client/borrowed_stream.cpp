@@ -21,6 +21,9 @@ bool is_of_stream(const SettingId& id) {
 BorrowedSettings::BorrowedSettings(Session& session, const std::function<bool(const SettingId&)>& wanted)
     : session_(session), before_(read_settings(session, wanted)) {}
 
+BorrowedSettings::BorrowedSettings(Session& session, std::vector<Setting> objects)
+    : session_(session), before_(read_values(session, std::move(objects))) {}
+
 BorrowedSettings::~BorrowedSettings() {
   try {
     give_back();

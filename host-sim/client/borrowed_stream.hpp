@@ -13,6 +13,8 @@ class BorrowedSettings {
  public:
   /// Reads those that are `wanted`; whoever has this may change them. Throws as Session does.
   BorrowedSettings(Session& session, const std::function<bool(const SettingId&)>& wanted);
+  /// Reads `objects`, which need not be settings.
+  BorrowedSettings(Session& session, std::vector<Setting> objects);
   /// Gives back what was not; a board or a bus that fails then is not heard of.
   ~BorrowedSettings();
   BorrowedSettings(const BorrowedSettings&) = delete;

@@ -7,7 +7,6 @@
 #include <optional>
 #include <random>
 #include <stdexcept>
-#include <utility>
 
 #include "firmware/canopen/objects.hpp"
 #include "firmware/canopen/process_image.hpp"
@@ -111,39 +110,15 @@ class Drive {
   bool ended_ = false;
 };
 
-/// 6394h of the chambers for a while: what HOLD, and a fault, lead a chamber to is its owner's afterwards.
-class BorrowedHold {
- public:
-  BorrowedHold(Session& session, unsigned chambers) : session_(session) {
-    for (unsigned c = 0; c < chambers; ++c)
-      before_mbar_.push_back(session.read<std::int16_t>(index_of(c), 1));
+/// What HOLD, and a fault, lead each chamber to.
+std::vector<Setting> hold_setpoints(unsigned chambers) {
+  std::vector<Setting> objects;
+  for (unsigned c = 0; c < chambers; ++c) {
+    const auto index = static_cast<std::uint16_t>(object::kHoldSetpoint + object::kChamberStride * c);
+    objects.push_back({{index, 1}, canopen::DataType::integer16, "Hold set point"});
   }
-  ~BorrowedHold() {
-    try {
-      give_back();
-    } catch (const std::exception&) {  // as Drive
-    }
-  }
-  BorrowedHold(const BorrowedHold&) = delete;
-  BorrowedHold& operator=(const BorrowedHold&) = delete;
-
-  void set(unsigned chamber, double pressure_Pa) {
-    constexpr double kPaPerMbar = 100.0;
-    session_.write(index_of(chamber), 1, static_cast<std::int16_t>(std::lround(pressure_Pa / kPaPerMbar)));
-  }
-  void give_back() {
-    const std::vector<std::int16_t> before_mbar = std::exchange(before_mbar_, {});
-    for (unsigned c = 0; c < before_mbar.size(); ++c) session_.write(index_of(c), 1, before_mbar[c]);
-  }
-
- private:
-  static std::uint16_t index_of(unsigned chamber) {
-    return static_cast<std::uint16_t>(object::kHoldSetpoint + object::kChamberStride * chamber);
-  }
-
-  Session& session_;
-  std::vector<std::int16_t> before_mbar_;  ///< empty: given back
-};
+  return objects;
+}
 
 std::uint8_t mask_of(unsigned chambers) {
   return static_cast<std::uint8_t>((1U << chambers) - 1U);
@@ -249,7 +224,8 @@ std::vector<CapturedRow> follow(Session& session, std::span<const std::vector<do
   BorrowedStream borrowed(session, {.chambers = mask, .largest_volume_m3 = options.largest_volume_m3});
   session.configure_setpoints(SetpointFormat::millibar);
   session.write(object::kPreviewTicks, 0, options.preview_ticks);
-  BorrowedHold hold(session, options.chambers);
+  const std::vector<Setting> hold = hold_setpoints(options.chambers);
+  BorrowedSettings borrowed_hold(session, hold);
   Drive drive(session,
               options.open_loop ? ControlMode::pressure_open_loop : ControlMode::pressure_closed_loop);
   session.learn_sync();
@@ -259,7 +235,11 @@ std::vector<CapturedRow> follow(Session& session, std::span<const std::vector<do
       setpoint_Pa[c] = reference_Pa[c][std::min(row, count - 1)];
     session.send_setpoints(setpoint_Pa);
   };
-  for (unsigned c = 0; c < options.chambers; ++c) hold.set(c, reference_Pa[c].front());
+  constexpr double kPaPerMbar = 100.0;
+  for (std::size_t c = 0; c < hold.size(); ++c) {
+    const auto mbar = static_cast<std::int16_t>(std::lround(reference_Pa[c].front() / kPaPerMbar));
+    session.write(hold[c].id.index, hold[c].id.sub, mbar);
+  }
   std::vector<CapturedRow> rows;
   {
     Recorder recorder(session, mask, borrowed.stream());
@@ -287,7 +267,7 @@ std::vector<CapturedRow> follow(Session& session, std::span<const std::vector<do
   }
   require_no_fault(session);
   drive.end();
-  hold.give_back();
+  borrowed_hold.give_back();
   borrowed.give_back();
   setpoints.give_back();
   for (std::size_t k = 0; k < rows.size(); ++k) {

@@ -42,9 +42,9 @@ struct CapturedRow {
 };
 
 /// Excites the chambers on the board (control mode -1, no model needed) and records them. Leaves the node operational, the
-/// board DISABLED and its settings and mode as they were (but for the excitation's, 2310h); also when it throws, as far as the bus allows. Throws as Session does,
-/// Refused when a fault stands at the end, ProtocolError when a row is incomplete. Returns fewer rows than asked for, or
-/// none, when stopped.
+/// board DISABLED and its settings and mode as they were (but for the excitation's, 2310h); also when it throws, as far as
+/// the bus allows. Throws as Session does, Refused when a fault stands at the end, ProtocolError when a row is incomplete.
+/// Returns fewer rows than asked for, or none, when stopped.
 std::vector<CapturedRow> capture(Session& session, const CaptureOptions& options,
                                  const Progress& progress = {});
 

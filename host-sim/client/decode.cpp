@@ -217,8 +217,10 @@ std::string Decoder::decode_sdo(const CanFrame& frame, bool request, Transfer& t
     return fmt::format("{}: {:08X}h, {}", text, last_word, abort_text(last_word));
   }
   if (transfer.blocks == (request ? Blocks::to_board : Blocks::from_board)) {
-    if ((command & 0x80U) != 0)
-      transfer = {transfer.index, transfer.sub, Blocks::none, static_cast<std::uint8_t>(command & 0x7FU)};
+    if ((command & 0x80U) != 0) {
+      transfer.blocks = Blocks::none;
+      transfer.last = static_cast<std::uint8_t>(command & 0x7FU);
+    }
     return segment("block segment", 0);
   }
   if (request) {

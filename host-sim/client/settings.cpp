@@ -226,9 +226,14 @@ std::vector<Setting> known_settings() {
 }
 
 std::vector<Setting> read_settings(Session& session, const std::function<bool(const SettingId&)>& wanted) {
+  std::vector<Setting> settings = known_settings();
+  std::erase_if(settings, [&](const Setting& setting) { return !wanted(setting.id); });
+  return read_values(session, std::move(settings));
+}
+
+std::vector<Setting> read_values(Session& session, std::vector<Setting> objects) {
   std::vector<Setting> settings;
-  for (Setting& setting : known_settings()) {
-    if (!wanted(setting.id)) continue;
+  for (Setting& setting : objects) {
     try {
       setting.bits = read_value(session, setting);
     } catch (const SdoAbort& abort) {

@@ -40,7 +40,10 @@ canopen::DataType type_of(const std::string& name);
 
 /// All settings that this program knows, without values, in the order of the dictionary.
 std::vector<Setting> known_settings();
-/// The values on the board of all of them, or of those that are `wanted`. Those that the board does not have are left out.
+/// `objects` with their values on the board, of settings or of other objects of the dictionary. Those that the board does not
+/// have are left out.
+std::vector<Setting> read_values(Session& session, std::vector<Setting> objects);
+/// The same of all settings, or of those that are `wanted`.
 std::vector<Setting> read_settings(
     Session& session,
     const std::function<bool(const SettingId&)>& wanted = [](const SettingId&) { return true; });

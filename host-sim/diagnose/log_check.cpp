@@ -8,6 +8,7 @@
 #include <string>
 
 #include "host-sim/trace/input_error.hpp"
+#include "host-sim/trace/log_csv.hpp"
 
 namespace plenum::host::diagnose {
 namespace {
@@ -408,7 +409,7 @@ std::vector<std::string> supply_notices(const std::vector<NamedLog>& logs, const
 void require_rate(const std::vector<NamedLog>& logs, const RigDescription& rig) {
   for (const NamedLog& of : logs) {
     const double rate_Hz = 1.0 / of.log.period_s;
-    if (std::abs(rate_Hz - rig.sampling.rate_Hz) <= 1e-3 * rig.sampling.rate_Hz) continue;
+    if (std::abs(rate_Hz - rig.sampling.rate_Hz) <= trace::kSameRate * rig.sampling.rate_Hz) continue;
     throw InputError(fmt::format("{}: column time_s: {:.6g} Hz, expected the rig's sampling.rate_Hz = {:.6g}",
                                  of.name, rate_Hz, rig.sampling.rate_Hz));
   }

@@ -7,12 +7,12 @@
 #include <cmath>
 
 #include "host-sim/identify/cannot_identify.hpp"
+#include "host-sim/trace/log_csv.hpp"
 
 namespace plenum::host::identify {
 namespace {
 
 constexpr double kmL_per_m3 = 1e6;
-constexpr double kSameRate = 1e-3;  ///< recorders' clocks differ, and stamps are rounded
 constexpr int kDegree = 3;
 constexpr int kWindow = 2 * static_cast<int>(kHalfWindow);
 
@@ -72,8 +72,8 @@ Ticks lay_out(const std::vector<trace::Log>& logs) {
       throw CannotIdentify(
           fmt::format("log {}: {} rows, expected at least {}", i + 1, log.size(), kFewestRows));
     }
-    if (std::abs(log.period_s - ticks.period_s) > kSameRate * ticks.period_s ||
-        std::abs(log.pressure_average_s - ticks.average_s) > kSameRate * ticks.period_s) {
+    if (std::abs(log.period_s - ticks.period_s) > trace::kSameRate * ticks.period_s ||
+        std::abs(log.pressure_average_s - ticks.average_s) > trace::kSameRate * ticks.period_s) {
       throw CannotIdentify(
           fmt::format("log {}: period {} s, averaging {} s, expected {} s and {} s as in log 1", i + 1,
                       log.period_s, log.pressure_average_s, ticks.period_s, ticks.average_s));

@@ -84,9 +84,8 @@ std::vector<client::SettingTrouble> write_all(client::Session& session, const Ba
   return client::write_settings(session, backup.settings);
 } catch (const std::exception& error) {
   throw std::runtime_error(
-      fmt::format("{}; node {} has some of the settings, its PDOs may be off, and nothing is stored: plenum "
-                  "reset --restart "
-                  "brings back what it had",
+      fmt::format("{}; node {} has some of the settings, its PDOs may be off, and nothing is stored: "
+                  "plenum reset --restart brings back what it had",
                   error.what(), session.node_id()));
 }
 

@@ -60,7 +60,7 @@ Log read_log(const std::filesystem::path& path, const RigDescription& rig,
              std::vector<std::string>* notices) {
   Log log = read_log(path, notices);
   const double rate_Hz = 1.0 / log.period_s;
-  if (std::abs(rate_Hz - rig.sampling.rate_Hz) > 1e-3 * rig.sampling.rate_Hz) {
+  if (std::abs(rate_Hz - rig.sampling.rate_Hz) > kSameRate * rig.sampling.rate_Hz) {
     throw InputError(fmt::format("{}: column time_s: {:.6g} Hz, expected the rig's sampling.rate_Hz = {:.6g}",
                                  path.string(), rate_Hz, rig.sampling.rate_Hz));
   }

@@ -18,7 +18,10 @@ namespace plenum::host::trace {
 /// time that does not advance uniformly.
 Log read_log(const std::filesystem::path& path, std::vector<std::string>* notices = nullptr);
 
-/// Reads a log of this rig: the averaging time is the rig's, and the log's rate must be the rig's within 0.1 %.
+/// Two rates are the same within this share: recorders' clocks differ, and stamps and figures are rounded.
+inline constexpr double kSameRate = 1e-3;
+
+/// Reads a log of this rig: the averaging time is the rig's, and the log's rate must be the rig's (kSameRate).
 Log read_log(const std::filesystem::path& path, const RigDescription& rig,
              std::vector<std::string>* notices = nullptr);
 
