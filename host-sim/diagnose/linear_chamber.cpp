@@ -29,7 +29,7 @@ Ports ports_of(const effects::Figures& valve, double command_V) {
 Linear LinearChamber::tick(double pressure, const Inputs& in, const double* volume,
                            const effects::Timing& timing) const {
   const double h = timing.tick_s / timing.steps;
-  const int counted = std::clamp(static_cast<int>(std::lround(timing.average_s / h)), 1, timing.steps);
+  const double averaged = std::min(timing.average_s / h, static_cast<double>(timing.steps));  // steps
   Linear l;
   std::array<double, kInputs> moved{};  // d p / d input
   double moved_by_pressure = 1.0;
@@ -66,24 +66,29 @@ Linear LinearChamber::tick(double pressure, const Inputs& in, const double* volu
         -per_mass * in[kExhaust + part] * 0.5 * (first.exhaust.by_second + second.exhaust.by_second);
     by[kFlow] = per_mass;
     by[kVolume] = -0.5 * (first.f + second.f) / v;
-    const bool counts = i >= timing.steps - counted;
-    if (counts) {
-      sum += p + h * z.phi_2 * first.f;
-      l.by_pressure.reading += z.phi_1 * moved_by_pressure;
-      for (std::size_t c = 0; c < kInputs; ++c)
-        l.by_input[c].reading += z.phi_1 * moved[c] + h * z.phi_2 * by[c];
-    }
-    for (std::size_t c = 0; c < kInputs; ++c) moved[c] = z.e * moved[c] + h * z.phi_1 * by[c];
+    // Of this step's end, as much as the sensor averages.
+    const double share = averaged - (timing.steps - 1 - i);
+    const auto read = [&](double begin, double mean, double end) {
+      return effects::last_share(share, begin, mean, end);
+    };
+    const double next = std::max(p + h * z.phi_1 * first.f, 1e3);
+    sum += read(p, p + h * z.phi_2 * first.f, next);
+    l.by_pressure.reading += read(moved_by_pressure, z.phi_1 * moved_by_pressure, z.e * moved_by_pressure);
     moved_by_pressure *= z.e;
-    p = std::max(p + h * z.phi_1 * first.f, 1e3);
+    for (std::size_t c = 0; c < kInputs; ++c) {
+      const double begin = moved[c];
+      moved[c] = z.e * begin + h * z.phi_1 * by[c];
+      l.by_input[c].reading += read(begin, z.phi_1 * begin + h * z.phi_2 * by[c], moved[c]);
+    }
+    p = next;
   }
   l.at.end = p;
   l.by_pressure.end = moved_by_pressure;
   for (std::size_t c = 0; c < kInputs; ++c) l.by_input[c].end = moved[c];
-  if (timing.average_s > 0.0) {
-    l.at.reading = sum / counted;
-    l.by_pressure.reading /= counted;
-    for (Outcome& o : l.by_input) o.reading /= counted;
+  if (averaged > 0.0) {
+    l.at.reading = sum / averaged;
+    l.by_pressure.reading /= averaged;
+    for (Outcome& o : l.by_input) o.reading /= averaged;
   } else {
     l.at.reading = p;
     l.by_pressure.reading = moved_by_pressure;

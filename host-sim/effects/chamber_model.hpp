@@ -336,9 +336,7 @@ N ChamberModel<N>::tick(double command_V, const double* volume_m3) {
   if (on(kIdDeadTime)) dead_time_.hold(command_V);
   N sum(0.0);
   N reading(0.0);
-  // the sensor's mean is over the last `counted` steps, at least one
-  const int counted =
-      std::clamp(static_cast<int>(std::lround(timing_.average_s / step_s_)), 1, timing_.steps);
+  const double averaged = std::min(timing_.average_s / step_s_, static_cast<double>(timing_.steps));  // steps
   for (int i = 0; i < timing_.steps; ++i) {
     const Openings open = openings_over(command_V, i);
     const double logged = 0.5 * (volume_m3[i] + volume_m3[i + 1]);
@@ -346,16 +344,18 @@ N ChamberModel<N>::tick(double command_V, const double* volume_m3) {
     const N volume = on(kIdVolumeError) ? volume_error_.volume(logged) : N(logged);
     const N begin = pressure_Pa_;
     N mean = step(open, volume, rate / volume);
+    N from = begin;  // of the reading
     N end = pressure_Pa_;
     if (on(kIdSensorLag)) {
+      from = sensor_lag_.reading_Pa();
       mean = sensor_lag_.follow(begin, end, mean);
       end = sensor_lag_.reading_Pa();
     }
-    if (i >= timing_.steps - counted) sum += mean;
+    sum += last_share(averaged - (timing_.steps - 1 - i), from, mean, end);
     reading = end;
   }
   if (on(kIdNullDrift)) null_drift_.end_tick();
-  if (timing_.average_s > 0.0) reading = sum * (1.0 / counted);
+  if (averaged > 0.0) reading = sum * (1.0 / averaged);
   return on(kIdSensorBias) ? sensor_bias_.reading(reading) : reading;
 }
 

@@ -182,6 +182,16 @@ Exponential<N> exponential(const N& z) {
   return {e, select(beyond, far, phi_1), select(beyond, (1.0 - far) * far, phi_2)};
 }
 
+/// The integral over a step's last `share`, in steps: all of it where that is 1 or more, nothing where 0 or less, and between of
+/// the parabola that has this beginning, mean and end.
+template <class N>
+N last_share(double share, const N& begin, const N& mean, const N& end) {
+  if (share >= 1.0) return mean;
+  if (share <= 0.0) return N(0.0);
+  const N bend = 3.0 * (begin + end - 2.0 * mean);
+  return share * (end + share * ((share / 3.0) * bend - 0.5 * (end - begin + bend)));
+}
+
 /// artanh(t)/t by six terms of its series: to 1e-9 for |t| <= 1/5, 2e-7 at 1/3.
 template <class N>
 N artanh_per(const N& t) {
