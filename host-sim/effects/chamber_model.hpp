@@ -59,7 +59,7 @@ class ChamberModel {
     N flow, by_upstream, by_downstream;
   };
   struct Balance {
-    N rate, slope, inlet, exhaust;
+    N rate, slope, inlet, exhaust, exhaust_slope;
     N sooner;  ///< of the rate
   };
 
@@ -230,8 +230,10 @@ typename ChamberModel<N>::Balance ChamberModel<N>::balance(const N& pressure_Pa,
   const Flow exhaust = plate(pressure_Pa, behind_Pa);
   const N in = open.inlet_m2 * inlet.flow;
   const N out = open.exhaust_m2 * exhaust.flow;
-  return {in - out, open.inlet_m2 * inlet.by_downstream - open.exhaust_m2 * exhaust.by_upstream, in, out,
-          open.inlet_sooner_m2 * inlet.flow - open.exhaust_sooner_m2 * exhaust.flow};
+  const N out_slope = open.exhaust_m2 * exhaust.by_upstream;
+  return {in - out,  open.inlet_m2 * inlet.by_downstream - out_slope,
+          in,        out,
+          out_slope, open.inlet_sooner_m2 * inlet.flow - open.exhaust_sooner_m2 * exhaust.flow};
 }
 
 /// One step: moves the pressure, returns its mean. What the flows of the step change slowly (supply, pressure behind
@@ -258,12 +260,15 @@ N ChamberModel<N>::step(const Openings& open, const N& volume_m3, const N& squee
   }
   N compression = n * squeeze_1_s;
   N pull(0.0);  // of the heat on the rate, at p = 0
-  const auto warm = [&](const N& net_kg_s) {
+  // `exhaust_kg_s`: of what leaves as warm as the gas is, at T_0; the net flow has it at T_0, too
+  const auto warm = [&](const N& net_kg_s, const N& exhaust_kg_s) {
     if (!on(kIdHeatTransfer)) return;
-    const N mass = heat_.mass_kg() + 0.5 * step_s_ * net_kg_s;
+    const N& leaving = heat_.leaving();  // as in the step before
+    const N mass = heat_.mass_kg() + 0.5 * step_s_ * (net_kg_s + exhaust_kg_s * (1.0 - 1.0 / leaving));
     const N at_wall = mass * gas_J_kg_ / volume_m3;  // the pressure of this mass at the wall's temperature
+    const N flow_kg_s = net_kg_s + exhaust_kg_s * (1.0 - leaving);
     const N relaxation = heat_.relaxation_at_middle_1_s(
-        mass, begin, 0.5 * step_s_ * (per_mass * net_kg_s - compression * begin), 0.5 * step_s_, at_wall,
+        mass, begin, 0.5 * step_s_ * (per_mass * flow_kg_s - compression * begin), 0.5 * step_s_, at_wall,
         volume_m3);
     compression += relaxation;
     pull = relaxation * at_wall;
@@ -276,7 +281,7 @@ N ChamberModel<N>::step(const Openings& open, const N& volume_m3, const N& squee
       leak = leak_.flow(begin);
       leak_slope = leak_.slope(begin);
     }
-    warm(tube_.flow_kg_s() - leak);
+    warm(tube_.flow_kg_s() - leak, N(0.0));
     inlet = exhaust = N(0.0);
     const auto valve = [&](const N& at_valve_Pa, double share) {
       const Balance b = balance(at_valve_Pa, open, supply, behind);
@@ -297,12 +302,22 @@ N ChamberModel<N>::step(const Openings& open, const N& volume_m3, const N& squee
       }
       return b;
     };
-    const Balance first = with_leak(balance(begin, open, supply, behind), begin);
-    warm(first.rate);
+    // The enthalpy that leaves is that of gas as warm as it is; what comes back in is not.
+    const auto leaving = [&](Balance b) {
+      if (on(kIdHeatTransfer)) {
+        const N more = select(b.exhaust > N(0.0), heat_.leaving() - 1.0, N(0.0));
+        b.rate -= more * b.exhaust;
+        b.slope -= more * b.exhaust_slope;
+      }
+      return b;
+    };
+    const Balance cool = with_leak(balance(begin, open, supply, behind), begin);
+    warm(cool.rate, larger(cool.exhaust, N(0.0)));
+    const Balance first = leaving(cool);
     const N f = per_mass * first.rate - compression * begin + pull;
     const N J = per_mass * first.slope - compression;
     const N trial = larger(begin + step_s_ * exponential(step_s_ * J).phi_1 * f, N(1e3));
-    const Balance second = with_leak(balance(trial, open, supply, behind), trial);
+    const Balance second = leaving(with_leak(balance(trial, open, supply, behind), trial));
     const N f_trial = per_mass * second.rate - compression * trial + pull;
     const N way = trial - begin;
     const N chord =
@@ -324,8 +339,10 @@ N ChamberModel<N>::step(const Openings& open, const N& volume_m3, const N& squee
   if (on(kIdSupplyDroop)) supply_droop_.draw(inlet);
   if (on(kIdExhaustBackpressure)) backpressure_.vent(exhaust);
   if (on(kIdHeatTransfer)) {
-    // the mass that the step's own balance of energy has moved
-    heat_.gain((pressure_Pa_ - begin + step_s_ * (compression * mean - pull)) / per_mass,
+    // the mass that the step's own balance of energy has moved, and of what left warm so much less
+    const N out = on(kIdTubeDynamics) ? N(0.0) : larger(exhaust, N(0.0));
+    const N warmer = out * (heat_.leaving() - 1.0 / heat_.leaving());
+    heat_.gain((pressure_Pa_ - begin + step_s_ * (compression * mean - pull)) / per_mass + step_s_ * warmer,
                pressure_Pa_ * volume_m3 / gas_J_kg_);
   }
   return mean;

@@ -1,13 +1,14 @@
 // exhaust_backpressure: a silencer or manifold raises the pressure behind the exhaust port.
 //
-//   V P'/(kappa R_g T) = m_ex - m_s,   P^2 = P_a^2 + 2 l P_a R m_s + (R m_s)^2
+//   V P'/(kappa R_g T) = m_ex - m_s,   P^2 = P_b^2 + 2 l P_b R m_s + (R m_s)^2,   P_b = P_a + c
 //
-// P pressure behind the port, P_a ambient [Pa]; m_ex flow out of the chamber, m_s that through the silencer [kg/s]; R its
+// P pressure behind the port, P_a ambient [Pa]; c what stands there without flow, behind a spring-loaded silencer or on a
+// manifold that others fill [Pa]; m_ex flow out of the chamber, m_s that through the silencer [kg/s]; R its
 // resistance [Pa s/kg]; l share of a straight characteristic: at 0 the orifice law far from choking at its inlet,
-// m_s = sqrt(P^2 - P_a^2)/R, at 1 P = P_a + R m_s, as of felt or sintered metal; V volume of the manifold between [m3], R_g T of
-// its gas [J/kg]. Assumptions: alone on the manifold, nothing comes back from it. Vanishes at R = 0. It acts only where the
+// m_s = sqrt(P^2 - P_b^2)/R, at 1 P = P_b + R m_s, as of felt or sintered metal; V volume of the manifold between [m3], R_g T of
+// its gas [J/kg]. Assumptions: alone on the manifold, nothing comes back from it but what stands there. Vanishes at R = c = 0. It acts only where the
 // exhaust is not choked. Numerical treatment: the implicit Euler rule, whose quadratic equation is solved in closed form,
-//   P_1 = C/(q (E + l P_a) + sqrt(C - q^2 P_a^2 (1 - l^2))),  C = E^2 + 2 l P_a E + P_a^2,
+//   P_1 = C/(q (E + l P_b) + sqrt(C - q^2 P_b^2 (1 - l^2))),  C = E^2 + 2 l P_b E + P_b^2,
 //   q = R (V/(kappa R_g T h) + s),  E = R m + q P_0,
 // s [kg/(s Pa)] by which the flow falls as P rises; at any V, also at none. The step itself sees P at its middle, from
 // half a step; the whole step is extrapolated from one and two: second order. Source: ISO 6358 series resistance.
@@ -20,19 +21,20 @@
 
 namespace plenum::host::effects {
 
-inline constexpr std::array<Parameter, 3> kExhaustBackpressureParameters{{
+inline constexpr std::array<Parameter, 4> kExhaustBackpressureParameters{{
     {"resistance_kPa_s_per_g", "R: of the silencer", 0.0, 400.0, 0.0, 10.0, Coordinate::linear, false,
      kAsItsResistance},
     {"manifold_mL", "V: volume of the manifold before it", 0.0, 2000.0, 0.0, 20.0, Coordinate::linear, false,
      kAsTheVolume},
     {"straight_share", "l: 0 an orifice, 1 a fabric, behind which the pressure rises straight with the flow",
      0.0, 1.0, 0.0, 0.2, Coordinate::linear, true},
+    {"standing_kPa", "c: above ambient without flow", 0.0, 200.0, 0.0, 2.0, Coordinate::linear, true},
 }};
 inline constexpr Effect kExhaustBackpressure{
     "exhaust_backpressure",
     Equation::mass_flow,
     "the pressure behind the exhaust port rises with the flow through silencer or manifold",
-    "V P'/(kappa R T) = m_ex - m_s, P^2 = P_a^2 + 2 l P_a R m_s + (R m_s)^2",
+    "V P'/(kappa R T) = m_ex - m_s, P^2 = P_b^2 + 2 l P_b R m_s + (R m_s)^2, P_b = P_a + c",
     "ISO 6358, resistances in series",
     kExhaustBackpressureParameters};
 
@@ -43,9 +45,9 @@ class ExhaustBackpressure {
   void prepare(const N* x, double gas_J_kg, double kappa, double step_s, const N& ambient_Pa) {
     resistance_ = x[0] * 1e6;
     inertia_ = x[1] * (1e-6 / (kappa * gas_J_kg * step_s)) * resistance_;
-    straight_Pa_ = x[2] * ambient_Pa;
-    ambient_Pa_ = ambient_Pa;
-    behind_Pa_ = ambient_Pa;
+    standing_Pa_ = ambient_Pa + 1e3 * x[3];
+    straight_Pa_ = x[2] * standing_Pa_;
+    behind_Pa_ = standing_Pa_;
   }
   const N& behind_Pa() const { return behind_Pa_; }
   /// Half a step on; `flow(p, P)` gives {flow, by_downstream} of the open port from the pressure p before it, which is
@@ -72,7 +74,7 @@ class ExhaustBackpressure {
     const N none(0.0);
     const N whole = after(none, behind_Pa_, inertia_, none, flow_kg_s);
     const N half = after(none, behind_Pa_, 2.0 * inertia_, none, flow_kg_s);
-    behind_Pa_ = larger(2.0 * after(none, half, 2.0 * inertia_, none, flow_kg_s) - whole, ambient_Pa_);
+    behind_Pa_ = larger(2.0 * after(none, half, 2.0 * inertia_, none, flow_kg_s) - whole, standing_Pa_);
   }
 
  private:
@@ -83,12 +85,12 @@ class ExhaustBackpressure {
   N after(const N& at_Pa, const N& before_Pa, const N& inertia, const N& slope, const N& flow_kg_s) const {
     const N q = inertia + slope;
     const N E = resistance_ * larger(flow_kg_s, N(0.0)) + slope * at_Pa + inertia * before_Pa;
-    const N ambient2 = ambient_Pa_ * ambient_Pa_;
-    const N C = E * (E + 2.0 * straight_Pa_) + ambient2;
-    const N curved2 = ambient2 - straight_Pa_ * straight_Pa_;
+    const N standing2 = standing_Pa_ * standing_Pa_;
+    const N C = E * (E + 2.0 * straight_Pa_) + standing2;
+    const N curved2 = standing2 - straight_Pa_ * straight_Pa_;
     return C / (q * (E + straight_Pa_) + root(larger(C - q * q * curved2, N(0.0))));
   }
-  N resistance_{}, inertia_{}, straight_Pa_{}, ambient_Pa_{}, behind_Pa_{};
+  N resistance_{}, inertia_{}, straight_Pa_{}, standing_Pa_{}, behind_Pa_{};
 };
 
 }  // namespace plenum::host::effects

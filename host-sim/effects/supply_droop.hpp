@@ -6,7 +6,8 @@
 // resistance [Pa s/kg]; tau time constant of the vessel behind it [s], whose volume is tau kappa R_g T/R; o share of an
 // orifice in the resistance: at 0 a regulator with a straight flow characteristic, tau s' = R m_in - s for the droop
 // s = P_0 - P; at 1 an orifice, which lets the more through by the root of the droop; both droop alike at a tenth of
-// P_0. Assumptions: alone on its line; the orifice far from choking. Vanishes at R = 0. Numerical treatment: the
+// P_0. What a squeezed chamber pushes back leaves through the same resistance, of which a regulator lets a share v pass: at 1
+// it relieves, at 0 the vessel keeps all of it. Assumptions: alone on its line; the orifice far from choking. Vanishes at R = 0. Numerical treatment: the
 // implicit Euler rule, whose quadratic equation is solved in closed form for m_f; the step itself sees P at its middle,
 // from half a step; the whole step is extrapolated from one and two: second order. tau is at least 5 ms, below which
 // it is not told from none; P is held above a fifth of P_0. Source: a regulator's flow characteristic (its droop),
@@ -20,12 +21,15 @@
 
 namespace plenum::host::effects {
 
-inline constexpr std::array<Parameter, 3> kSupplyDroopParameters{{
+inline constexpr std::array<Parameter, 4> kSupplyDroopParameters{{
     {"resistance_kPa_s_per_g", "droop for each gram a second", 0.0, 400.0, 0.0, 2.0, Coordinate::linear,
      false, kAsItsResistance},
     {"recovery_s", "time constant", 0.005, 3.0, 0.05, 0.05},
     {"orifice_share", "o: of the resistance; 0 a straight characteristic, 1 an orifice before a vessel", 0.0,
      1.0, 0.0, 0.1, Coordinate::linear, true},
+    {"relieving_share",
+     "v: of what is pushed back, what the source lets out; 0 nothing, as behind a check valve", 0.0, 1.0, 1.0,
+     0.3, Coordinate::linear, true},
 }};
 inline constexpr Effect kSupplyDroop{
     "supply_droop",
@@ -42,6 +46,7 @@ class SupplyDroop {
     resistance_ = x[0] * 1e6;
     linear_ = 1.0 - x[2];
     orifice_ = kAtATenth * x[2];
+    relieving_ = x[3];
     inertia_ = x[1] * (1.0 / step_s);
     at_rest_Pa_ = at_rest_Pa;
     supply_Pa_ = at_rest_Pa;
@@ -63,8 +68,8 @@ class SupplyDroop {
   static constexpr double kAtATenth = 20.0;
 
   /// `d`: R times what the vessel takes up and the chamber's slope, for each Pa. With F = R m_f the balance
-  /// d (P - before) = F - R m_in enters the law of the source. Air that a squeezed chamber pushes back leaves through
-  /// the same resistance, the vessel's pressure being the higher one.
+  /// d (P - before) = F - R m_in enters the law of the source. What is pushed back meets it with the vessel's pressure the higher
+  /// one.
   N after(const N& before_Pa, const N& d, const N& flow_kg_s) const {
     const N a = d * before_Pa - resistance_ * flow_kg_s;
     const N square = (at_rest_Pa_ * d - a) * (at_rest_Pa_ * d + a);
@@ -76,9 +81,9 @@ class SupplyDroop {
     const N e = 1.0 + linear_ * d;
     const N back =
         -square / (a * e + root(larger(a * a * e * e + (e * e - orifice_ * d * d) * square, N(0.0))));
-    return select(square < N(0.0), (a - back) / d, drawn);
+    return select(square < N(0.0), (a - relieving_ * back) / d, drawn);
   }
-  N resistance_{}, linear_{}, orifice_{}, inertia_{}, at_rest_Pa_{}, supply_Pa_{};
+  N resistance_{}, linear_{}, orifice_{}, relieving_{}, inertia_{}, at_rest_Pa_{}, supply_Pa_{};
 };
 
 }  // namespace plenum::host::effects

@@ -106,7 +106,8 @@ GreyboxModel greybox_of(const trace::RigDescription& rig, std::optional<unsigned
       1U << effects::kIdAreaShape | 1U << effects::kIdFlowFunction | 1U << effects::kIdVolumeError |
       1U << effects::kIdChamberLeak | 1U << effects::kIdDeadTime | 1U << effects::kIdSpoolLag |
       1U << effects::kIdValveHysteresis | 1U << effects::kIdSensorLag | 1U << effects::kIdTubeDynamics;
-  const bool keeps_heat = figure(effects::kIdHeatTransfer, 0) == 0.0;
+  const bool keeps_heat =
+      figure(effects::kIdHeatTransfer, 0) == 0.0 && figure(effects::kIdHeatTransfer, 4) == 0.0;
   const effects::EffectSet carried = kAlways | (keeps_heat ? 1U << effects::kIdHeatTransfer : 0U);
   for (std::size_t id = 0; id < effects::kEffects; ++id) {
     if (((of.on & ~carried) >> id & 1U) != 0) made.left_out.emplace_back(effects::kCatalogue[id]->id);

@@ -103,7 +103,7 @@ TEST(HeatTransfer, GasThatBeginsWarmOrColdComesToTheWallsTemperatureWithItsOwnTi
 TEST(HeatTransfer, ConductanceGrowsWithThePowerOfThePressureAndWithTheWall) {
   const double mass_kg = 4e-4, ambient_Pa = 101325.0, gas_constant = 287.0;
   for (const double power : {0.0, 0.5, 0.8}) {
-    const double x[] = {0.3, 1.4, power, 50.0};
+    const double x[] = {0.3, 1.4, power, 50.0, 0.0};
     HeatTransfer<double> heat;
     heat.prepare(x, gas_constant, ambient_Pa, mass_kg);
     for (const double pressure_Pa : {2e4, 1e5, 3e5, 1.2e6}) {
@@ -113,6 +113,41 @@ TEST(HeatTransfer, ConductanceGrowsWithThePowerOfThePressureAndWithTheWall) {
           << pressure_Pa << " Pa, power " << power;
     }
   }
+}
+
+/// A chamber of 160 mL that blows down from 700 kPa through a choked port, 2 mm2 open, all of the gas's temperature leaving with
+/// it: without heat that is an isentropic change of what stays, of which the share x is left,
+///   T = T_0 x^(k-1),  p = p_0 x^k,  x = (1 + (k-1)/2 t/tau)^(-2/(k-1)),  tau = v/(R T_0 A beta).
+struct BlowDown {
+  static constexpr double kStart_Pa = 7e5, kVolume_m3 = 160e-6, kOpen_m2 = 2e-6;
+  static double left(double t_s) {
+    const double tau_s = kVolume_m3 / (RT() * kOpen_m2 * plant::thin_plate_constants({}).beta_s_m);
+    return std::pow(1.0 + 0.2 * t_s / tau_s, -5.0);
+  }
+};
+
+TEST(HeatTransfer, BlowDownOfGasThatLeavesWithItsOwnTemperatureIsIsentropic) {
+  const Figures figures = with(sharp_valve(1e-6), kIdHeatTransfer, {0.0, 1.4, 0.0, 0.0, 1.0});
+  const Drive drive = instants(std::vector<double>(60, 3.0), plant::VolumeMotion(BlowDown::kVolume_m3), 32);
+  const std::vector<double> p = run(only(kIdHeatTransfer), figures, drive, BlowDown::kStart_Pa);
+  ASSERT_LT(p.back(), 300e3) << "Pa: most of it is gone";
+  for (std::size_t k = 0; k < p.size() && p[k] > 200e3; ++k) {
+    const double x = BlowDown::left(static_cast<double>(k) * kTick_s);
+    ASSERT_NEAR(p[k], BlowDown::kStart_Pa * std::pow(x, 1.4), 20.0) << "Pa, row " << k;
+  }
+}
+
+TEST(HeatTransfer, WhatABlowDownLeftBehindComesToTheWallsTemperatureWithItsMass) {
+  // sealed after it: the wall warms it until p v = m R T_0
+  const Figures figures = with(sharp_valve(1e-6), kIdHeatTransfer, {4e-3, 1.4, 0.0, 0.0, 1.0});
+  std::vector<double> command_V(60001, 5.0);
+  constexpr std::size_t kOpen = 20;
+  std::fill_n(command_V.begin(), kOpen, 3.0);
+  const Drive drive = instants(command_V, plant::VolumeMotion(BlowDown::kVolume_m3), 16);
+  const std::vector<double> p = run(only(kIdHeatTransfer), figures, drive, BlowDown::kStart_Pa);
+  const double x = BlowDown::left(kOpen * kTick_s);
+  EXPECT_NEAR(p[kOpen] / (BlowDown::kStart_Pa * std::pow(x, 1.4)), 1.0, 3e-3);
+  EXPECT_NEAR(p.back() / (BlowDown::kStart_Pa * x), 1.0, 1e-3);
 }
 
 TEST(HeatTransfer, NoGasIsMadeOrLostInACycleOfASealedChamber) {

@@ -86,8 +86,8 @@ TEST(FlowFunction, DischargeSlopeIsLinearInTheRatioOnBothSidesOfTheCriticalOne) 
 // ---- supply_droop
 
 SupplyDroop<double> source(double resistance_kPa_s_per_g, double recovery_s, double orifice_share,
-                           double step_s = 0.0025) {
-  const double x[] = {resistance_kPa_s_per_g, recovery_s, orifice_share};
+                           double step_s = 0.0025, double relieving_share = 1.0) {
+  const double x[] = {resistance_kPa_s_per_g, recovery_s, orifice_share, relieving_share};
   SupplyDroop<double> droop;
   droop.prepare(x, step_s, kSupply_Pa);
   return droop;
@@ -131,6 +131,19 @@ TEST(SupplyDroop, AirPushedBackRaisesTheSupplyByTheSameLaw) {
   }
 }
 
+TEST(SupplyDroop, SourceThatLetsNothingOutKeepsWhatIsPushedBack) {
+  for (const double orifice_share : {0.0, 1.0}) {
+    SupplyDroop<double> droop = source(20.0, 0.1, orifice_share, 0.0025, 0.0);
+    for (int k = 0; k < 20; ++k) droop.draw(-2e-3);
+    const double kept_Pa = 20e6 / 0.1 * 2e-3 * 20 * 0.0025;  // R m t/tau
+    EXPECT_NEAR(droop.supply_Pa(), kSupply_Pa + kept_Pa, 1e-3) << "Pa, orifice share " << orifice_share;
+    for (int k = 0; k < 20; ++k) droop.draw(0.0);
+    EXPECT_NEAR(droop.supply_Pa(), kSupply_Pa + kept_Pa, 1e-3) << "Pa, orifice share " << orifice_share;
+    for (int k = 0; k < 2000; ++k) droop.draw(1e-3);
+    EXPECT_LT(droop.supply_Pa(), kSupply_Pa) << "Pa: it feeds as before";
+  }
+}
+
 TEST(SupplyDroop, ChokedFillSettlesAtTheFlowOfTheDroopingSupply) {
   // m = a beta (P - R m)
   for (const double resistance_kPa_s_per_g : {0.0, 5.0, 50.0, 300.0}) {
@@ -161,8 +174,8 @@ TEST(SupplyDroop, MiddleOfAStepIsAnImplicitHalfAndHoldsAFlowThatAnyDroopStops) {
 // ---- exhaust_backpressure
 
 ExhaustBackpressure<double> silencer_of(double resistance_kPa_s_per_g, double manifold_mL, double step_s,
-                                        double straight_share = 0.0) {
-  const double x[] = {resistance_kPa_s_per_g, manifold_mL, straight_share};
+                                        double straight_share = 0.0, double standing_kPa = 0.0) {
+  const double x[] = {resistance_kPa_s_per_g, manifold_mL, straight_share, standing_kPa};
   ExhaustBackpressure<double> silencer;
   silencer.prepare(x, RT(), 1.4, step_s, kAmbient_Pa);
   return silencer;
@@ -228,6 +241,28 @@ TEST(ExhaustBackpressure, ManifoldBehindAStraightSilencerEmptiesExponentially) {
     ASSERT_NEAR(silencer.behind_Pa() - kAmbient_Pa, above_Pa * std::exp(-k_1_s * 1e-4 * k), 2.0)
         << "Pa after " << 0.1 * k << " ms";
   }
+}
+
+TEST(ExhaustBackpressure, WhatStandsBehindThePortIsThereWithoutFlowAndUnderIt) {
+  for (const double manifold_mL : {0.0, 100.0}) {
+    const auto behind_Pa = [&](double resistance_kPa_s_per_g, double straight_share, double flow_kg_s) {
+      auto silencer = silencer_of(resistance_kPa_s_per_g, manifold_mL, 0.0025, straight_share, 15.0);
+      for (int k = 0; k < 4000; ++k) silencer.vent(flow_kg_s);
+      return silencer.behind_Pa();
+    };
+    EXPECT_NEAR(behind_Pa(40.0, 0.0, 0.0), kAmbient_Pa + 15e3, 1e-3) << "Pa, " << manifold_mL << " mL";
+    EXPECT_NEAR(behind_Pa(0.0, 0.0, 2e-3), kAmbient_Pa + 15e3, 1e-3) << "Pa, " << manifold_mL << " mL";
+    EXPECT_NEAR(behind_Pa(40.0, 0.0, 2e-3), std::hypot(kAmbient_Pa + 15e3, 80e3), 1e-3)
+        << "Pa, " << manifold_mL << " mL";
+    EXPECT_NEAR(behind_Pa(40.0, 1.0, 2e-3), kAmbient_Pa + 15e3 + 80e3, 1e-3)
+        << "Pa, " << manifold_mL << " mL";
+  }
+}
+
+TEST(ExhaustBackpressure, VentedChamberComesToRestAtWhatStandsBehindThePort) {
+  const Figures figures = with(sharp_valve(kGain_m2_V), kIdExhaustBackpressure, {0.0, 0.0, 0.0, 15.0});
+  const Drive drive = drive_of(std::vector<double>(400, 3.0), plant::VolumeMotion(100e-6), 4);
+  EXPECT_NEAR(run(only(kIdExhaustBackpressure), figures, drive, 3e5).back(), kAmbient_Pa + 15e3, 1.0) << "Pa";
 }
 
 TEST(ExhaustBackpressure, ChangesNothingWhileTheExhaustIsChoked) {
