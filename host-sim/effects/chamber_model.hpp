@@ -71,6 +71,8 @@ class ChamberModel {
   Flow plate(const N& first_Pa, const N& second_Pa) const;
   Balance balance(const N& pressure_Pa, const Openings& open, const N& supply_Pa, const N& behind_Pa) const;
   N step(const Openings& open, const N& volume_m3, const N& squeeze_1_s);
+  /// Where the sensor sits.
+  N read_Pa() const { return on(kIdTubeDynamics) ? tube_.read_Pa(pressure_Pa_) : pressure_Pa_; }
 
   Timing timing_;
   EffectSet on_;
@@ -116,13 +118,14 @@ ChamberModel<N>::ChamberModel(const Surroundings& around, const Timing& timing, 
   const auto x = [&](Id id) { return figures + kFirstFigure[id]; };
   dead_time_.prepare(x(kIdDeadTime), timing.tick_s, command_V);
   hysteresis_.prepare(x(kIdValveHysteresis), command_V);
-  spool_.prepare(x(kIdSpoolLag), step_s_ / kSpoolParts, command_V);
+  spool_.prepare(x(kIdSpoolLag), step_s_ / kSpoolParts, command_V,
+                 0.5 * (valve_[kOpenAbove] + valve_[kExhaustBelow]));
   null_drift_.prepare(x(kIdNullDrift), timing.tick_s);
   area_shape_.prepare(x(kIdAreaShape));
   flow_function_.prepare(x(kIdFlowFunction));
   supply_droop_.prepare(x(kIdSupplyDroop), step_s_, supply_Pa_);
   backpressure_.prepare(x(kIdExhaustBackpressure), gas_J_kg_, around.gas.kappa, step_s_, ambient_Pa_);
-  leak_.prepare(x(kIdChamberLeak), ambient_Pa_);
+  leak_.prepare(x(kIdChamberLeak), ambient_Pa_, volume_m3);
   tube_.prepare(x(kIdTubeDynamics), gas_J_kg_, around.gas.kappa, step_s_, start_Pa);
   volume_error_.prepare(x(kIdVolumeError));
   const N volume = on_ & (1U << kIdVolumeError) ? volume_error_.volume(volume_m3) : N(volume_m3);
@@ -236,7 +239,7 @@ typename ChamberModel<N>::Balance ChamberModel<N>::balance(const N& pressure_Pa,
           out_slope, open.inlet_sooner_m2 * inlet.flow - open.exhaust_sooner_m2 * exhaust.flow};
 }
 
-/// One step: moves the pressure, returns its mean. What the flows of the step change slowly (supply, pressure behind
+/// One step: moves the pressure, returns its mean where the sensor sits. What the flows of the step change slowly (supply, pressure behind
 /// the exhaust, mass of the gas) enters as the flows at its beginning will have made it by its middle.
 template <class N>
 N ChamberModel<N>::step(const Openings& open, const N& volume_m3, const N& squeeze_1_s) {
@@ -274,7 +277,7 @@ N ChamberModel<N>::step(const Openings& open, const N& volume_m3, const N& squee
     pull = relaxation * at_wall;
   };
 
-  N inlet, exhaust, mean;
+  N inlet, exhaust, mean, mean_read;
   if (on(kIdTubeDynamics)) {
     N leak(0.0), leak_slope(0.0);
     if (on(kIdChamberLeak)) {
@@ -294,6 +297,7 @@ N ChamberModel<N>::step(const Openings& open, const N& volume_m3, const N& squee
         {behind, supply}, valve);
     pressure_Pa_ = moved.end_Pa;
     mean = moved.mean_Pa;
+    mean_read = moved.mean_read_Pa;
   } else {
     const auto with_leak = [&](Balance b, const N& p) {
       if (on(kIdChamberLeak)) {
@@ -333,6 +337,7 @@ N ChamberModel<N>::step(const Openings& open, const N& volume_m3, const N& squee
       mean += moved * z.phi_1 * first.sooner;
     }
     pressure_Pa_ = larger(end, N(1e3));
+    mean_read = mean;
     inlet = 0.5 * (first.inlet + second.inlet);
     exhaust = 0.5 * (first.exhaust + second.exhaust);
   }
@@ -345,7 +350,7 @@ N ChamberModel<N>::step(const Openings& open, const N& volume_m3, const N& squee
     heat_.gain((pressure_Pa_ - begin + step_s_ * (compression * mean - pull)) / per_mass + step_s_ * warmer,
                pressure_Pa_ * volume_m3 / gas_J_kg_);
   }
-  return mean;
+  return mean_read;
 }
 
 template <class N>
@@ -359,10 +364,11 @@ N ChamberModel<N>::tick(double command_V, const double* volume_m3) {
     const double logged = 0.5 * (volume_m3[i] + volume_m3[i + 1]);
     const double rate = (volume_m3[i + 1] - volume_m3[i]) / step_s_;
     const N volume = on(kIdVolumeError) ? volume_error_.volume(logged) : N(logged);
-    const N begin = pressure_Pa_;
+    if (on(kIdChamberLeak)) leak_.at(logged);
+    const N begin = read_Pa();
     N mean = step(open, volume, rate / volume);
     N from = begin;  // of the reading
-    N end = pressure_Pa_;
+    N end = read_Pa();
     if (on(kIdSensorLag)) {
       from = sensor_lag_.reading_Pa();
       mean = sensor_lag_.follow(begin, end, mean);

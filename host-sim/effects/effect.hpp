@@ -65,10 +65,14 @@ struct Parameter {
       return std::pow(std::clamp(of, 1.0 / kMostSize, kMostSize), power);
     };
     Parameter sized = *this;
-    for (double* const value : {&sized.low, &sized.high, &sized.vanishes_at, &sized.typical_change}) {
+    for (double* const value : {&sized.low, &sized.high, &sized.vanishes_at}) {
       *value *= times(size.valve, growth.with_valve);
     }
-    sized.typical_change *= times(size.volume, growth.with_volume);
+    const double of_coordinate = coordinate == Coordinate::linear       ? 1.0
+                                 : coordinate == Coordinate::reciprocal ? -1.0
+                                                                        : -2.0;
+    sized.typical_change *= times(size.valve, of_coordinate * growth.with_valve) *
+                            times(size.volume, of_coordinate * growth.with_volume);
     return sized;
   }
   /// The same, with the bounds of all sizes.

@@ -1,10 +1,11 @@
 // spool_lag: the spool follows its command as a damped mass on a spring.
 //
-//   tau (1 +- a) c' = u - c,   v' = w^2 (c - x) - 2 zeta w v,   x' = v/sqrt(1 + (v/S)^2)
+//   tau (1 +- a) (1 +- b) c' = u - c,   v' = w^2 (c - x) - 2 zeta w v,   x' = v/sqrt(1 + (v/S)^2)
 //
 // u command, c current of the coil, x effective command [V]; w = 2 pi f natural frequency [rad/s]; zeta damping [-];
 // tau the coil's time constant [s], a by how much of it the current rises more slowly (+) than it falls (-): a
-// freewheeling diode, a valve that is pulled open and springs shut; S greatest speed of the spool [V/s], that of
+// freewheeling diode; b by how much more slowly it comes back to the null (+), between the thresholds, than it leaves it (-):
+// a spool that a magnet pulls away and a spring returns; S greatest speed of the spool [V/s], that of
 // saturated current and of flow forces. Assumptions: no stop. Vanishes at f -> infinity with tau = 0 and S -> infinity, which is x'' = w^2 (u - x) - 2 zeta w
 // x'. Numerical treatment: closed form for a command held over a step (second_order.hpp), in which c enters by its mean. What
 // enters is the mean of x over the step, from the equation integrated over it,
@@ -24,7 +25,7 @@
 
 namespace plenum::host::effects {
 
-inline constexpr std::array<Parameter, 5> kSpoolLagParameters{{
+inline constexpr std::array<Parameter, 6> kSpoolLagParameters{{
     {"natural_frequency_Hz", "of the spool on its spring", 2.0, kInfinity, kInfinity, 0.02,
      Coordinate::reciprocal},
     {"damping", "damping ratio", 0.3, 10.0, 0.8, 0.3},
@@ -33,20 +34,22 @@ inline constexpr std::array<Parameter, 5> kSpoolLagParameters{{
     {"coil_s", "tau: time constant of the coil's current", 0.0, 0.05, 0.0, 0.001, Coordinate::linear, true},
     {"coil_rise", "a: share by which it rises more slowly than it falls", -0.9, 0.9, 0.0, 0.2,
      Coordinate::linear, true},
+    {"coil_return", "b: share by which it comes back to the null more slowly than it leaves it", -0.9, 0.9,
+     0.0, 0.2, Coordinate::linear, true},
 }};
 inline constexpr Effect kSpoolLag{
     "spool_lag",
     Equation::command,
     "the valve's spool follows the command late: a mass on a spring, behind a coil, of limited speed",
-    "x'' = w^2 (c - x) - 2 zeta w x', w = 2 pi f, |x'| < S, tau (1 +- a) c' = u - c",
+    "x'' = w^2 (c - x) - 2 zeta w x', w = 2 pi f, |x'| < S, tau (1 +- a) (1 +- b) c' = u - c",
     "Electropneumatic servo (1)",
     kSpoolLagParameters};
 
 template <class N>
 class SpoolLag {
  public:
-  /// `x`: 1/f [s], zeta, 1/S^2 [s^2/V^2], tau and a; `step_s`: what one call of follow() spans.
-  void prepare(const N* x, double step_s, double command_V) {
+  /// `x`: 1/f [s], zeta, 1/S^2 [s^2/V^2], tau, a and b; `step_s`: what one call of follow() spans; `null_V`: of the valve.
+  void prepare(const N* x, double step_s, double command_V, const N& null_V) {
     const N tau_s = x[0] * x[1] * (1.0 / std::numbers::pi);
     mass_.prepare(tau_s, 1.0 / (x[1] * x[1]), step_s);
     per_slew_ = x[2] * (1.0 / (step_s * step_s));
@@ -54,8 +57,13 @@ class SpoolLag {
     regain_ = 2.0 * x[1] * each(x[0], [&](double period_s) {
                 return period_s > 0.0 ? 1.0 / (1.0 + period_s / (std::numbers::pi * step_s)) : 0.0;
               });
-    rising_ = Coil(x[3] * (1.0 + x[4]), step_s);
-    falling_ = Coil(x[3] * (1.0 - x[4]), step_s);
+    null_V_ = null_V;
+    for (const bool rises : {false, true}) {
+      for (const bool returns : {false, true}) {
+        coils_[rises][returns] =
+            Coil(x[3] * (1.0 + (rises ? 1.0 : -1.0) * x[4]) * (1.0 + (returns ? 1.0 : -1.0) * x[5]), step_s);
+      }
+    }
     current_V_ = N(command_V);
     place_V_ = N(command_V);
     speed_V_ = N(0.0);
@@ -64,9 +72,13 @@ class SpoolLag {
   /// One step with `command` held; returns the mean of x over it.
   N follow(const N& command) {
     const auto rises = current_V_ < command;
-    const N current_end = command + select(rises, rising_.keep, falling_.keep) * (current_V_ - command);
-    const N current =
-        command - select(rises, rising_.per_step, falling_.per_step) * (current_end - current_V_);
+    const auto returns = magnitude(command - null_V_) < magnitude(current_V_ - null_V_);
+    const auto coil = [&](N Coil::*figure) {
+      return select(rises, select(returns, coils_[1][1].*figure, coils_[1][0].*figure),
+                    select(returns, coils_[0][1].*figure, coils_[0][0].*figure));
+    };
+    const N current_end = command + coil(&Coil::keep) * (current_V_ - command);
+    const N current = command - coil(&Coil::per_step) * (current_end - current_V_);
     current_V_ = current_end;
     const N off = place_V_ - current;
     const auto end = mass_.after_step({off, speed_V_});
@@ -92,8 +104,8 @@ class SpoolLag {
 
   SecondOrder<N> mass_;
   N per_slew_{}, regain_{};
-  Coil rising_, falling_;
-  N current_V_{}, place_V_{}, speed_V_{};  ///< the speed as 2 zeta v/w
+  Coil coils_[2][2];                                  ///< rises, returns
+  N null_V_{}, current_V_{}, place_V_{}, speed_V_{};  ///< the speed as 2 zeta v/w
 };
 
 }  // namespace plenum::host::effects

@@ -1,10 +1,12 @@
 // tube_dynamics: a hose between valve and chamber holds air, resists it and must accelerate it.
 //
 //   V p_t'/(kappa R T) = m_v - w,   (L/A) w' = p_t - p - r w,   V = A L,  A = pi D^2/4
-//   r = 128 mu L/(pi D^4 rho) + f L |w|/(2 D rho A^2),   rho = (p_t + p)/(2 R T)
+//   r = 128 mu L/(pi D^4 rho) + (f L/(D A^2) + 1/a^2) |w|/(2 rho) + R_f,   rho = (p_t + p)/(2 R T)
+//   the sensor reads  p + s (p_t - p)
 //
 // p_t pressure at the valve, p in the chamber [Pa]; m_v flow through the valve, w into the chamber [kg/s]; L length,
-// D bore [m]; mu = 1.8e-5 Pa s viscosity, f = 0.03 friction factor of smooth hoses at Re about 1e4 (Blasius). At rest
+// D bore [m]; mu = 1.8e-5 Pa s viscosity, f = 0.03 friction factor of smooth hoses at Re about 1e4 (Blasius); a effective area of the fittings [m2]; R_f resistance
+// of a filter or of a line that is known by that alone [Pa s/kg]; s where the sensor sits: 0 in the chamber, 1 at the valve. At rest
 // the friction is that of isothermal flow, p_t^2 - p^2 = 2 rho R T r w. Assumptions: one lump, right below a line's
 // first resonance c/(4 L), 86 Hz for a metre; the lump's own is c/(2 pi L). (Half of V in the chamber would bring it to
 // c/(sqrt(2) pi L), but a hose of some centimetres is then found in a wrong place from most starts.) Vanishes at L = 0;
@@ -25,16 +27,23 @@
 
 namespace plenum::host::effects {
 
-inline constexpr std::array<Parameter, 2> kTubeDynamicsParameters{{
+inline constexpr std::array<Parameter, 5> kTubeDynamicsParameters{{
     {"length_m", "of the hose", 0.0, 15.0, 0.0, 0.3},
     {"bore_mm", "its inner diameter", 1.5, 12.0, 4.0, 0.5, Coordinate::linear, false, kAsItsDiameter},
+    {"fittings_mm2", "a: effective area of what is narrow on the way", 0.1, kInfinity, kInfinity, 0.02,
+     Coordinate::reciprocal_square, true, kAsTheValve},
+    {"resistance_kPa_s_per_g", "R_f: of a filter", 0.0, 400.0, 0.0, 5.0, Coordinate::linear, true,
+     kAsItsResistance},
+    {"sensor_share", "s: of the way from chamber to valve at which the sensor sits", 0.0, 1.0, 0.0, 0.2,
+     Coordinate::linear, true},
 }};
-inline constexpr Effect kTubeDynamics{"tube_dynamics",
-                                      Equation::mass_flow,
-                                      "a hose between valve and chamber: its volume, friction and inertia",
-                                      "V p_t'/(kappa R T) = m_v - w, (L/A) w' = p_t - p - r(w) w",
-                                      "Richer and Hurmuzlu (2000), one lump",
-                                      kTubeDynamicsParameters};
+inline constexpr Effect kTubeDynamics{
+    "tube_dynamics",
+    Equation::mass_flow,
+    "a hose between valve and chamber: its volume, friction and inertia",
+    "V p_t'/(kappa R T) = m_v - w, (L/A) w' = p_t - p - r(w) w, read p + s (p_t - p)",
+    "Richer and Hurmuzlu (2000), one lump",
+    kTubeDynamicsParameters};
 
 template <class N>
 class TubeDynamics {
@@ -43,9 +52,9 @@ class TubeDynamics {
   struct Chamber {
     N per_flow, constant, decay_1_s;
   };
-  /// What a step found: the chamber's pressure at its end and in the mean.
+  /// What a step found: the chamber's pressure at its end and in the mean, and the mean where the sensor sits.
   struct Step {
-    N end_Pa, mean_Pa;
+    N end_Pa, mean_Pa, mean_read_Pa;
   };
 
   /// `gas_J_kg`: R T.
@@ -57,13 +66,17 @@ class TubeDynamics {
     per_volume_ = kappa * gas_J_kg / (area * length);
     per_inertia_ = area / length;
     laminar_ = 128.0 * 1.8e-5 / std::numbers::pi * gas_J_kg * length / (bore * bore * bore * bore);
-    turbulent_ = 0.03 * gas_J_kg * 0.5 * length / (bore * area * area);
+    turbulent_ = gas_J_kg * 0.5 * (0.03 * length / (bore * area * area) + 1e12 * x[2]);
+    straight_ = 1e6 * x[3];
+    read_at_valve_ = x[4];
     at_valve_Pa_ = start_Pa;
     flow_kg_s_ = N(0.0);
   }
 
   const N& at_valve_Pa() const { return at_valve_Pa_; }
   const N& flow_kg_s() const { return flow_kg_s_; }
+  /// Where the sensor sits, the chamber being at `chamber_Pa`.
+  N read_Pa(const N& chamber_Pa) const { return chamber_Pa + read_at_valve_ * (at_valve_Pa_ - chamber_Pa); }
 
   /// The pressures at which the flow into the hose ends, and that out of it.
   struct Ends {
@@ -101,7 +114,9 @@ class TubeDynamics {
     };
     at_valve_Pa_ = end.p_t;
     flow_kg_s_ = end.w;
-    return {end.p, 0.5 * (chamber_Pa + end.p) + step_s_ / 12.0 * (rate(begin) - rate(end))};
+    const N mean = 0.5 * (chamber_Pa + end.p) + step_s_ / 12.0 * (rate(begin) - rate(end));
+    const N mean_at_valve = kFirst * y1.p_t + kSecond * y2.p_t + kGamma * end.p_t;
+    return {end.p, mean, mean + read_at_valve_ * (mean_at_valve - mean)};
   }
 
  private:
@@ -130,14 +145,14 @@ class TubeDynamics {
     const N lost = h * per_volume_ * d_t;
     const N gained = h * chamber.per_flow * d_p;
     // linear w + square |w| w = driven
-    const N linear = 1.0 + h * per_inertia_ * (lost + gained + laminar_ * per_mean);
+    const N linear = 1.0 + h * per_inertia_ * (lost + gained + laminar_ * per_mean + straight_);
     const N square = h * per_inertia_ * turbulent_ * per_mean;
     const N driven = from.w + h * per_inertia_ * (free_t - free_p);
     const N w = 2.0 * driven / (linear + root(linear * linear + 4.0 * square * magnitude(driven)));
     return {larger(free_t - lost * w, N(1e3)), w, larger(free_p + gained * w, N(1e3))};
   }
 
-  N per_volume_{}, per_inertia_{}, laminar_{}, turbulent_{};
+  N per_volume_{}, per_inertia_{}, laminar_{}, turbulent_{}, straight_{}, read_at_valve_{};
   N at_valve_Pa_{}, flow_kg_s_{};
   double step_s_ = 0.0;
 };

@@ -85,6 +85,7 @@ TEST(Catalogue, WhatMattersToAValveAHundredthAsWideIsAHundredTimesTheResistance)
   const Parameter& manifold = kCatalogue[kIdExhaustBackpressure]->parameters[1];
   const Parameter& conductance = kCatalogue[kIdChamberLeak]->parameters[0];
   const Parameter& bore = kCatalogue[kIdTubeDynamics]->parameters[1];
+  const Parameter& fittings = kCatalogue[kIdTubeDynamics]->parameters[2];
   const Size small{0.01, 0.1};
   EXPECT_DOUBLE_EQ(resistance.of(small).high, 100.0 * resistance.high);
   EXPECT_DOUBLE_EQ(resistance.of(small).typical_change, 100.0 * resistance.typical_change);
@@ -92,6 +93,8 @@ TEST(Catalogue, WhatMattersToAValveAHundredthAsWideIsAHundredTimesTheResistance)
   EXPECT_DOUBLE_EQ(bore.of(small).low, 0.1 * bore.low);
   EXPECT_DOUBLE_EQ(bore.of(small).vanishes_at, 0.1 * bore.vanishes_at);
   EXPECT_DOUBLE_EQ(manifold.of(small).typical_change, 0.1 * manifold.typical_change);
+  EXPECT_DOUBLE_EQ(fittings.of(small).low, 0.01 * fittings.low);
+  EXPECT_DOUBLE_EQ(fittings.of(small).typical_change, 1e4 * fittings.typical_change) << "of 1/a^2";
   EXPECT_EQ(manifold.of(small).high, manifold.high) << "a manifold of any size can stand behind a valve";
   EXPECT_DOUBLE_EQ(resistance.of({1e-9, 1.0}).high, resistance.of_any_size().high) << "and no further";
 }
@@ -118,13 +121,14 @@ TEST(Catalogue, ValueAndCoordinateOfAParameterTurnIntoEachOther) {
 
 TEST(Catalogue, NamesCarryTheirUnitUnlessTheyAreRatios) {
   const std::set<std::string_view> ratios{
-      "damping",         "inlet_slope",    "inlet_curve",    "inlet_bend",     "exhaust_bend",
-      "exhaust_slope",   "exhaust_curve",  "critical_ratio", "subsonic_index", "cracking_ratio",
-      "discharge_slope", "exponent",       "gain_error",     "pressure_power", "orifice_share",
-      "rounding",        "reach",          "letting_go",     "straight_share", "coil_rise",
-      "outflow_share",   "relieving_share"};
-  const std::set<std::string_view> units{"_Hz", "_s",   "_V",  "_kPa_s_per_g", "_g_s_MPa", "_m",
-                                         "_mm", "_W_K", "_mL", "_kPa",         "_V_s"};
+      "damping",         "inlet_slope",     "inlet_curve",    "inlet_bend",     "exhaust_bend",
+      "exhaust_slope",   "exhaust_curve",   "critical_ratio", "subsonic_index", "cracking_ratio",
+      "discharge_slope", "exponent",        "gain_error",     "pressure_power", "orifice_share",
+      "rounding",        "reach",           "letting_go",     "straight_share", "coil_rise",
+      "outflow_share",   "relieving_share", "density_share",  "volume_power",   "sensor_share",
+      "coil_return"};
+  const std::set<std::string_view> units{"_Hz", "_s",   "_V",   "_kPa_s_per_g", "_g_s_MPa", "_m",
+                                         "_mm", "_mm2", "_W_K", "_mL",          "_kPa",     "_V_s"};
   for (const Effect* effect : catalogue()) {
     for (const Parameter& p : effect->parameters) {
       const bool has_unit = std::any_of(units.begin(), units.end(),

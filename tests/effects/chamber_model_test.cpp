@@ -81,6 +81,7 @@ TEST(ChamberModel, ErrorFallsWithTheSquareOfTheStepWhateverTheEffect) {
   const std::vector<double> command_V = smooth_command_V(400);
   const Case cases[] = {{kIdSpoolLag, {30.0, 0.8}},
                         {kIdSpoolLag, {30.0, 0.8, 8.0, 0.004}},
+                        {kIdSpoolLag, {60.0, 0.8, kInfinity, 0.008, 0.2, 0.4}},
                         {kIdValveHysteresis, {0.2}},
                         {kIdValveHysteresis, {0.2, 0.5, 3.0}},
                         {kIdValveHysteresis, {0.2, 0.5, 3.0, 0.6}},
@@ -94,7 +95,9 @@ TEST(ChamberModel, ErrorFallsWithTheSquareOfTheStepWhateverTheEffect) {
                         {kIdExhaustBackpressure, {60.0, 0.0}},
                         {kIdExhaustBackpressure, {60.0, 20.0, 0.5, 20.0}},
                         {kIdChamberLeak, {1.0}},
+                        {kIdChamberLeak, {1.0, 0.3, 2.0}},
                         {kIdTubeDynamics, {2.0, 4.0}},
+                        {kIdTubeDynamics, {1.0, 8.0, 4.0, 20.0, 1.0}},
                         {kIdHeatTransfer, {0.5, 1.4}},
                         {kIdHeatTransfer, {0.5, 1.3, 0.8, 30.0}},
                         {kIdHeatTransfer, {0.5, 1.3, 0.8, 30.0, 1.0}},

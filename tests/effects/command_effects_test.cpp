@@ -14,6 +14,8 @@ namespace {
 
 // ---- spool_lag
 
+constexpr double kNull_V = 5.0;
+
 /// Position of a second-order lag a time after its command has stepped from 0 to 1.
 double step_response(double time_s, double frequency_Hz, double damping) {
   const double wt = 2.0 * std::numbers::pi * frequency_Hz * time_s;
@@ -36,9 +38,9 @@ double mean_step_response(double from_s, double span_s, double frequency_Hz, dou
 }
 
 SpoolLag<double> spool_of(double frequency_Hz, double damping, double step_s) {
-  const double x[] = {1.0 / frequency_Hz, damping, 0.0, 0.0, 0.0};
+  const double x[] = {1.0 / frequency_Hz, damping, 0.0, 0.0, 0.0, 0.0};
   SpoolLag<double> spool;
-  spool.prepare(x, step_s, 0.0);
+  spool.prepare(x, step_s, 0.0, kNull_V);
   return spool;
 }
 
@@ -76,9 +78,9 @@ TEST(SpoolLag, SpoolOfLimitedSpeedFollowsARampAsLateAsTheForceForItsSpeedTakes) 
   const double step_s = 1e-4, damping = 0.7, slew_V_s = 40.0, frequency_Hz = 20.0;
   const double omega_1_s = 2.0 * std::numbers::pi * frequency_Hz;
   for (const double rate_V_s : {5.0, 20.0, 36.0}) {
-    const double x[] = {1.0 / frequency_Hz, damping, 1.0 / (slew_V_s * slew_V_s), 0.0, 0.0};
+    const double x[] = {1.0 / frequency_Hz, damping, 1.0 / (slew_V_s * slew_V_s), 0.0, 0.0, 0.0};
     SpoolLag<double> spool;
-    spool.prepare(x, step_s, 0.0);
+    spool.prepare(x, step_s, 0.0, kNull_V);
     double late_V = 0.0;
     for (int k = 0; k < 10000; ++k) {
       const double command_V = rate_V_s * step_s * (k + 0.5);
@@ -93,9 +95,9 @@ TEST(SpoolLag, SpoolOfLimitedSpeedFollowsARampAsLateAsTheForceForItsSpeedTakes) 
 TEST(SpoolLag, NoSpoolIsFasterThanItsSlew) {
   for (const double frequency_Hz : {10.0, 100.0, 1e4, kInfinity}) {
     const double slew_V_s = 30.0, step_s = 0.001;
-    const double x[] = {1.0 / frequency_Hz, 0.5, 1.0 / (slew_V_s * slew_V_s), 0.0, 0.0};
+    const double x[] = {1.0 / frequency_Hz, 0.5, 1.0 / (slew_V_s * slew_V_s), 0.0, 0.0, 0.0};
     SpoolLag<double> spool;
-    spool.prepare(x, step_s, 0.0);
+    spool.prepare(x, step_s, 0.0, kNull_V);
     for (int k = 0; k < 100; ++k) {
       ASSERT_LE(spool.follow(5.0), slew_V_s * step_s * (k + 1))
           << "V after step " << k << ", " << frequency_Hz << " Hz";
@@ -107,9 +109,9 @@ TEST(SpoolLag, NoSpoolIsFasterThanItsSlew) {
 
 TEST(SpoolLag, CoilBeforeAFastSpoolIsAFirstOrderLag) {
   const double step_s = 0.002, coil_s = 0.006;
-  const double x[] = {0.0, 0.8, 0.0, coil_s, 0.0};
+  const double x[] = {0.0, 0.8, 0.0, coil_s, 0.0, 0.0};
   SpoolLag<double> spool;
-  spool.prepare(x, step_s, 0.0);
+  spool.prepare(x, step_s, 0.0, kNull_V);
   for (int k = 0; k < 30; ++k) {
     const double begin = std::exp(-k * step_s / coil_s), end = std::exp(-(k + 1) * step_s / coil_s);
     ASSERT_NEAR(spool.follow(1.0), 1.0 - coil_s / step_s * (begin - end), 1e-12) << "V, step " << k;
@@ -118,9 +120,9 @@ TEST(SpoolLag, CoilBeforeAFastSpoolIsAFirstOrderLag) {
 
 TEST(SpoolLag, CoilThatFallsFasterThanItRisesIsADifferentLagEachWay) {
   const double step_s = 0.002, coil_s = 0.006, rise = 0.5;
-  const double x[] = {0.0, 0.8, 0.0, coil_s, rise};
+  const double x[] = {0.0, 0.8, 0.0, coil_s, rise, 0.0};
   SpoolLag<double> spool;
-  spool.prepare(x, step_s, 0.0);
+  spool.prepare(x, step_s, 0.0, kNull_V);
   for (int k = 0; k < 400; ++k) {
     const double tau_s = coil_s * (1.0 + rise), begin = std::exp(-k * step_s / tau_s);
     ASSERT_NEAR(spool.follow(1.0), 1.0 - tau_s / step_s * begin * (1.0 - std::exp(-step_s / tau_s)), 1e-12)
@@ -130,6 +132,27 @@ TEST(SpoolLag, CoilThatFallsFasterThanItRisesIsADifferentLagEachWay) {
     const double tau_s = coil_s * (1.0 - rise), begin = std::exp(-k * step_s / tau_s);
     ASSERT_NEAR(spool.follow(0.0), tau_s / step_s * begin * (1.0 - std::exp(-step_s / tau_s)), 1e-12)
         << "V down, step " << k;
+  }
+}
+
+TEST(SpoolLag, CoilThatComesBackMoreSlowlyThanItLeavesIsADifferentLagOnEitherSideOfTheNull) {
+  const double step_s = 0.002, coil_s = 0.006, back = 0.3;
+  const double x[] = {0.0, 0.8, 0.0, coil_s, 0.0, back};
+  for (const double side : {1.0, -1.0}) {
+    SpoolLag<double> spool;
+    spool.prepare(x, step_s, kNull_V, kNull_V);
+    const auto mean_of = [&](double tau_s, int k) {
+      return tau_s / step_s * std::exp(-k * step_s / tau_s) * (1.0 - std::exp(-step_s / tau_s));
+    };
+    for (int k = 0; k < 400; ++k) {
+      ASSERT_NEAR(side * (spool.follow(kNull_V + side) - kNull_V), 1.0 - mean_of(coil_s * (1.0 - back), k),
+                  1e-12)
+          << "V away, step " << k << ", side " << side;
+    }
+    for (int k = 0; k < 20; ++k) {
+      ASSERT_NEAR(side * (spool.follow(kNull_V) - kNull_V), mean_of(coil_s * (1.0 + back), k), 1e-12)
+          << "V back, step " << k << ", side " << side;
+    }
   }
 }
 

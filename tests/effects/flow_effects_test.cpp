@@ -305,12 +305,40 @@ TEST(ChamberLeak, SealedChamberDecaysAsTheLaminarLawInClosedForm) {
 }
 
 TEST(ChamberLeak, SlopeIsThatOfItsFlow) {
-  const double conductance = 2.0;
+  for (const double density_share : {0.0, 0.4, 1.0}) {
+    const double x[] = {2.0, density_share, 0.0};
+    ChamberLeak<double> leak;
+    leak.prepare(x, kAmbient_Pa, 100e-6);
+    for (const double p : {5e4, 2e5, 7e5}) {
+      EXPECT_NEAR((leak.flow(p + 100.0) - leak.flow(p - 100.0)) / 200.0 / leak.slope(p), 1.0, 1e-9)
+          << "at " << p << " Pa, density share " << density_share;
+    }
+  }
+}
+
+TEST(ChamberLeak, StraightInTheGaugePressureASealedChamberDecaysExponentially) {
+  const double volume_m3 = 200e-6;
+  const double conductance = 0.3;  // g/(s MPa)
+  const double per_s = 1.4 * RT() / volume_m3 * conductance * 1e-9;
+  const Figures figures = with(sealed(), kIdChamberLeak, {conductance, 0.0});
+  Drive drive = drive_of(std::vector<double>(1000, 5.0), plant::VolumeMotion(volume_m3), 4);
+  drive.timing.average_s = 0.0;
+  const std::vector<double> p = run(only(kIdChamberLeak), figures, drive, 6e5);
+  for (std::size_t k = 0; k < p.size(); k += 50) {
+    EXPECT_NEAR(p[k] - kAmbient_Pa, (6e5 - kAmbient_Pa) * std::exp(-per_s * static_cast<double>(k) * kTick_s),
+                0.01)
+        << "Pa at row " << k;
+  }
+}
+
+TEST(ChamberLeak, GrowsWithThePowerOfTheVolumeAlongAWornBore) {
+  const double x[] = {2.0, 1.0, 1.5};
   ChamberLeak<double> leak;
-  leak.prepare(&conductance, kAmbient_Pa);
-  for (const double p : {5e4, 2e5, 7e5}) {
-    EXPECT_NEAR((leak.flow(p + 100.0) - leak.flow(p - 100.0)) / 200.0 / leak.slope(p), 1.0, 1e-9)
-        << "at " << p;
+  leak.prepare(x, kAmbient_Pa, 100e-6);
+  const double first = leak.flow(4e5);
+  for (const double share : {0.5, 1.0, 3.0}) {
+    leak.at(share * 100e-6);
+    EXPECT_NEAR(leak.flow(4e5) / first, std::pow(share, 1.5), 1e-6) << share;
   }
 }
 
@@ -328,8 +356,13 @@ struct Valve {
   double rate, slope;
 };
 
-TubeDynamics<double> tube_of(double length_m, double bore_mm, double step_s, double start_Pa) {
-  const double x[] = {length_m, bore_mm};
+struct Line {
+  double fittings_mm2 = kInfinity, resistance_kPa_s_per_g = 0.0, sensor_share = 0.0;
+};
+TubeDynamics<double> tube_of(double length_m, double bore_mm, double step_s, double start_Pa,
+                             const Line& line = {}) {
+  const double x[] = {length_m, bore_mm, 1.0 / (line.fittings_mm2 * line.fittings_mm2),
+                      line.resistance_kPa_s_per_g, line.sensor_share};
   TubeDynamics<double> tube;
   tube.prepare(x, RT(), 1.4, step_s, start_Pa);
   return tube;
@@ -379,6 +412,48 @@ TEST(TubeDynamics, SteadyDropIsThatOfIsothermalFlowWithLaminarPlusTurbulentFrict
   const double expected_Pa = std::sqrt(3e5 * 3e5 + 2.0 * RT() * per_m * length_m);
   EXPECT_NEAR(tube.flow_kg_s() / flow, 1.0, 1e-9);
   EXPECT_NEAR(tube.at_valve_Pa() / expected_Pa, 1.0, 1e-9);
+}
+
+/// At the valve, a steady flow going through a wide hose into a chamber without end at 300 kPa.
+double steady_Pa(const Line& line, double flow_kg_s) {
+  TubeDynamics<double> tube = tube_of(1e-3, 12.0, 0.0025, 3e5, line);
+  for (int k = 0; k < 4000; ++k) {
+    tube.advance(3e5, {0.0, 0.0, 0.0}, kEnds, [&](double, double) { return Valve{flow_kg_s, 0.0}; });
+  }
+  return tube.at_valve_Pa();
+}
+
+TEST(TubeDynamics, FilterDropsItsResistanceTimesTheFlowAndFittingsAsAnOrificeDoes) {
+  const double none_Pa = steady_Pa({}, 1e-3);
+  EXPECT_NEAR(steady_Pa({.resistance_kPa_s_per_g = 40.0}, 1e-3) - none_Pa, 40e3, 1.0) << "Pa";
+  EXPECT_NEAR(steady_Pa({.resistance_kPa_s_per_g = 40.0}, 2e-3) - steady_Pa({}, 2e-3), 80e3, 2.0) << "Pa";
+  // p_t^2 - p^2 = R T (w/a)^2
+  const double through_Pa = std::sqrt(RT()) * 1e-3 / 3e-6;
+  EXPECT_NEAR(steady_Pa({.fittings_mm2 = 3.0}, 1e-3) / std::sqrt(none_Pa * none_Pa + through_Pa * through_Pa),
+              1.0, 1e-6);
+}
+
+TEST(TubeDynamics, SensorAtTheValveReadsWhatStandsThereAndHalfwayTheMiddle) {
+  const std::vector<double> command_V = jumping_command_V(300);
+  const auto reading = [&](double share, int steps) {
+    Figures figures = with(nominal(), kIdTubeDynamics, {1.5, 4.0, kInfinity, 0.0, share});
+    return run(only(kIdTubeDynamics), figures, drive_of(command_V, swinging_volume(), steps), 3e5);
+  };
+  const std::vector<double> chamber = reading(0.0, 64), halfway = reading(0.5, 64), valve = reading(1.0, 64);
+  EXPECT_GT(rms_difference(chamber, valve), 5e3) << "Pa";
+  for (std::size_t k = 0; k < valve.size(); ++k) {
+    ASSERT_NEAR(halfway[k], 0.5 * (chamber[k] + valve[k]), 1e-6) << "Pa, row " << k;
+  }
+  EXPECT_LT(rms_difference(reading(1.0, 4), reading(1.0, 256)), 250.0) << "Pa";
+
+  // while the hose fills at a steady flow, what it holds is that pressure: w_valve - w = V p_t'/(k R T)
+  TubeDynamics<double> tube = tube_of(1.5, 4.0, 0.0025, 3e5, {.sensor_share = 1.0});
+  for (int k = 0; k < 10; ++k) {
+    const auto step = tube.advance(3e5, {0.0, 0.0, 0.0}, kEnds, [](double, double) {
+      return Valve{1e-3, 0.0};
+    });
+    EXPECT_EQ(tube.read_Pa(step.end_Pa), tube.at_valve_Pa());
+  }
 }
 
 TEST(TubeDynamics, ShutHoseSwingsAtTheFrequencyOfItsLump) {
