@@ -6,6 +6,7 @@
 #include <initializer_list>
 #include <limits>
 #include <map>
+#include <numbers>
 #include <numeric>
 #include <optional>
 #include <span>
@@ -43,6 +44,8 @@ constexpr double kMuchLeft = 3.0;
 /// share of the noise: less is the form of the others, which no catalogue holds exactly.
 constexpr double kFurtherOfRest = 0.6;
 constexpr double kFurtherOfNoise = 0.25;
+/// Of the squares that the first candidate leaves: what leaves less than this tells how its own error is correlated.
+constexpr double kFarLess = 0.25;
 /// Independent pieces of information in a log. Not more: no model is exact, and what all leave out would decide between
 /// rivals whose errors differ by a hundredth.
 constexpr double kLeastPieces = 20.0;
@@ -53,6 +56,8 @@ constexpr int kLookSteps = 2;
 /// By so much a fit over time grows.
 constexpr double kStretch_s = 5.0;
 constexpr double kWander_s = 65.0;  ///< the null's spline ends before
+/// Of what the plain drift leaves above the noise: a way of the null that follows whatever it is given closes less of another cause.
+constexpr double kWanderCloses = 0.9;
 constexpr double kBetween_s = 1.0;  ///< of the rows held out: so many are followed, so many judge
 /// Of the squares: an effect that changes them by less shows nothing at that size.
 constexpr double kShown = 1e-4;
@@ -131,18 +136,27 @@ struct Split {
   std::vector<Record> heldout_as_fitted;
 };
 
-/// Of the rows held out of a fitted log every other second is fitted, too, and those between judge.
+/// Of the rows from `first` on, every other second, or those between.
+Record::Half half_of(const Record& record, std::size_t first, bool second) {
+  return {first, static_cast<std::size_t>(std::ceil(kBetween_s / record.drive.timing.tick_s)), second};
+}
+
+/// Of the rows held out every other second shows the way of the null, and those between judge.
 Split followed(Split split) {
   for (HeldOut& held : split.heldout) {
+    held.record.half = half_of(held.record, held.first, true);
     if (held.continues < 0) continue;
-    const auto stretch = static_cast<std::size_t>(std::ceil(kBetween_s / held.record.drive.timing.tick_s));
     Record& record = split.fitted.records[static_cast<std::size_t>(held.continues)];
     record.fitted_rows = record.rows();
-    record.half = {held.first, stretch, false};
-    held.record.half = {held.first, stretch, true};
+    record.half = half_of(record, held.first, false);
   }
   split.heldout_as_fitted = as_fitted(split.heldout);
   return split;
+}
+
+/// Whether the null has a way that each log shows for itself.
+bool wanders(const Fit& fit) {
+  return (fit.on & fit.refined & bit(effects::kIdNullDrift)) != 0;
 }
 
 Trial tried(const Split& rows, Fit fit) {
@@ -159,9 +173,14 @@ Trial tried(const Split& rows, Fit fit) {
   }
   trial.joint_squares =
       joint_squares(scene, fit, rows.heldout_as_fitted, start, rows.heldout.front().continues >= 0);
+  const auto wander = [&](std::size_t logs) { return wanders(fit) ? logs * effects::kOwnNull : 0; };
   trial.variables = fit.variables.size() + fit.warmths;
+  if (fit.first_wandering < scene.records.size()) {
+    trial.variables += wander(scene.records.size() - fit.first_wandering);
+  }
   for (const HeldOut& held : rows.heldout) {
-    if (held.continues < 0 && conducts(scene, held.record, fit.on, fit.variables)) ++trial.variables;
+    if (held.continues >= 0) continue;
+    trial.variables += (conducts(scene, held.record, fit.on, fit.variables) ? 1 : 0) + wander(1);
   }
   trial.fit = std::move(fit);
   return trial;
@@ -240,6 +259,13 @@ class Searcher {
     if (refinable(effect)) {
       options.refined |= bit(effect);
       Fit finer = fit(coarse_, on, seen.best.figures, seen.best.start, options);
+      for (const Figures& elsewhere : finer_starts(effect, seen.best.figures, base)) {
+        Fit other = fit(coarse_, on, elsewhere, seen.best.start, finish(options.refined));
+        if (other.squares < finer.squares) {
+          finer.squares = other.squares;
+          seen.finer = std::move(other);
+        }
+      }
       if (base.on == 0 && effect == effects::kIdNullDrift) {
         Fit other = grown(effect, options);
         if (other.rms_Pa() < finer.rms_Pa()) {  // over other rows
@@ -252,6 +278,26 @@ class Searcher {
           std::min(seen.squares, finer.squares * std::exp(more * std::log(kMostPieces) / kMostPieces));
     }
     return seen;
+  }
+
+  /// Where a refined effect is looked for besides its plain best: what no small steps lead to from there.
+  std::vector<Figures> finer_starts(std::size_t effect, const Figures& best, const Fit& base) const {
+    Figures start = best;
+    double* const x = start.data() + effects::kFirstFigure[effect];
+    if (effect == effects::kIdSpoolLag) {
+      // as late by its coil alone, the spool without mass
+      x[3] += x[0] * x[1] / std::numbers::pi;
+      x[0] = 0.0;
+      return {start};
+    }
+    if (effect == effects::kIdChamberLeak) {
+      // straight in the gauge pressure: beside a gap's, of which there is little, the valve's own leaks took it
+      if (base.on == 0) std::copy_n(scene_.nominal.begin(), effects::kValveFigures, start.begin());
+      x[1] = 0.0;
+      const std::vector<Figures> sizes = sizes_of(effect, start, {1.0, 3.0, 10.0, 30.0, 100.0});
+      return {sizes[least_error(coarse_, base.on | bit(effect), sizes, base.start)]};
+    }
+    return {};
   }
 
   /// Refined over the first seconds, then over more and more: what acts in time is found one stretch after another, where
@@ -315,7 +361,9 @@ class Searcher {
     // the correlation that is left: that of the plain trial's error is what a refinement explains
     const double correlated = correlation(finer);
     const bool pays = finer.heldout_Pa() < set.heldout_Pa() &&
-                      finer.evidence(correlated) > set.evidence(correlated) + kWorthEntering;
+                      finer.evidence(correlated) > set.evidence(correlated) + kWorthEntering &&
+                      (effect != effects::kIdNullDrift || share_of_rest(finer.heldout_Pa(), set.heldout_Pa(),
+                                                                        options_.noise_Pa) > kWanderCloses);
     if (pays) return finer;
     return set;
   }
@@ -471,8 +519,12 @@ double share_of_rest(double with_Pa, double without_Pa, double noise_Pa) {
 }
 
 effects::Start heldout_start(const Scene& scene, const HeldOut& held, const Fit& fit) {
-  return held.continues >= 0 ? fit.start[static_cast<std::size_t>(held.continues)]
-                             : estimate_start(scene, held.record, fit.on, fit.figures);
+  if (held.continues >= 0) return fit.start[static_cast<std::size_t>(held.continues)];
+  const effects::Start start = estimate_start(scene, held.record, fit.on, fit.figures);
+  if (!wanders(fit)) return start;
+  Record shown = held.record;
+  shown.half = half_of(shown, held.first, false);
+  return wandering_start(scene, shown, fit, start);
 }
 
 std::vector<double> heldout_reading(const Scene& scene, const HeldOut& held, const Fit& fit) {
@@ -518,7 +570,11 @@ Search search(const Scene& scene, const std::vector<HeldOut>& heldout, Trial rec
     if (trials.empty()) break;
     // the correlation is that of the best candidate's error: that of the error before it is what it explains
     best_first(trials, result.recalibrated, searcher.correlation(result.best));
-    const double correlated = searcher.correlation(trials.front());
+    const auto least = std::min_element(trials.begin(), trials.end(), [](const Trial& a, const Trial& b) {
+      return a.joint_squares < b.joint_squares;
+    });
+    const bool far_less = least->joint_squares < kFarLess * trials.front().joint_squares;
+    const double correlated = searcher.correlation(far_less ? *least : trials.front());
     best_first(trials, result.recalibrated, correlated);
     once_each(trials);
     const bool better = worth_entering(trials.front(), result.best, correlated);

@@ -22,12 +22,16 @@ struct Drive {
 /// curvature is the mean of those at both rows: a straight line would err by 1e-4 of a volume swinging at 1 Hz.
 Drive make_drive(std::span<const double> command_V, std::span<const double> volume_m3, const Timing& timing);
 
-/// The gas at the first row.
+inline constexpr std::size_t kOwnNull = 2 + kNullKnots;
+
+/// What a log has of its own: the gas at its first row, and the way of the null.
 struct Start {
   double pressure_Pa = 0.0;
   /// What the pressure loses as the gas comes to the wall's temperature at its volume: p - m R T_0/v. Only
   /// heat_transfer asks for it.
   double warmth_Pa = 0.0;
+  /// Added to both thresholds, to the drift at 60 s and to each W of null_drift.
+  std::array<double, kOwnNull> null_V{};
 };
 
 /// One of the chambers that run side by side.

@@ -10,6 +10,14 @@ void PLENUM_KERNEL(const Surroundings& around, const Drive& drive, EffectSet on,
   for (int i = 0; i < kLanes; ++i) {
     const Run& run = runs[static_cast<std::size_t>(i) < runs.size() ? static_cast<std::size_t>(i) : 0];
     for (std::size_t k = 0; k < kFigures; ++k) set_lane(figures[k], i, run.figures[k]);
+    const auto add = [&](std::size_t figure, double more_V) {
+      set_lane(figures[figure], i, run.figures[figure] + more_V);
+    };
+    const auto& null_V = run.start.null_V;
+    add(kOpenAbove, null_V[0]);
+    add(kExhaustBelow, null_V[0]);
+    add(kFirstFigure[kIdNullDrift], null_V[1]);
+    for (std::size_t k = 2; k < kOwnNull; ++k) add(kFirstFigure[kIdNullDrift] + k, null_V[k]);
     set_lane(start, i, run.start.pressure_Pa);
     set_lane(warmth, i, run.start.warmth_Pa);
   }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 #include <set>
+#include <utility>
 
 #include "host-sim/blind/blind_case.hpp"
 #include "host-sim/diagnose/found_rig.hpp"
@@ -151,11 +152,13 @@ TEST(Diagnose, TakesNoPressureThatNeverRestsForNoise) {
   EXPECT_NEAR(report.effects.front().parameters.front().value, 1.0, 0.05);
 }
 
-TEST(Diagnose, ClosesTheGapOfAValveThatFollowsByASingleLag) {
-  // no mass on a spring, as the catalogue has it: x' = (u - x)/tau, fed to the plant a millisecond at a time by its mean
-  constexpr double kLag_s = 0.02, kStep_s = 0.001, kTick_s = 0.01, kNoise_Pa = 200.0;
-  constexpr std::size_t kRows = 2500;
-  std::mt19937_64 random(3);
+constexpr double kStep_s = 0.001, kTick_s = 0.01, kNoise_Pa = 200.0;
+
+/// A log of the plant with steps of mixed size; in place of the command its valve is given `at_spool(command, time)`, in the mean
+/// over each millisecond.
+template <class AtSpool>
+trace::Log stepped_log(unsigned seed, std::size_t rows, AtSpool at_spool) {
+  std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> level_V(3.5, 6.5);
   std::uniform_int_distribution<int> hold_ticks(3, 40);
   std::normal_distribution<double> noise_Pa(0.0, kNoise_Pa);
@@ -166,8 +169,8 @@ TEST(Diagnose, ClosesTheGapOfAValveThatFollowsByASingleLag) {
                               plant::VolumeMotion(150e-6, {plant::VolumeSine{40e-6, 0.7, 0.3}}));
   trace::Log log;
   log.period_s = log.pressure_average_s = kTick_s;
-  double x_V = 5.0, u_V = 5.0, mean_Pa = config.initial_pressure_Pa;
-  for (std::size_t row = 0, until = 0; row < kRows; ++row) {
+  double u_V = 5.0, mean_Pa = config.initial_pressure_Pa;
+  for (std::size_t row = 0, until = 0; row < rows; ++row) {
     if (row == until) {
       u_V = level_V(random);
       until += static_cast<std::size_t>(hold_ticks(random));
@@ -178,15 +181,46 @@ TEST(Diagnose, ClosesTheGapOfAValveThatFollowsByASingleLag) {
     log.volume_m3.push_back(chamber.volume_m3());
     mean_Pa = 0.0;
     for (int step = 0; step < 10; ++step) {
-      const double end_V = u_V + (x_V - u_V) * std::exp(-kStep_s / kLag_s);
-      mean_Pa += 0.1 * chamber.advance(u_V - (end_V - x_V) * kLag_s / kStep_s, kStep_s).mean_Pa;
-      x_V = end_V;
+      mean_Pa += 0.1 * chamber.advance(at_spool(u_V, log.time_s.back() + step * kStep_s), kStep_s).mean_Pa;
     }
   }
+  return log;
+}
+
+TEST(Diagnose, ClosesTheGapOfAValveThatFollowsByASingleLag) {
+  // no mass on a spring, as the catalogue has it: x' = (u - x)/tau
+  constexpr double kLag_s = 0.02;
+  const trace::Log log = stepped_log(3, 2500, [x_V = 5.0](double u_V, double) mutable {
+    const double begin_V = std::exchange(x_V, u_V + (x_V - u_V) * std::exp(-kStep_s / kLag_s));
+    return u_V - (x_V - begin_V) * kLag_s / kStep_s;
+  });
   const GapReport report = diagnose({{"log", log}}, {}, {});
   EXPECT_EQ(report.verdict, Verdict::explained);
   EXPECT_EQ(named(report), std::set<std::string>{"spool_lag"});
   EXPECT_LT(report.with_effects_Pa, 1.12 * kNoise_Pa);
+}
+
+TEST(Diagnose, NamesTheValveThatASpringReturnsMoreSlowlyThanItsMagnetPulls) {
+  const trace::Log log = stepped_log(5, 2500, [x_V = 5.0](double u_V, double) mutable {
+    const double lag_s = std::abs(u_V - 5.0) < std::abs(x_V - 5.0) ? 0.016 : 0.009;
+    const double begin_V = std::exchange(x_V, u_V + (x_V - u_V) * std::exp(-kStep_s / lag_s));
+    return u_V - (x_V - begin_V) * lag_s / kStep_s;
+  });
+  const GapReport report = diagnose({{"log", log}}, {}, {});
+  EXPECT_EQ(report.verdict, Verdict::explained);
+  EXPECT_EQ(named(report), std::set<std::string>{"spool_lag"});
+}
+
+TEST(Diagnose, FollowsANullThatWandersAnotherWayInEachLog) {
+  const auto wandering = [](unsigned seed, double phase_rad) {
+    return stepped_log(seed, 1500, [=](double u_V, double time_s) {
+      return u_V - 0.2 * std::sin(0.4 * time_s + phase_rad);
+    });
+  };
+  const GapReport report = diagnose({{"first", wandering(1, 0.0)}, {"second", wandering(2, 2.0)}},
+                                    {{"heldout", wandering(3, 4.0)}}, {});
+  EXPECT_EQ(named(report), std::set<std::string>{"null_drift"}) << name_of(report.verdict);
+  EXPECT_GT(report.closed_fraction, 0.98);
 }
 
 TEST(Diagnose, AnEffectStruckFromTheCatalogueIsNeitherNamedNorExplainedAway) {

@@ -36,6 +36,7 @@ constexpr double kSettling_s = 0.5;       // after that, the rows from which a s
 constexpr double kStartSpread_Pa = 5000;  // of a first reading about the pressure: a tick at 0.5 MPa/s
 /// Warmth fades with the gas's time constant, seconds, and shows in the pressure as it fades.
 constexpr double kCooling_s = 3.0;
+constexpr double kStretch_s = 5.0;            // by which a way of the null is followed further
 constexpr double kWarmthSpread_Pa = 20000.0;  // of gas that is a tenth warmer than the wall, at 0.2 MPa
 
 /// What acts in a record when `on` is looked for.
@@ -86,11 +87,16 @@ WarmthRange warmth_without_heat(const effects::Surroundings& around, double pres
   return {std::min(share * (pressure_Pa - around.supply_Pa), 0.0), std::max(pressure_Pa * from_ambient, 0.0)};
 }
 
+constexpr double kWanderScale_V = 0.1;
+constexpr double kMostWander_V = effects::kNullDriftParameters[2].high;
+
 /// The sum of squares over the fitted rows as a function of the scaled variables.
 class FreeRunSquares {
  public:
+  /// The logs from `first_wandering` on have a way of the null of their own.
   FreeRunSquares(const Scene& scene, const std::vector<Record>& records, EffectSet on, const Figures& base,
-                 std::vector<Start> start, std::vector<Variable> variables, bool rising_areas = false)
+                 std::vector<Start> start, std::vector<Variable> variables, std::size_t first_wandering,
+                 bool rising_areas = false)
       : scene_(scene),
         records_(records),
         on_(on),
@@ -99,8 +105,10 @@ class FreeRunSquares {
         variables_(std::move(variables)),
         rising_areas_(rising_areas && (on >> effects::kIdAreaShape & 1U) != 0) {
     first_start_.push_back(figures());
-    for (const Record& record : records) {
-      first_start_.push_back(first_start_.back() + (conducts(scene, record, on, variables_) ? 2 : 1));
+    for (std::size_t r = 0; r < records.size(); ++r) {
+      gas_.push_back(conducts(scene, records[r], on, variables_) ? 2 : 1);
+      const bool wanders = r >= first_wandering && !records[r].before;
+      first_start_.push_back(first_start_.back() + gas_.back() + (wanders ? kOfNull : 0));
     }
   }
 
@@ -118,24 +126,25 @@ class FreeRunSquares {
   Start start_at(const Vector& z, std::size_t record) const {
     Start start = start_[record];
     const Eigen::Index first = first_start_[record];
-    start.pressure_Pa += kStartScale_Pa * z[first];
-    if (start_variables(record) > 1) start.warmth_Pa += kStartScale_Pa * z[first + 1];
+    for (Eigen::Index k = 0; k < start_variables(record); ++k) {
+      of_start(start, record, k) += start_scale(record, k) * z[first + k];
+    }
     return start;
   }
 
   Vector low() const {
-    Vector z = bounds(&Variable::low, -kStartRoom_Pa);
+    Vector z = bounds(&Variable::low, -kStartRoom_Pa, -kMostWander_V);
     for (std::size_t r = 0; r < start_.size(); ++r) {
       double& at = z[first_start_[r]];
       at = std::max(at, std::min(kLeastStart_Pa - start_[r].pressure_Pa, 0.0) / kStartScale_Pa);
-      if (start_variables(r) > 1) z[first_start_[r] + 1] = warmth_room(r, &WarmthRange::least_Pa);
+      if (gas_[r] > 1) z[first_start_[r] + 1] = warmth_room(r, &WarmthRange::least_Pa);
     }
     return z;
   }
   Vector high() const {
-    Vector z = bounds(&Variable::high, kStartRoom_Pa);
+    Vector z = bounds(&Variable::high, kStartRoom_Pa, kMostWander_V);
     for (std::size_t r = 0; r < start_.size(); ++r) {
-      if (start_variables(r) > 1) z[first_start_[r] + 1] = warmth_room(r, &WarmthRange::greatest_Pa);
+      if (gas_[r] > 1) z[first_start_[r] + 1] = warmth_room(r, &WarmthRange::greatest_Pa);
     }
     return z;
   }
@@ -202,7 +211,7 @@ class FreeRunSquares {
           step = -kDifference;  // away from the nearer bound
         changed.figures[v.figure] += step * v.scale;
       } else {
-        (k == figures() ? changed.start.pressure_Pa : changed.start.warmth_Pa) += step * kStartScale_Pa;
+        of_start(changed.start, r, k - figures()) += step * start_scale(r, k - figures());
         column = first_start_[r] + k - figures();
       }
       changed.figures = acting(scene_, records_[r], changed.figures);
@@ -229,6 +238,14 @@ class FreeRunSquares {
     return first_start_[record + 1] - first_start_[record];
   }
   Eigen::Index own_variables(std::size_t record) const { return figures() + start_variables(record); }
+  /// Of a log's own variables the k-th: pressure, warmth where it has one, then the null's way.
+  double& of_start(Start& start, std::size_t record, Eigen::Index k) const {
+    if (k >= gas_[record]) return start.null_V[static_cast<std::size_t>(k - gas_[record])];
+    return k == 0 ? start.pressure_Pa : start.warmth_Pa;
+  }
+  double start_scale(std::size_t record, Eigen::Index k) const {
+    return k < gas_[record] ? kStartScale_Pa : kWanderScale_V;
+  }
   double warmth_room(std::size_t record, double WarmthRange::*side) const {
     const Start& start = start_[record];
     return (warmth_without_heat(scene_.around, start.pressure_Pa).*side - start.warmth_Pa) / kStartScale_Pa;
@@ -247,15 +264,23 @@ class FreeRunSquares {
     sum.selfadjointView<Eigen::Upper>().rankUpdate(table.transpose());
   }
 
-  Vector bounds(double Variable::*side, double start) const {
+  Vector bounds(double Variable::*side, double pressure_Pa, double null_V) const {
     Vector z(size());
-    z.setConstant(start / kStartScale_Pa);
     for (Eigen::Index i = 0; i < figures(); ++i) {
       const Variable& v = variables_[static_cast<std::size_t>(i)];
       z[i] = (v.*side - base_[v.figure]) / v.scale;
     }
+    for (std::size_t r = 0; r < start_.size(); ++r) {
+      Start start = start_[r];
+      for (Eigen::Index k = 0; k < start_variables(r); ++k) {
+        z[first_start_[r] + k] =
+            k < gas_[r] ? pressure_Pa / kStartScale_Pa : (null_V - of_start(start, r, k)) / kWanderScale_V;
+      }
+    }
     return z;
   }
+
+  static constexpr auto kOfNull = static_cast<Eigen::Index>(effects::kOwnNull);
 
   const Scene& scene_;
   const std::vector<Record>& records_;
@@ -264,6 +289,7 @@ class FreeRunSquares {
   std::vector<Start> start_;
   std::vector<Variable> variables_;
   std::vector<Eigen::Index> first_start_;  ///< a record; the last: the number of variables
+  std::vector<Eigen::Index> gas_;          ///< a record: pressure, and warmth where it has one
   bool rising_areas_;
   Vector first_at_;
   std::vector<std::vector<double>> first_readings_;  ///< a record, at `first_at_`; empty: not yet run
@@ -403,6 +429,18 @@ bool conducts(const Scene& scene, const Record& record, EffectSet on,
                       [](const Variable& v) { return v.figure == kConductance; }));
 }
 
+namespace {
+constexpr std::size_t kNoneWanders = std::numeric_limits<std::size_t>::max();
+
+/// The way of the null in the first log is that of the figures; every other has its own, if so many can be fitted.
+std::size_t first_wandering(const Scene& scene, EffectSet on, EffectSet refined, std::size_t figures) {
+  if ((on & refined & EffectSet{1} << effects::kIdNullDrift) == 0) return kNoneWanders;
+  constexpr std::size_t kOfGas = 2;
+  const std::size_t most = figures + (kOfGas + effects::kOwnNull) * scene.records.size();
+  return most <= identify::kMostVariables ? 1 : kNoneWanders;
+}
+}  // namespace
+
 Fit fit(const Scene& scene, EffectSet on, const Figures& figures, const std::vector<Start>& start,
         const FitOptions& options) {
   Fit result;
@@ -419,7 +457,9 @@ Fit fit(const Scene& scene, EffectSet on, const Figures& figures, const std::vec
   result.variables = variables_of(scene, on, options.refined, options.gas);
   Figures base = figures;
   for (const Variable& v : result.variables) base[v.figure] = std::clamp(base[v.figure], v.low, v.high);
-  FreeRunSquares squares(scene, scene.records, on, base, begin, result.variables, options.rising_areas);
+  result.first_wandering = first_wandering(scene, on, options.refined, result.variables.size());
+  FreeRunSquares squares(scene, scene.records, on, base, begin, result.variables, result.first_wandering,
+                         options.rising_areas);
   identify::BoxProblem<kDynamic> problem;
   problem.squares = [&](const Vector& z) { return squares.squares(z); };
   problem.gram = [&](const Vector& z) { return squares.gram(z); };
@@ -453,7 +493,8 @@ Eigen::VectorXd standard_errors(const Fit& fit, double correlated_rows) {
 
 double joint_squares(const Scene& scene, const Fit& fit, const std::vector<Record>& heldout,
                      const std::vector<Start>& held_start, bool same_start) {
-  FreeRunSquares held(scene, heldout, fit.on, fit.figures, held_start, fit.variables);
+  FreeRunSquares held(scene, heldout, fit.on, fit.figures, held_start, fit.variables,
+                      same_start ? fit.first_wandering : kNoneWanders);
   const Eigen::Index figures = held.figures();
   const Eigen::Index fitted_starts = fit.gram.rows() - 1 - figures;
   const Eigen::Index held_starts = held.size() - figures;
@@ -542,6 +583,28 @@ Start estimate_start(const Scene& scene, const Record& record, EffectSet on, con
     start.warmth_Pa = std::clamp(start.warmth_Pa - change[1], range.least_Pa, range.greatest_Pa);
   }
   return start;
+}
+
+Start wandering_start(const Scene& scene, const Record& record, const Fit& fit, const Start& start) {
+  std::vector<Start> found{start};
+  std::vector<Record> one{record};
+  const std::size_t rows = record.fitted_rows;
+  const auto stretch = static_cast<std::size_t>(kStretch_s / record.drive.timing.tick_s);
+  for (std::size_t end = std::min(rows, record.settled_rows + stretch);;
+       end = std::min(rows, end + stretch)) {
+    one.front().fitted_rows = end;
+    FreeRunSquares squares(scene, one, fit.on, fit.figures, found, {}, 0);
+    identify::BoxProblem<kDynamic> problem;
+    problem.squares = [&](const Vector& z) { return squares.squares(z); };
+    problem.gram = [&](const Vector& z) { return squares.gram(z); };
+    problem.low = squares.low();
+    problem.high = squares.high();
+    constexpr int kBrief = 5, kToItsEnd = 30;
+    const auto solution = identify::minimise_in_box<kDynamic>(problem, Vector::Zero(squares.size()),
+                                                              end < rows ? kBrief : kToItsEnd, 1e-4);
+    found = {squares.start_at(solution.z, 0)};
+    if (end == rows) return found.front();
+  }
 }
 
 Score score(const std::vector<double>& reading_Pa, const Record& record, std::size_t first) {

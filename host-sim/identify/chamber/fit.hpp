@@ -90,9 +90,13 @@ struct Fit {
   std::vector<effects::Start> start;  ///< a record
   std::vector<Variable> variables;
   std::size_t warmths = 0;  ///< starts whose warmth was free, too
-  double squares = 0.0;     ///< [Pa^2]
+  /// With null_drift refined, the logs from here on have a way of the null of their own: their starts hold what it is beyond the
+  /// figures'.
+  std::size_t first_wandering = 0;
+  double squares = 0.0;  ///< [Pa^2]
   std::size_t rows = 0;
-  /// Gram matrix of [J e] at the end, by scaled variables (figures, then the start of each record: pressure, warmth where it is free).
+  /// Gram matrix of [J e] at the end, by scaled variables (figures, then the start of each record: pressure, warmth where it is free, the null's
+  /// way where it has its own).
   Eigen::MatrixXd gram;
   int iterations = 0;
   bool converged = false;
@@ -141,6 +145,10 @@ std::vector<double> run(const Scene& scene, const Record& record, effects::Effec
 /// The start that fits the first half second best, or with warmth the first three seconds.
 effects::Start estimate_start(const Scene& scene, const Record& record, effects::EffectSet on,
                               const effects::Figures& figures);
+
+/// `start` with the way of the null that fits the rows of `record` which count, the figures being as `fit` found them.
+effects::Start wandering_start(const Scene& scene, const Record& record, const Fit& fit,
+                               const effects::Start& start);
 
 /// Sum of squares and number of the rows that are held out, in `record`, from row `first` on, those that count.
 struct Score {
