@@ -434,8 +434,20 @@ class Diagnosis {
     const bool known = report_.closed_fraction >= kKnowsEquation ||
                        report_.with_effects_Pa < kAtFloor * report_.noise_floor_Pa;
     report_.equation = known || found.empty()
-                           ? blame_
+                           ? blame_of_the_named()
                            : Blame{report_.disturbances.front().equation, found.front().probability};
+  }
+
+  /// The equation that single effects speak for, if one that is named lives there; else that of the first of them: two that
+  /// explain the error together may each alone look like a third.
+  Blame blame_of_the_named() const {
+    const auto equation = [](const NamedEffect& effect) {
+      return std::string(effects::name_of(kCatalogue[*effects::find(effect.id)]->equation));
+    };
+    const bool among = std::any_of(report_.effects.begin(), report_.effects.end(),
+                                   [&](const NamedEffect& e) { return equation(e) == blame_.equation; });
+    if (among || report_.effects.empty()) return blame_;
+    return {equation(report_.effects.front()), report_.effects.front().confidence};
   }
 
   /// Both causes that fit alike are listed, the likeliest first.
