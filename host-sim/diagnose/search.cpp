@@ -260,7 +260,9 @@ class Searcher {
       options.refined |= bit(effect);
       Fit finer = fit(coarse_, on, seen.best.figures, seen.best.start, options);
       for (const Figures& elsewhere : finer_starts(effect, seen.best.figures, base)) {
-        Fit other = fit(coarse_, on, elsewhere, seen.best.start, finish(options.refined));
+        // alone the valve's figures come from far away
+        Fit other =
+            fit(coarse_, on, elsewhere, seen.best.start, base.on == 0 ? finish(options.refined) : options);
         if (other.squares < finer.squares) {
           finer.squares = other.squares;
           seen.finer = std::move(other);

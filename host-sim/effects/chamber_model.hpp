@@ -68,7 +68,13 @@ class ChamberModel {
   bool on(Id id) const { return (on_ >> id & 1U) != 0; }
   Openings openings_over(double command_V, int step);
   Openings openings(const N& command_V) const;
-  Flow plate(const N& first_Pa, const N& second_Pa) const;
+  Flow inlet_plate(const N& supply_Pa, const N& chamber_Pa) const {
+    return plate(supply_Pa, chamber_Pa, false);
+  }
+  Flow exhaust_plate(const N& chamber_Pa, const N& behind_Pa) const {
+    return plate(chamber_Pa, behind_Pa, true);
+  }
+  Flow plate(const N& first_Pa, const N& second_Pa, bool exhaust) const;
   Balance balance(const N& pressure_Pa, const Openings& open, const N& supply_Pa, const N& behind_Pa) const;
   N step(const Openings& open, const N& volume_m3, const N& squeeze_1_s);
   /// Where the sensor sits.
@@ -191,12 +197,13 @@ typename ChamberModel<N>::Openings ChamberModel<N>::openings(const N& command_V)
 /// phi(p_1, p_2) of (1b) over a square metre, with its slopes. Within 1e-4 of equal pressures the root of (1c) goes
 /// over into its chord.
 template <class N>
-typename ChamberModel<N>::Flow ChamberModel<N>::plate(const N& first_Pa, const N& second_Pa) const {
+typename ChamberModel<N>::Flow ChamberModel<N>::plate(const N& first_Pa, const N& second_Pa,
+                                                      bool exhaust) const {
   constexpr double kLaminar = 3e-5;
   const auto backwards = first_Pa < second_Pa;
   const N up = larger(first_Pa, second_Pa);
   const N ratio = smaller(first_Pa, second_Pa) / up;
-  const N r = larger(on(kIdFlowFunction) ? flow_function_.ratio(ratio) : ratio, N(critical_));
+  const N r = larger(on(kIdFlowFunction) ? flow_function_.ratio(ratio, exhaust) : ratio, N(critical_));
   // G = q^5 w, q = r^(1/7), w = sqrt(1 - q^2)
   N s = 1.3417914215325433 + r * (-0.6825335151030851 + r * (0.48550449020479086 - r * 0.14480858119683884));
   const N s2 = s * s;
@@ -229,8 +236,8 @@ typename ChamberModel<N>::Flow ChamberModel<N>::plate(const N& first_Pa, const N
 template <class N>
 typename ChamberModel<N>::Balance ChamberModel<N>::balance(const N& pressure_Pa, const Openings& open,
                                                            const N& supply_Pa, const N& behind_Pa) const {
-  const Flow inlet = plate(supply_Pa, pressure_Pa);
-  const Flow exhaust = plate(pressure_Pa, behind_Pa);
+  const Flow inlet = inlet_plate(supply_Pa, pressure_Pa);
+  const Flow exhaust = exhaust_plate(pressure_Pa, behind_Pa);
   const N in = open.inlet_m2 * inlet.flow;
   const N out = open.exhaust_m2 * exhaust.flow;
   const N out_slope = open.exhaust_m2 * exhaust.by_upstream;
@@ -250,13 +257,13 @@ N ChamberModel<N>::step(const Openings& open, const N& volume_m3, const N& squee
   const N n = on(kIdHeatTransfer) ? heat_.exponent() : N(1.4);
   const N per_mass = n * gas_J_kg_ / volume_m3;  // Pa for a kilogram
   if (on(kIdSupplyDroop)) {
-    const Flow now = plate(supply_droop_.supply_Pa(), at_valve);
+    const Flow now = inlet_plate(supply_droop_.supply_Pa(), at_valve);
     supply = supply_droop_.supply_at_middle_Pa(open.inlet_m2 * now.flow, open.inlet_m2 * now.by_upstream);
   }
   if (on(kIdExhaustBackpressure)) {
     const N fall = on(kIdTubeDynamics) ? N(0.0) : 0.5 * step_s_ * per_mass;
     behind = backpressure_.behind_at_middle_Pa(at_valve, fall, [&](const N& from_Pa, const N& behind_Pa) {
-      const Flow now = plate(from_Pa, behind_Pa);
+      const Flow now = exhaust_plate(from_Pa, behind_Pa);
       return Flow{open.exhaust_m2 * now.flow, open.exhaust_m2 * now.by_upstream,
                   open.exhaust_m2 * now.by_downstream};
     });

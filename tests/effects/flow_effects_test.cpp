@@ -52,6 +52,24 @@ TEST(FlowFunction, IsChokedBelowTheCriticalRatioAndShutAboveTheCrackingRatio) {
   }
 }
 
+TEST(FlowFunction, ExhaustHasACriticalRatioOfItsOwn) {
+  // a chamber that vents to ambient, at the ratio Q/p
+  const auto vented = [](double critical_ratio, double more, double ratio) {
+    const Figures figures =
+        with(sharp_valve(kGain_m2_V), kIdFlowFunction, {critical_ratio, 0.5, 1.0, 0.0, more});
+    return flow_kg_s(only(kIdFlowFunction), figures, 4.0, kAmbient_Pa / ratio);
+  };
+  for (const double ratio : {0.3, 0.45, 0.6, 0.9}) {
+    EXPECT_NEAR(vented(0.3, 0.2, ratio) / vented(0.5, 0.0, ratio), 1.0, 1e-12) << "at ratio " << ratio;
+    EXPECT_NEAR(psi(only(kIdFlowFunction),
+                    with(sharp_valve(kGain_m2_V), kIdFlowFunction, {0.3, 0.5, 1.0, 0.0, 0.2}), ratio),
+                psi_of(0.3, 0.5, 1.0, 0.0, ratio), 1e-12)
+        << "of the inlet, at ratio " << ratio;
+  }
+  // the ellipse's, to half a percent: sqrt(1 - (0.1/0.5)^2) over sqrt(1 - (0.3/0.7)^2)
+  EXPECT_NEAR(vented(0.3, 0.2, 0.6) / vented(0.3, 0.0, 0.6), 1.0844, 0.01);
+}
+
 TEST(FlowFunction, IsWithinHalfAPercentOfTheEllipseOfIso6358) {
   for (const double b : {0.25, 0.4, 0.528}) {
     for (const double a : {0.92, 1.0}) {
