@@ -32,9 +32,9 @@ double closed_fraction(const GapErrors& errors) {
 }
 
 Verdict verdict_of(const GapErrors& errors, Best best) {
+  if (errors.as_configured_Pa < kAtFloor * errors.noise_floor_Pa) return Verdict::none;
   const double closed = closed_fraction(errors);
   if (best == Best::no_effect || closed < kExplainsSome) {
-    if (errors.as_configured_Pa < kAtFloor * errors.noise_floor_Pa) return Verdict::none;
     return calibrated(errors) ? Verdict::calibration : Verdict::unexplained;
   }
   const double rest = errors.with_effects_Pa / errors.noise_floor_Pa;

@@ -18,6 +18,8 @@ GapErrors errors(double as_configured, double recalibrated, double with_effects)
 
 TEST(Verdict, NoneIsWithinTwelvePercentOfTheNoiseAsConfigured) {
   EXPECT_EQ(verdict_of(errors(1.11, 1.0, 1.0), Best::no_effect), Verdict::none);
+  EXPECT_EQ(verdict_of(errors(1.06, 1.04, 0.84), Best::alone), Verdict::none)
+      << "though an effect goes below it";
   EXPECT_EQ(verdict_of(errors(1.13, 1.0, 1.0), Best::no_effect), Verdict::calibration);
 }
 

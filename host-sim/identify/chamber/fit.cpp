@@ -430,8 +430,6 @@ bool conducts(const Scene& scene, const Record& record, EffectSet on,
 }
 
 namespace {
-constexpr std::size_t kNoneWanders = std::numeric_limits<std::size_t>::max();
-
 /// The way of the null in the first log is that of the figures; every other has its own, if so many can be fitted.
 std::size_t first_wandering(const Scene& scene, EffectSet on, EffectSet refined, std::size_t figures) {
   if ((on & refined & EffectSet{1} << effects::kIdNullDrift) == 0) return kNoneWanders;

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -83,6 +84,9 @@ enum class Gas { conducting, polytropic };
 std::vector<Variable> variables_of(const Scene& scene, effects::EffectSet on, effects::EffectSet refined = 0,
                                    Gas gas = Gas::conducting);
 
+/// Of logs: beyond the last.
+inline constexpr std::size_t kNoneWanders = std::numeric_limits<std::size_t>::max();
+
 struct Fit {
   effects::EffectSet on = 0;
   effects::EffectSet refined = 0;  ///< of these the refining parameters were free, too
@@ -92,7 +96,7 @@ struct Fit {
   std::size_t warmths = 0;  ///< starts whose warmth was free, too
   /// With null_drift refined, the logs from here on have a way of the null of their own: their starts hold what it is beyond the
   /// figures'.
-  std::size_t first_wandering = 0;
+  std::size_t first_wandering = kNoneWanders;
   double squares = 0.0;  ///< [Pa^2]
   std::size_t rows = 0;
   /// Gram matrix of [J e] at the end, by scaled variables (figures, then the start of each record: pressure, warmth where it is free, the null's
