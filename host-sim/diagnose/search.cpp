@@ -12,6 +12,7 @@
 #include <span>
 #include <utility>
 
+#include "host-sim/diagnose/verdict.hpp"
 #include "host-sim/identify/chamber/noise.hpp"
 #include "host-sim/identify/in_parallel.hpp"
 
@@ -34,8 +35,7 @@ constexpr std::size_t kFinishedInPlace = 3;  ///< of those put in another's plac
 /// least that is called detectable, takes away half.
 constexpr double kWorthEntering = 6.0;
 constexpr double kLeastShare = 0.15;
-constexpr int kMostSwaps = 1;          ///< of one effect of a set for another that does better
-constexpr double kNothingLeft = 1.05;  ///< of the noise
+constexpr int kMostSwaps = 1;  ///< of one effect of a set for another that does better
 /// Of the noise: while more than this is left, sets are enlarged although the last effect did not pay; three can explain
 /// what no two of them do. That they do is known by their leaving no more than this: of a machine far beyond the catalogue
 /// three explain a little, too.
@@ -586,7 +586,7 @@ Search search(const Scene& scene, const std::vector<HeldOut>& heldout, Trial rec
     }
     if (size == 2) second_paid = better;
     const double left = result.best.heldout_Pa() / options.noise_Pa;
-    if (size == kMostEffects || left < kNothingLeft || (size > 1 && !better && left < kMuchLeft)) break;
+    if (size == kMostEffects || left < kAtFloor || (size > 1 && !better && left < kMuchLeft)) break;
     std::vector<Trial> larger;
     for (std::size_t i = 0; i < std::min(kBeam, trials.size()); ++i) {
       const std::vector<Trial>& beside = searcher.all_with(trials[i], but(trials[i].on), kFinished);
