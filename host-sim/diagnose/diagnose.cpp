@@ -118,6 +118,10 @@ std::string id_of(std::size_t effect) {
   return std::string(kCatalogue[effect]->id);
 }
 
+std::string equation_of(std::size_t effect) {
+  return std::string(effects::name_of(kCatalogue[effect]->equation));
+}
+
 /// Probabilities from differences of evidence.
 std::vector<double> probabilities(const std::vector<double>& evidence) {
   const double best = *std::max_element(evidence.begin(), evidence.end());
@@ -325,7 +329,7 @@ class Diagnosis {
       const Trial& trial = search_.alone[which[k]];
       report_.candidates.push_back({id_of(which[k]), trial.heldout_Pa(), p[k],
                                     parameters_of(trial, which[k], search_.correlated_rows)});
-      by_equation[std::string(effects::name_of(kCatalogue[which[k]]->equation))] += p[k];
+      by_equation[equation_of(which[k])] += p[k];
       named += p[k];
     }
     std::stable_sort(report_.candidates.begin(), report_.candidates.end(),
@@ -441,9 +445,7 @@ class Diagnosis {
   /// The equation that single effects speak for, if one that is named lives there; else that of the first of them: two that
   /// explain the error together may each alone look like a third.
   Blame blame_of_the_named() const {
-    const auto equation = [](const NamedEffect& effect) {
-      return std::string(effects::name_of(kCatalogue[*effects::find(effect.id)]->equation));
-    };
+    const auto equation = [](const NamedEffect& effect) { return equation_of(*effects::find(effect.id)); };
     const bool among = std::any_of(report_.effects.begin(), report_.effects.end(),
                                    [&](const NamedEffect& e) { return equation(e) == blame_.equation; });
     if (among || report_.effects.empty()) return blame_;

@@ -25,6 +25,7 @@ using effects::kEffects;
 using identify::chamber::correlation_rows;
 using identify::chamber::figures_without;
 using identify::chamber::FitOptions;
+using identify::chamber::kStretch_s;
 using identify::chamber::Score;
 
 constexpr std::size_t kBeam = 2;      ///< sets of a size that are enlarged
@@ -53,8 +54,6 @@ constexpr double kMostPieces = 200.0;
 /// Short fits are run this long, in so few steps a tick.
 constexpr double kLook_s = 40.0;
 constexpr int kLookSteps = 2;
-/// By so much a fit over time grows.
-constexpr double kStretch_s = 5.0;
 constexpr double kWander_s = 65.0;  ///< the null's spline ends before
 /// Of what the plain drift leaves above the noise: a way of the null that follows whatever it is given closes less of another cause.
 constexpr double kWanderCloses = 0.9;
@@ -173,14 +172,11 @@ Trial tried(const Split& rows, Fit fit) {
   }
   trial.joint_squares =
       joint_squares(scene, fit, rows.heldout_as_fitted, start, rows.heldout.front().continues >= 0);
-  const auto wander = [&](std::size_t logs) { return wanders(fit) ? logs * effects::kOwnNull : 0; };
-  trial.variables = fit.variables.size() + fit.warmths;
-  if (fit.first_wandering < scene.records.size()) {
-    trial.variables += wander(scene.records.size() - fit.first_wandering);
-  }
+  trial.variables = fit.variables.size() + fit.warmths + fit.nulls * effects::kOwnNull;
   for (const HeldOut& held : rows.heldout) {
     if (held.continues >= 0) continue;
-    trial.variables += (conducts(scene, held.record, fit.on, fit.variables) ? 1 : 0) + wander(1);
+    if (conducts(scene, held.record, fit.on, fit.variables)) ++trial.variables;
+    if (wanders(fit)) trial.variables += effects::kOwnNull;
   }
   trial.fit = std::move(fit);
   return trial;
@@ -259,10 +255,10 @@ class Searcher {
     if (refinable(effect)) {
       options.refined |= bit(effect);
       Fit finer = fit(coarse_, on, seen.best.figures, seen.best.start, options);
-      for (const Figures& elsewhere : finer_starts(effect, seen.best.figures, base)) {
+      if (const std::optional<Figures> elsewhere = finer_start(effect, seen.best.figures, base)) {
         // alone the valve's figures come from far away
         Fit other =
-            fit(coarse_, on, elsewhere, seen.best.start, base.on == 0 ? finish(options.refined) : options);
+            fit(coarse_, on, *elsewhere, seen.best.start, base.on == 0 ? finish(options.refined) : options);
         if (other.squares < finer.squares) {
           finer.squares = other.squares;
           seen.finer = std::move(other);
@@ -283,21 +279,21 @@ class Searcher {
   }
 
   /// Where a refined effect is looked for besides its plain best: what no small steps lead to from there.
-  std::vector<Figures> finer_starts(std::size_t effect, const Figures& best, const Fit& base) const {
+  std::optional<Figures> finer_start(std::size_t effect, const Figures& best, const Fit& base) const {
     Figures start = best;
     double* const x = start.data() + effects::kFirstFigure[effect];
     if (effect == effects::kIdSpoolLag) {
       // as late by its coil alone, the spool without mass
       x[3] += x[0] * x[1] / std::numbers::pi;
       x[0] = 0.0;
-      return {start};
+      return start;
     }
     if (effect == effects::kIdChamberLeak) {
       // straight in the gauge pressure: beside a gap's, of which there is little, the valve's own leaks took it
       if (base.on == 0) std::copy_n(scene_.nominal.begin(), effects::kValveFigures, start.begin());
       x[1] = 0.0;
       const std::vector<Figures> sizes = sizes_of(effect, start, {1.0, 3.0, 10.0, 30.0, 100.0});
-      return {sizes[least_error(coarse_, base.on | bit(effect), sizes, base.start)]};
+      return sizes[least_error(coarse_, base.on | bit(effect), sizes, base.start)];
     }
     return {};
   }

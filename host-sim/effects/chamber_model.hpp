@@ -246,8 +246,8 @@ typename ChamberModel<N>::Balance ChamberModel<N>::balance(const N& pressure_Pa,
           out_slope, open.inlet_sooner_m2 * inlet.flow - open.exhaust_sooner_m2 * exhaust.flow};
 }
 
-/// One step: moves the pressure, returns its mean where the sensor sits. What the flows of the step change slowly (supply, pressure behind
-/// the exhaust, mass of the gas) enters as the flows at its beginning will have made it by its middle.
+/// One step: moves the pressure, returns its mean where the sensor sits. What the flows of the step change slowly (supply,
+/// pressure behind the exhaust, mass of the gas) enters as the flows at its beginning will have made it by its middle.
 template <class N>
 N ChamberModel<N>::step(const Openings& open, const N& volume_m3, const N& squeeze_1_s) {
   const N begin = pressure_Pa_;

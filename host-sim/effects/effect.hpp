@@ -68,11 +68,8 @@ struct Parameter {
     for (double* const value : {&sized.low, &sized.high, &sized.vanishes_at}) {
       *value *= times(size.valve, growth.with_valve);
     }
-    const double of_coordinate = coordinate == Coordinate::linear       ? 1.0
-                                 : coordinate == Coordinate::reciprocal ? -1.0
-                                                                        : -2.0;
-    sized.typical_change *= times(size.valve, of_coordinate * growth.with_valve) *
-                            times(size.volume, of_coordinate * growth.with_volume);
+    sized.typical_change *= coordinate_of(times(size.valve, growth.with_valve)) *
+                            coordinate_of(times(size.volume, growth.with_volume));
     return sized;
   }
   /// The same, with the bounds of all sizes.

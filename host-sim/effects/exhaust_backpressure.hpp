@@ -3,11 +3,12 @@
 //   V P'/(kappa R_g T) = m_ex - m_s,   P^2 = P_b^2 + 2 l P_b R m_s + (R m_s)^2,   P_b = P_a + c
 //
 // P pressure behind the port, P_a ambient [Pa]; c what stands there without flow, behind a spring-loaded silencer or on a
-// manifold that others fill [Pa]; m_ex flow out of the chamber, m_s that through the silencer [kg/s]; R its
-// resistance [Pa s/kg]; l share of a straight characteristic: at 0 the orifice law far from choking at its inlet,
-// m_s = sqrt(P^2 - P_b^2)/R, at 1 P = P_b + R m_s, as of felt or sintered metal; V volume of the manifold between [m3], R_g T of
-// its gas [J/kg]. Assumptions: alone on the manifold, nothing comes back from it but what stands there. Vanishes at R = c = 0. It acts only where the
-// exhaust is not choked. Numerical treatment: the implicit Euler rule, whose quadratic equation is solved in closed form,
+// manifold that others fill [Pa]; m_ex flow out of the chamber, m_s that through the silencer [kg/s]; R its resistance [Pa
+// s/kg]; l share of a straight characteristic: at 0 the orifice law far from choking at its inlet, m_s = sqrt(P^2 -
+// P_b^2)/R, at 1 P = P_b + R m_s, as of felt or sintered metal; V volume of the manifold between [m3], R_g T of its gas
+// [J/kg]. Assumptions: alone on the manifold, nothing comes back from it but what stands there. Vanishes at R = c = 0. It
+// acts only where the exhaust is not choked. Numerical treatment: the implicit Euler rule, whose quadratic equation is
+// solved in closed form,
 //   P_1 = C/(q (E + l P_b) + sqrt(C - q^2 P_b^2 (1 - l^2))),  C = E^2 + 2 l P_b E + P_b^2,
 //   q = R (V/(kappa R_g T h) + s),  E = R m + q P_0,
 // s [kg/(s Pa)] by which the flow falls as P rises; at any V, also at none. The step itself sees P at its middle, from

@@ -4,18 +4,18 @@
 //   h A = G (p/P_a)^a (v + e)/(100 mL)
 //   where c > 0:  m_r (T/T_0)^(c/2) in p', m_r (T_0/T)^(c/2) in m',  T = p v/(m R)
 //
-// p [Pa], v [m3], m mass of the gas [kg], T_0 wall [K], c_v = R/(kappa - 1); G conductance to the wall [W/K] at
-// ambient pressure P_a for each 100 mL of a cylinder, whose sides are 4 v/D; a how it grows with the density [-]; e what
-// its two ends add, pi D^3/8 [m3]; n exponent [-]; c how much of the gas's own temperature leaves by the exhaust port: 0 at
-// T_0, as in (4), 1 all of it, by which an orifice passes less mass, that of T^-1/2, and more enthalpy, that of T^1/2. a is 1/2 for laminar natural convection (Gr^1/4) and for engines (Eichelberg), 2/3 for
-// turbulent natural convection (Gr^1/3), 0.8 in forced flow (Re^0.8). Assumptions: what leaves by a leak or a hose does so at
-// T_0; wall of one temperature; gas at most four times as hot as the wall, and as cold: what leaves at T_0 has not the gas's own
-// enthalpy, so that mass and energy would part without end behind a wall that hardly conducts; filling from a vacuum
-// and compression by 20 together make a factor of 3.3. Range: p from P_a/20 to 20 P_a. Vanishes at G = c = 0 with
-// n = kappa, exactly (4); G -> infinity is the isothermal chamber. Numerical treatment: the relaxation enters rate and
-// slope of the step, with the mass expected at its middle; m then moves by the mass that the step's own balance of
-// energy has moved. Source: "Electropneumatic servo" (13)-(21); Eichelberg, Engineering 148 (1939); Carneiro and de
-// Almeida, Proc. IMechE I 221 (2007).
+// p [Pa], v [m3], m mass of the gas [kg], T_0 wall [K], c_v = R/(kappa - 1); G conductance to the wall [W/K] at ambient
+// pressure P_a for each 100 mL of a cylinder, whose sides are 4 v/D; a how it grows with the density [-]; e what its two
+// ends add, pi D^3/8 [m3]; n exponent [-]; c how much of the gas's own temperature leaves by the exhaust port: 0 at T_0, as
+// in (4), 1 all of it, by which an orifice passes less mass, that of T^-1/2, and more enthalpy, that of T^1/2. a is 1/2 for
+// laminar natural convection (Gr^1/4) and for engines (Eichelberg), 2/3 for turbulent natural convection (Gr^1/3), 0.8 in
+// forced flow (Re^0.8). Assumptions: what leaves by a leak or a hose does so at T_0; wall of one temperature; gas at most
+// four times as hot as the wall, and as cold: what leaves at T_0 has not the gas's own enthalpy, so that mass and energy
+// would part without end behind a wall that hardly conducts; filling from a vacuum and compression by 20 together make a
+// factor of 3.3. Range: p from P_a/20 to 20 P_a. Vanishes at G = c = 0 with n = kappa, exactly (4); G -> infinity is the
+// isothermal chamber. Numerical treatment: the relaxation enters rate and slope of the step, with the mass expected at its
+// middle; m then moves by the mass that the step's own balance of energy has moved. Source: "Electropneumatic servo"
+// (13)-(21); Eichelberg, Engineering 148 (1939); Carneiro and de Almeida, Proc. IMechE I 221 (2007).
 #pragma once
 
 #include <array>

@@ -2,15 +2,15 @@
 //
 //   (tau/R) P' = m_f - m_in,   (P_0 - (1 - o) R m_f)^2 - P^2 = 20 o (R m_f)^2
 //
-// P supply at the valve, P_0 at rest [Pa]; m_in flow into the chamber, m_f flow of the source [kg/s]; R source
-// resistance [Pa s/kg]; tau time constant of the vessel behind it [s], whose volume is tau kappa R_g T/R; o share of an
-// orifice in the resistance: at 0 a regulator with a straight flow characteristic, tau s' = R m_in - s for the droop
-// s = P_0 - P; at 1 an orifice, which lets the more through by the root of the droop; both droop alike at a tenth of
-// P_0. What a squeezed chamber pushes back leaves through the same resistance, of which a regulator lets a share v pass: at 1
-// it relieves, at 0 the vessel keeps all of it. Assumptions: alone on its line; the orifice far from choking. Vanishes at R = 0. Numerical treatment: the
-// implicit Euler rule, whose quadratic equation is solved in closed form for m_f; the step itself sees P at its middle,
-// from half a step; the whole step is extrapolated from one and two: second order. tau is at least 5 ms, below which
-// it is not told from none; P is held above a fifth of P_0. Source: a regulator's flow characteristic (its droop),
+// P supply at the valve, P_0 at rest [Pa]; m_in flow into the chamber, m_f flow of the source [kg/s]; R source resistance
+// [Pa s/kg]; tau time constant of the vessel behind it [s], whose volume is tau kappa R_g T/R; o share of an orifice in the
+// resistance: at 0 a regulator with a straight flow characteristic, tau s' = R m_in - s for the droop s = P_0 - P; at 1 an
+// orifice, which lets the more through by the root of the droop; both droop alike at a tenth of P_0. What a squeezed
+// chamber pushes back leaves through the same resistance, of which a regulator lets a share v pass: at 1 it relieves, at 0
+// the vessel keeps all of it. Assumptions: alone on its line; the orifice far from choking. Vanishes at R = 0. Numerical
+// treatment: the implicit Euler rule, whose quadratic equation is solved in closed form for m_f; the step itself sees P at
+// its middle, from half a step; the whole step is extrapolated from one and two: second order. tau is at least 5 ms, below
+// which it is not told from none; P is held above a fifth of P_0. Source: a regulator's flow characteristic (its droop),
 // "Pressure regulator valve", section III; ISO 6358 for the orifice.
 #pragma once
 
@@ -68,8 +68,8 @@ class SupplyDroop {
   static constexpr double kAtATenth = 20.0;
 
   /// `d`: R times what the vessel takes up and the chamber's slope, for each Pa. With F = R m_f the balance
-  /// d (P - before) = F - R m_in enters the law of the source. What is pushed back meets it with the vessel's pressure the higher
-  /// one.
+  /// d (P - before) = F - R m_in enters the law of the source. What is pushed back meets it with the vessel's pressure the
+  /// higher one.
   N after(const N& before_Pa, const N& d, const N& flow_kg_s) const {
     const N a = d * before_Pa - resistance_ * flow_kg_s;
     const N square = (at_rest_Pa_ * d - a) * (at_rest_Pa_ * d + a);

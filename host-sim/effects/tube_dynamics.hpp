@@ -4,19 +4,19 @@
 //   r = 128 mu L/(pi D^4 rho) + (f L/(D A^2) + 1/a^2) |w|/(2 rho) + R_f,   rho = (p_t + p)/(2 R T)
 //   the sensor reads  p + s (p_t - p)
 //
-// p_t pressure at the valve, p in the chamber [Pa]; m_v flow through the valve, w into the chamber [kg/s]; L length,
-// D bore [m]; mu = 1.8e-5 Pa s viscosity, f = 0.03 friction factor of smooth hoses at Re about 1e4 (Blasius); a effective area of the fittings [m2]; R_f resistance
-// of a filter or of a line that is known by that alone [Pa s/kg]; s where the sensor sits: 0 in the chamber, 1 at the valve. At rest
-// the friction is that of isothermal flow, p_t^2 - p^2 = 2 rho R T r w. Assumptions: one lump, right below a line's
-// first resonance c/(4 L), 86 Hz for a metre; the lump's own is c/(2 pi L). (Half of V in the chamber would bring it to
-// c/(sqrt(2) pi L), but a hose of some centimetres is then found in a wrong place from most starts.) Vanishes at L = 0;
-// a hose shorter than a millimetre is taken as one of a millimetre. Numerical treatment: p_t, w and the chamber's p together
-// by the third-order diagonally implicit Runge-Kutta rule of Alexander (SIAM J. Numer. Anal. 14, 1977), L-stable: a short
-// hose is in equilibrium at any step. In a stage the friction's square is solved exactly and the flow through the valve by
-// one step of Newton's, which begins at a chord to the pressure where that flow would end: where the flow is choked its slope
-// is zero, and a narrow hose would be filled to many times the supply. (Linearly implicit Euler steps, extrapolated to
-// third order, multiplied what a stage missed by four: a hose of 0.11 m and 2 mm was wrong by 100 kPa.) Source: lumped line
-// of Richer and Hurmuzlu, J. Dyn. Sys. Meas. Control 122 (2000).
+// p_t pressure at the valve, p in the chamber [Pa]; m_v flow through the valve, w into the chamber [kg/s]; L length, D bore
+// [m]; mu = 1.8e-5 Pa s viscosity, f = 0.03 friction factor of smooth hoses at Re about 1e4 (Blasius); a effective area of
+// the fittings [m2]; R_f resistance of a filter or of a line that is known by that alone [Pa s/kg]; s where the sensor
+// sits: 0 in the chamber, 1 at the valve. At rest the friction is that of isothermal flow, p_t^2 - p^2 = 2 rho R T r w.
+// Assumptions: one lump, right below a line's first resonance c/(4 L), 86 Hz for a metre; the lump's own is c/(2 pi L).
+// (Half of V in the chamber would bring it to c/(sqrt(2) pi L), but a hose of some centimetres is then found in a wrong
+// place from most starts.) Vanishes at L = 0; a hose shorter than a millimetre is taken as one of a millimetre. Numerical
+// treatment: p_t, w and the chamber's p together by the third-order diagonally implicit Runge-Kutta rule of Alexander (SIAM
+// J. Numer. Anal. 14, 1977), L-stable: a short hose is in equilibrium at any step. In a stage the friction's square is
+// solved exactly and the flow through the valve by one step of Newton's, which begins at a chord to the pressure where that
+// flow would end: where the flow is choked its slope is zero, and a narrow hose would be filled to many times the supply.
+// (Linearly implicit Euler steps, extrapolated to third order, multiplied what a stage missed by four: a hose of 0.11 m and
+// 2 mm was wrong by 100 kPa.) Source: lumped line of Richer and Hurmuzlu, J. Dyn. Sys. Meas. Control 122 (2000).
 #pragma once
 
 #include <array>

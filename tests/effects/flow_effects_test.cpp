@@ -464,7 +464,7 @@ TEST(TubeDynamics, SensorAtTheValveReadsWhatStandsThereAndHalfwayTheMiddle) {
   }
   EXPECT_LT(rms_difference(reading(1.0, 4), reading(1.0, 256)), 250.0) << "Pa";
 
-  // while the hose fills at a steady flow, what it holds is that pressure: w_valve - w = V p_t'/(k R T)
+  // at the end of each step, too
   TubeDynamics<double> tube = tube_of(1.5, 4.0, 0.0025, 3e5, {.sensor_share = 1.0});
   for (int k = 0; k < 10; ++k) {
     const auto step = tube.advance(3e5, {0.0, 0.0, 0.0}, kEnds, [](double, double) {

@@ -9,7 +9,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -84,9 +83,6 @@ enum class Gas { conducting, polytropic };
 std::vector<Variable> variables_of(const Scene& scene, effects::EffectSet on, effects::EffectSet refined = 0,
                                    Gas gas = Gas::conducting);
 
-/// Of logs: beyond the last.
-inline constexpr std::size_t kNoneWanders = std::numeric_limits<std::size_t>::max();
-
 struct Fit {
   effects::EffectSet on = 0;
   effects::EffectSet refined = 0;  ///< of these the refining parameters were free, too
@@ -94,13 +90,12 @@ struct Fit {
   std::vector<effects::Start> start;  ///< a record
   std::vector<Variable> variables;
   std::size_t warmths = 0;  ///< starts whose warmth was free, too
-  /// With null_drift refined, the logs from here on have a way of the null of their own: their starts hold what it is beyond the
-  /// figures'.
-  std::size_t first_wandering = kNoneWanders;
+  /// Logs that have, with null_drift refined, a way of the null of their own: their starts hold what it is beyond the figures'.
+  std::size_t nulls = 0;
   double squares = 0.0;  ///< [Pa^2]
   std::size_t rows = 0;
-  /// Gram matrix of [J e] at the end, by scaled variables (figures, then the start of each record: pressure, warmth where it is free, the null's
-  /// way where it has its own).
+  /// Gram matrix of [J e] at the end, by scaled variables (figures, then the start of each record: pressure, warmth
+  /// where it is free, the null's way where it has its own).
   Eigen::MatrixXd gram;
   int iterations = 0;
   bool converged = false;
@@ -149,6 +144,9 @@ std::vector<double> run(const Scene& scene, const Record& record, effects::Effec
 /// The start that fits the first half second best, or with warmth the first three seconds.
 effects::Start estimate_start(const Scene& scene, const Record& record, effects::EffectSet on,
                               const effects::Figures& figures);
+
+/// A way of the null is followed by so much further at a time: over a whole log a free run is far off before its beginning is right.
+inline constexpr double kStretch_s = 5.0;
 
 /// `start` with the way of the null that fits the rows of `record` which count, the figures being as `fit` found them.
 effects::Start wandering_start(const Scene& scene, const Record& record, const Fit& fit,
