@@ -1,10 +1,12 @@
 // spool_lag, dead_time, valve_hysteresis, null_drift: what they make of the command, against closed forms.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
 #include <complex>
 #include <numbers>
+#include <numeric>
 
 #include "host-sim/plant/chamber.hpp"
 #include "tests/effects/chamber_under_effects.hpp"
@@ -181,10 +183,10 @@ TEST(SpoolLag, ChamberAgreesWithThePlantThatHasTheSameSpool) {
 
 // ---- dead_time
 
-DeadTime<double> dead_time_of(double ticks) {
-  const double x = ticks * kTick_s;
+DeadTime<double> dead_time_of(double ticks, double rise = 0.0) {
+  const double x[] = {ticks * kTick_s, rise};
   DeadTime<double> dead_time;
-  dead_time.prepare(&x, kTick_s, 5.0);
+  dead_time.prepare(x, kTick_s, 5.0);
   return dead_time;
 }
 
@@ -219,6 +221,71 @@ TEST(DeadTime, BeyondWhatIsRememberedItStaysAtTheLongestDelay) {
   DeadTime<double> dead_time = dead_time_of(500.0);
   for (int k = 0; k < 100; ++k) dead_time.hold(static_cast<double>(k));
   EXPECT_EQ(dead_time.during(0.0, 1.0).mean(), 99.0 - 31.0);
+}
+
+/// x in each thousandth of each tick.
+std::vector<double> traced_V(DeadTime<double> dead_time, const std::vector<double>& command_V) {
+  constexpr int kParts = 1000;
+  std::vector<double> traced;
+  for (const double u : command_V) {
+    dead_time.hold(u);
+    for (int i = 0; i < kParts; ++i) {
+      traced.push_back(dead_time.during(i / double{kParts}, (i + 1) / double{kParts}).mean());
+    }
+  }
+  return traced;
+}
+
+TEST(DeadTime, ThatIsUnevenLetsARiseActLaterThanAFall) {
+  std::vector<double> command_V(12, 5.0);
+  std::fill(command_V.begin() + 2, command_V.begin() + 7, 8.0);
+  for (const double a : {0.3, -0.3}) {
+    const std::vector<double> x = traced_V(dead_time_of(2.0, a), command_V);
+    const auto rise = std::find_if(x.begin(), x.end(), [](double u) { return u > 6.5; });
+    const auto fall = std::find_if(rise, x.end(), [](double u) { return u < 6.5; });
+    EXPECT_NEAR(static_cast<double>(rise - x.begin()) / 1000.0, 2.0 + 2.0 * (1.0 + a), 2e-3)
+        << "tick, a " << a;
+    EXPECT_NEAR(static_cast<double>(fall - x.begin()) / 1000.0, 7.0 + 2.0 * (1.0 - a), 2e-3)
+        << "tick, a " << a;
+  }
+}
+
+TEST(DeadTime, ThatIsUnevenDoesNotSeeWhatIsTakenBackBeforeItActs) {
+  std::vector<double> command_V(12, 5.0);
+  command_V[3] = 8.0;  // a tick, where a rise is 1.2 ticks later than a fall
+  EXPECT_THAT(traced_V(dead_time_of(2.0, 0.3), command_V), testing::Each(5.0));
+  const std::vector<double> longer = traced_V(dead_time_of(2.0, -0.3), command_V);
+  EXPECT_NEAR(std::accumulate(longer.begin(), longer.end(), 0.0) / 1000.0, 12 * 5.0 + 3.0 * 2.2, 1e-2)
+      << "V tick";
+}
+
+TEST(DeadTime, ThatIsUnevenMirrorsWithItsCommandAndIsPlainAtZero) {
+  const std::vector<double> command_V = jumping_command_V(60);
+  std::vector<double> mirrored_V;
+  for (const double u : command_V) mirrored_V.push_back(10.0 - u);
+  const std::vector<double> one = traced_V(dead_time_of(1.7, 0.4), command_V);
+  const std::vector<double> other = traced_V(dead_time_of(1.7, -0.4), mirrored_V);
+  for (std::size_t i = 0; i < one.size(); ++i) ASSERT_NEAR(one[i], 10.0 - other[i], 1e-12);
+  const std::vector<double> plain = traced_V(dead_time_of(1.7), command_V);
+  const std::vector<double> nearly = traced_V(dead_time_of(1.7, 1e-9), command_V);
+  for (std::size_t i = 0; i < plain.size(); ++i) ASSERT_NEAR(plain[i], nearly[i], 1e-4);
+}
+
+TEST(DeadTime, ThatIsUnevenHasOverAStepTheMeanOfItsParts) {
+  DeadTime<double> dead_time = dead_time_of(2.3, 0.25);
+  DeadTime<double> finely = dead_time;
+  const std::vector<double> command_V = jumping_command_V(200);
+  for (const double u : command_V) {
+    dead_time.hold(u);
+    finely.hold(u);
+    for (int i = 0; i < 4; ++i) {
+      double sum = 0.0;
+      for (int k = 0; k < 100; ++k) {
+        sum += finely.during(0.25 * i + 0.0025 * k, 0.25 * i + 0.0025 * (k + 1)).mean() / 100.0;
+      }
+      ASSERT_NEAR(dead_time.during(0.25 * i, 0.25 * (i + 1)).mean(), sum, 1e-9) << "V";
+    }
+  }
 }
 
 TEST(DeadTime, ChamberAgreesWithThePlantThatIsFedLate) {
