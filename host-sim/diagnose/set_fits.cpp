@@ -1,0 +1,284 @@
+#include "host-sim/diagnose/set_fits.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <span>
+
+#include "host-sim/identify/in_parallel.hpp"
+
+namespace plenum::host::diagnose {
+namespace {
+
+using effects::EffectSet;
+using effects::Figures;
+using effects::kEffects;
+using identify::chamber::figures_without;
+using identify::chamber::FitOptions;
+using identify::chamber::kStretch_s;
+
+/// Of the effects put in another's place beside the rest, those whose fit is finished.
+constexpr std::size_t kFinishedInPlace = 3;
+/// Short fits are run this long, in so few steps a tick.
+constexpr double kLook_s = 40.0;
+constexpr int kLookSteps = 2;
+constexpr double kWander_s = 65.0;  ///< the null's spline ends before
+/// Of what the plain drift leaves above the noise: a way of the null that follows whatever it is given closes less of another cause.
+constexpr double kWanderCloses = 0.9;
+/// Of the squares: an effect that changes them by less shows nothing at that size.
+constexpr double kShown = 1e-4;
+/// Of the squares of the best look: an effect that looks worse by this is fitted briefly, and not refined. If its end were no
+/// better its odds would be 20^-10 at most.
+constexpr double kBehind = 20.0;
+
+/// The first seconds of the same logs, in fewer steps a tick.
+Scene coarse(const Scene& scene, double seconds) {
+  Scene coarse = scene;
+  for (Record& record : coarse.records) {
+    const effects::Drive fine = record.drive;
+    const auto rows = std::min(record.fitted_rows, static_cast<std::size_t>(seconds / fine.timing.tick_s));
+    std::vector<double> volume_m3(rows);
+    for (std::size_t row = 0; row < rows; ++row) {
+      volume_m3[row] = fine.volume_m3[row * static_cast<std::size_t>(fine.timing.steps)];
+    }
+    effects::Timing timing = fine.timing;
+    timing.steps = kLookSteps;
+    record.drive = effects::make_drive(std::span(fine.command_V).first(rows), volume_m3, timing);
+    record.measured_Pa.resize(rows);
+    record.fitted_rows = rows;
+  }
+  return coarse;
+}
+
+FitOptions brief(EffectSet refined) {
+  return {.most_iterations = 5, .tolerance = 1e-3, .refined = refined};
+}
+FitOptions finish(EffectSet refined) {
+  return {.most_iterations = 30, .tolerance = 1e-4, .refined = refined};
+}
+bool refinable(std::size_t effect) {
+  const auto parameters = effects::kCatalogue[effect]->parameters;
+  return std::any_of(parameters.begin(), parameters.end(),
+                     [](const effects::Parameter& p) { return p.refines; });
+}
+
+}  // namespace
+
+SetFits::SetFits(const Scene& scene, const std::vector<HeldOut>& heldout, double noise_Pa, unsigned threads)
+    : scene_(scene),
+      coarse_(coarse(scene, kLook_s)),
+      before_(split_of(scene, heldout)),
+      followed_(followed(before_)),
+      noise_Pa_(noise_Pa),
+      threads_(threads) {}
+
+const std::vector<Trial>& SetFits::all_with(const Trial& base, const std::vector<std::size_t>& which,
+                                            std::size_t most) {
+  const std::pair key(base.on, base.fit.refined);
+  const auto known = beside_.find(key);
+  if (known != beside_.end()) return known->second;
+  return beside_.emplace(key, finished_best(base.fit, which, most)).first->second;
+}
+
+std::vector<Trial> SetFits::in_place_of(const Trial& set, std::size_t member,
+                                        const std::vector<std::size_t>& which) const {
+  Fit rest;
+  rest.on = set.on & ~bit(member);
+  rest.refined = set.fit.refined & ~bit(member);
+  rest.figures = figures_without(scene_, set.fit.figures, member);
+  rest.start = set.fit.start;
+  return finished_best(rest, which, kFinishedInPlace);
+}
+
+Trial SetFits::refined(Trial set) const {
+  for (const std::size_t member : members(set.on)) set = refined(std::move(set), member);
+  return set;
+}
+
+Trial SetFits::without(const Trial& base, std::size_t effect) const {
+  return tried(fitted(base.on & ~bit(effect), figures_without(scene_, base.fit.figures, effect),
+                      base.fit.start, finish(base.fit.refined & ~bit(effect))));
+}
+
+Fit SetFits::fitted(EffectSet on, const Figures& figures, const std::vector<effects::Start>& start,
+                    const FitOptions& options) const {
+  return fit(split(options.refined).fitted, on, figures, start, options);
+}
+
+Trial SetFits::tried(Fit fit) const {
+  const Split& rows = split(fit.refined);
+  return diagnose::tried(rows, std::move(fit));
+}
+
+SetFits::Look SetFits::look(const Fit& base, double base_squares, std::size_t effect) const {
+  const EffectSet on = base.on | bit(effect);
+  Look seen;
+  seen.best.on = on;
+  std::vector<Figures> starts;
+  if (base.on == 0) {
+    starts = sizes_of(effect, base.figures, {0.3, 3.0, 30.0, -1.0});
+  } else {
+    // that which errs least beside the others as they stand, and a typical one: heat has two minima
+    const std::vector<Figures> sizes =
+        sizes_of(effect, base.figures, {0.1, 0.3, 3.0, 10.0, 30.0, -0.3, -1.0, -5.0});
+    starts = sizes_of(effect, base.figures, {1.0});
+    if (!sizes.empty()) starts.push_back(sizes[least_error(coarse_, on, sizes, base.start)]);
+  }
+  FitOptions options = brief(base.refined);
+  const auto shows = [&](const Fit& found) {
+    return std::abs(found.squares - base_squares) > kShown * base_squares;
+  };
+  for (const Figures& start : starts) {
+    Fit found = fit(coarse_, on, start, base.start, options);
+    if (shows(found) && (!seen.shown || found.squares < seen.shown->squares)) seen.shown = found;
+    seen.take(std::move(found));
+  }
+  if (!std::isfinite(seen.squares)) return seen;
+  if (shows(seen.best)) seen.shown.reset();  // it is the best itself
+  if (base.on == 0) {
+    // the valve's figures come from a fit without the effect, and may be far from those with it
+    Figures fresh = seen.best.figures;
+    std::copy_n(scene_.nominal.begin(), effects::kValveFigures, fresh.begin());
+    seen.take(fit(coarse_, on, fresh, base.start, finish(options.refined)));
+  }
+  if (refinable(effect)) {
+    options.refined |= bit(effect);
+    Fit finer = fit(coarse_, on, seen.best.figures, seen.best.start, options);
+    if (const std::optional<Figures> elsewhere = finer_start(effect, seen.best.figures, base)) {
+      // alone the valve's figures come from far away
+      Fit other =
+          fit(coarse_, on, *elsewhere, seen.best.start, base.on == 0 ? finish(options.refined) : options);
+      if (other.squares < finer.squares) {
+        finer.squares = other.squares;
+        seen.finer = std::move(other);
+      }
+    }
+    if (base.on == 0 && effect == effects::kIdNullDrift) {
+      Fit other = grown(effect, options);
+      if (other.rms_Pa() < finer.rms_Pa()) {  // over other rows
+        finer.squares *= std::pow(other.rms_Pa() / finer.rms_Pa(), 2);
+        seen.finer = std::move(other);
+      }
+    }
+    const auto more = static_cast<double>(finer.variables.size() - seen.best.variables.size());
+    seen.squares =
+        std::min(seen.squares, finer.squares * std::exp(more * std::log(kMostPieces) / kMostPieces));
+  }
+  return seen;
+}
+
+std::optional<Figures> SetFits::finer_start(std::size_t effect, const Figures& best, const Fit& base) const {
+  Figures start = best;
+  double* const x = start.data() + effects::kFirstFigure[effect];
+  if (effect == effects::kIdSpoolLag) {
+    // as late by its coil alone, the spool without mass
+    x[3] += x[0] * x[1] / std::numbers::pi;
+    x[0] = 0.0;
+    return start;
+  }
+  if (effect == effects::kIdChamberLeak) {
+    // straight in the gauge pressure: beside a gap's, of which there is little, the valve's own leaks took it
+    if (base.on == 0) std::copy_n(scene_.nominal.begin(), effects::kValveFigures, start.begin());
+    x[1] = 0.0;
+    const std::vector<Figures> sizes = sizes_of(effect, start, {1.0, 3.0, 10.0, 30.0, 100.0});
+    return sizes[least_error(coarse_, base.on | bit(effect), sizes, base.start)];
+  }
+  return {};
+}
+
+Fit SetFits::grown(std::size_t effect, const FitOptions& options) const {
+  double longest_s = 0.0;
+  for (const Record& record : followed_.fitted.records) {
+    longest_s = std::max(longest_s, static_cast<double>(record.fitted_rows) * record.drive.timing.tick_s);
+  }
+  Fit found;
+  found.figures = scene_.nominal;
+  for (double seconds = kStretch_s; seconds < std::min(longest_s, kWander_s) + kStretch_s;
+       seconds += kStretch_s) {
+    found = fit(coarse(followed_.fitted, seconds), bit(effect), found.figures, found.start, options);
+  }
+  return found;
+}
+
+Trial SetFits::finished(const Look& looked, std::size_t effect, double best_squares) const {
+  if (!std::isfinite(looked.squares)) return Trial{};
+  if (looked.squares > kBehind * best_squares) {
+    const Fit& found = looked.best;
+    return tried(fitted(found.on, found.figures, found.start, brief(found.refined)));
+  }
+  const auto to_its_end = [&](const Fit& found) {
+    return fitted(found.on, found.figures, found.start, finish(found.refined));
+  };
+  Fit found = to_its_end(looked.best);
+  if (looked.shown) {
+    Fit other = to_its_end(*looked.shown);
+    if (other.squares < found.squares) found = std::move(other);
+  }
+  Trial plain = tried(std::move(found));
+  return plain.valid() ? refined(std::move(plain), effect, looked.finer) : plain;
+}
+
+Trial SetFits::refined(Trial set, std::size_t effect, const std::optional<Fit>& other) const {
+  if (!refinable(effect) || (set.fit.refined & bit(effect)) != 0) return set;
+  const FitOptions options = finish(set.fit.refined | bit(effect));
+  Fit found = fitted(set.on, set.fit.figures, set.fit.start, options);
+  if (other) {
+    Fit elsewhere = fitted(set.on, other->figures, other->start, options);
+    if (elsewhere.squares < found.squares) found = std::move(elsewhere);
+  }
+  Trial finer = tried(std::move(found));
+  if (!finer.valid()) return set;
+  // the correlation that is left: that of the plain trial's error is what a refinement explains
+  const double correlated = correlation(scene_, finer);
+  const bool pays = finer.heldout_Pa() < set.heldout_Pa() &&
+                    finer.evidence(correlated) > set.evidence(correlated) + kWorthEntering &&
+                    (effect != effects::kIdNullDrift ||
+                     share_of_rest(finer.heldout_Pa(), set.heldout_Pa(), noise_Pa_) > kWanderCloses);
+  if (pays) return finer;
+  return set;
+}
+
+std::vector<Trial> SetFits::finished_best(const Fit& base, const std::vector<std::size_t>& which,
+                                          std::size_t most) const {
+  const double base_squares = fit(coarse_, base.on, base.figures, base.start, brief(base.refined)).squares;
+  std::vector<Look> looks(which.size());
+  identify::in_parallel(which.size(), threads_,
+                        [&](std::size_t i) { looks[i] = look(base, base_squares, which[i]); });
+  std::vector<std::size_t> order(which.size());
+  std::iota(order.begin(), order.end(), 0U);
+  if (which.size() > most) {
+    std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(most), order.end(),
+                      [&](std::size_t a, std::size_t b) { return looks[a].squares < looks[b].squares; });
+    order.resize(most);
+  }
+  double best = std::numeric_limits<double>::infinity();
+  for (const Look& looked : looks) best = std::min(best, looked.squares);
+  std::vector<Trial> trials(order.size());
+  identify::in_parallel(order.size(), threads_,
+                        [&](std::size_t i) { trials[i] = finished(looks[order[i]], which[order[i]], best); });
+  return trials;
+}
+
+std::vector<Figures> SetFits::sizes_of(std::size_t effect, const Figures& figures,
+                                       std::initializer_list<double> sizes) const {
+  const std::size_t at = effects::kFirstFigure[effect];
+  const effects::Parameter first = effects::kCatalogue[effect]->parameters.front().of(size_of(scene_));
+  const double from = scene_.nominal[at];
+  std::vector<Figures> all;
+  for (const double size : sizes) {
+    Figures start = figures;
+    start[at] = from + size * first.typical_change;
+    if (start[at] < first.least() && size < 0.0 && from > first.least()) {
+      start[at] = from - 0.3 * first.typical_change;
+    }
+    if (start[at] >= first.least() && start[at] <= first.greatest()) all.push_back(start);
+  }
+  return all;
+}
+
+const Split& SetFits::split(EffectSet refined) const {
+  return (refined & bit(effects::kIdNullDrift)) != 0 ? followed_ : before_;
+}
+
+}  // namespace plenum::host::diagnose
