@@ -69,10 +69,6 @@ Controller::Controller(const Settings& settings) noexcept
       node_(settings.node, image_, slots_, settings_, recorder_) {
   const CountedSaturations counted(image_);
   configure(0xFF);
-  for (std::size_t c = 0; c < config::kChambers; ++c) {
-    image_.chamber[c].setpoint_Pa = settings.chamber[c].pressure_low_kPa * config::kPascal_per_kPa;
-    image_.chamber[c].hold_setpoint_Pa = settings.chamber[c].pressure_low_kPa * config::kPascal_per_kPa;
-  }
 }
 
 config::ImageVerdict Controller::restore(std::uint8_t chamber, std::span<const std::uint8_t> image) noexcept {
@@ -164,27 +160,31 @@ Outputs Controller::step(const Inputs& inputs) noexcept {
 }
 
 safety::FaultReport Controller::judge(const Inputs& inputs, bool upset) noexcept {
-  // In excitation there are no set points: there the master shows by its SYNC that it is still there.
-  const std::uint32_t master_count = model_needed() ? image_.setpoint_count : image_.sync_count;
-  const safety::FaultSet board_causes =
-      monitor_.step(settings_.board(), {.emergency_stop = inputs.digital.emergency_stop,
-                                        .outputs_ok = inputs.outputs_ok,
-                                        .memory_upset = upset,
-                                        .configuration_refused = inputs.configuration_refused,
-                                        .tick_late = inputs.timing.overrun == Overrun::fault,
-                                        .supply_V = inputs.supply.mean_V,
-                                        .supply_fresh = inputs.supply.fresh,
-                                        .bus_off = inputs.can == ports::CanState::bus_off,
-                                        .error_passive = inputs.can == ports::CanState::error_passive,
-                                        .frames_lost = inputs.frames_lost,
-                                        .heartbeat_lost = image_.heartbeat_lost,
-                                        .setpoint_lost = image_.setpoint_lost && model_needed(),
-                                        .stored_set_lost = inputs.stored_set_lost,
-                                        .store_failing = inputs.store_failing,
-                                        .setpoint_count = master_count,
-                                        .setpoints_needed = last_drive_ == safety::Drive::active});
   constexpr std::uint16_t kRegulates = safety::control_bit::kD | safety::control_bit::kH;
   const bool asked = (image_.control_word & kRegulates) == kRegulates;
+  // by now: setpoint_lost is a tick old
+  const bool active_asked = (image_.control_word & canopen::word::kStateMask) == canopen::word::kActive;
+  // In excitation there are no set points: there the master shows by its SYNC that it is still there.
+  const std::uint32_t master_count = model_needed() ? image_.setpoint_count : image_.sync_count;
+  const safety::FaultSet board_causes = monitor_.step(
+      settings_.board(), {.emergency_stop = inputs.digital.emergency_stop,
+                          .outputs_ok = inputs.outputs_ok,
+                          .memory_upset = upset,
+                          .configuration_refused = inputs.configuration_refused,
+                          .tick_late = inputs.timing.overrun == Overrun::fault,
+                          .supply_V = inputs.supply.mean_V,
+                          .supply_fresh = inputs.supply.fresh,
+                          .bus_off = inputs.can == ports::CanState::bus_off,
+                          .error_passive = inputs.can == ports::CanState::error_passive,
+                          .frames_lost = inputs.frames_lost,
+                          .heartbeat_lost = image_.heartbeat_lost,
+                          .setpoint_lost = image_.setpoint_lost && active_asked && model_needed(),
+                          .pdo_misfits = image_.pdo_misfits,
+                          .sync_misfits = image_.sync_misfits,
+                          .stored_set_lost = inputs.stored_set_lost,
+                          .store_failing = inputs.store_failing,
+                          .setpoint_count = master_count,
+                          .setpoints_needed = last_drive_ == safety::Drive::active});
   safety::ChamberFaults causes{};
   for (std::size_t c = 0; c < config::kChambers; ++c) {
     causes[c] = chamber_[c].measure({.pressure = inputs.pressure[c], .position = inputs.position[c]}, asked,
@@ -199,6 +199,9 @@ safety::FaultReport Controller::judge(const Inputs& inputs, bool upset) noexcept
 Outputs Controller::drive(safety::Drive drive, bool powered) noexcept {
   Outputs outputs;
   image_.must_vent = 0;
+  // What stands in 6380h may be of yesterday: until set points come ACTIVE goes on as HOLD does.
+  if (drive == safety::Drive::active && model_needed() && monitor_.setpoints_stale())
+    drive = safety::Drive::hold;
   for (std::size_t c = 0; c < config::kChambers; ++c) {
     const ChamberLoop::Order order{
         .drive = drive,

@@ -47,10 +47,22 @@ constexpr std::string_view kComments[] = {
     "Pressures of the 63xxh records are absolute, in mbar; -32768 stands for a pressure that is not known.",
     {"A rising edge of R in 6040h resets faults only while the rest of the word asks for no more than "
      "DISABLED,"},
-    "in FAULT_HOLD for no more than HOLD.",
-    "The event timer of an RPDO with set points is the set-point watchdog: EMCY 8250h.",
-    {"A PDO longer than its mapping is refused. A PDO is changed only while it is switched off: abort 0800 "
-     "0022h."},
+    "in FAULT_HOLD for no more than HOLD. No fault goes by a reset of the node or its communication.",
+    {"While 6040h asks for ACTIVE the event timer of an RPDO is its deadline, and 2419h:2 [ticks, 0: off] "
+     "another"},
+    {"for all set points together (for SYNC in excitation); the one that ends first counts: EMCY 8250h. "
+     "ACTIVE with"},
+    "set points older than 2419h:2 goes on as HOLD does until one comes.",
+    {"A PDO of another length than its mapping's changes nothing: EMCY 8210h; so does a SYNC that 1019h does "
+     "not allow: 8240h."},
+    {"Mapping, inhibit time and SYNC start value change only while the PDO is switched off: abort 0800 "
+     "0022h, "
+     "0609 0030h for"},
+    "another identifier.",
+    {"1010h:2 keeps 1005h, 1014h, 1016h, 1017h, 1019h, 1029h and the PDOs; 1010h:3 keeps the settings, "
+     "2160h, "
+     "2228h:2 and 6394h."},
+    "A model is kept by its commit (2120h), not by 1010h.",
     "A default is what 1011h restores. REAL32 values and limits are written as decimal numbers.",
     {"Settings (2400h.., 63A0h, 63A1h) are written in INIT and FAULT_INIT only; 241Ah tells why one was "
      "refused."},

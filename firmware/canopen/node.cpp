@@ -238,14 +238,13 @@ void Node::boot_up() noexcept {
   sdo_.reset();
   queue_.clear();
   since_heartbeat_us_ = 0;
-  reported_code_ = 0;
-  reported_chamber_ = 0;
+  untold_ = true;  // a master that has just heard of it knows of no error that stands
   if (config_.node_id == kUnconfiguredNodeId) return enter(NmtState::initialising);
   CanFrame boot_up;
   boot_up.id = cob::kHeartbeat + config_.node_id;
   boot_up.length = 1;
   boot_up.data[0] = static_cast<std::uint8_t>(NmtState::initialising);
-  queue_.push_heartbeat(boot_up);  // the queue has just been emptied
+  queue_.push_boot_up(boot_up);  // the queue has just been emptied
   enter(NmtState::pre_operational);
 }
 
@@ -304,6 +303,7 @@ void Node::receive_sync(const CanFrame& frame) noexcept {
   const std::uint8_t counter = frame.data[0];
   if (frame.length > 1 || (overflow != 0 && (frame.length == 0 || counter == 0 || counter > overflow))) {
     ++device_.counters.rejected;
+    sync_misfits_.happens();
     return;
   }
   ++device_.counters.received;
@@ -330,7 +330,9 @@ void Node::receive_sync(const CanFrame& frame) noexcept {
 void Node::receive_pdo(Rpdo& rpdo, const CanFrame& frame) noexcept {
   const Mapping& mapping = rpdo.parameters().mapping;
   // checked on arrival: a bad frame must not displace the good one that waits for its SYNC
-  if (mapping.count == 0 || frame.length != mapping.bytes || !admissible(mapping, frame.data)) {
+  const bool fits = frame.length == mapping.bytes;
+  if (!fits) pdo_misfits_.happens();
+  if (mapping.count == 0 || !fits || !admissible(mapping, frame.data)) {
     ++device_.counters.rejected;
     return;
   }
@@ -354,12 +356,15 @@ void Node::apply(Rpdo& rpdo) noexcept {
     at += object.bytes;
   }
   rpdo.latched = false;
-  if (!carries_setpoint(mapping)) return;
   rpdo.watched = rpdo.came = true;
   rpdo.since_applied_us = 0;
+  if (!carries_setpoint(mapping)) return;
   // a stream that goes on does not vouch for one that has ended
   std::array<Rpdo, kRpdos>& all = device_.communication.rpdo;
-  if (!std::all_of(all.begin(), all.end(), [](const Rpdo& one) { return one.came || !one.watched; })) return;
+  const auto missing = [](const Rpdo& one) {
+    return one.watched && !one.came && carries_setpoint(one.parameters().mapping);
+  };
+  if (std::any_of(all.begin(), all.end(), missing)) return;
   for (Rpdo& one : all) one.came = false;
   ++device_.image.setpoint_count;
 }
@@ -373,6 +378,8 @@ void Node::tick(std::uint32_t elapsed_us) noexcept {
   work_off_reset();
   watch_setpoints(elapsed_us);
   device_.image.heartbeat_lost = device_.communication.heartbeats.elapse(elapsed_us);
+  device_.image.pdo_misfits = pdo_misfits_.elapse(elapsed_us);
+  device_.image.sync_misfits = sync_misfits_.elapse(elapsed_us);
   obey_error_behaviour();
   SdoServer::Bytes lss_response;
   if (lss_.elapse(device_, elapsed_us, lss_response)) send(cob::kLssResponse, lss_response);
@@ -388,13 +395,12 @@ void Node::tick(std::uint32_t elapsed_us) noexcept {
 }
 
 /// Runs in every NMT state: a stream that ends because the master stopped this node has ended all the same.
-/// Only while 6040h asks for ACTIVE is its end an error; a stream then is watched from its first set point
-/// on.
+/// Only while 6040h asks for ACTIVE is its end an error; a stream then is watched from its first frame on.
 void Node::watch_setpoints(std::uint32_t elapsed_us) noexcept {
   const bool active = (device_.image.control_word & word::kStateMask) == word::kActive;
   bool lost = false;
   for (Rpdo& rpdo : device_.communication.rpdo) {
-    if (!active || !carries_setpoint(rpdo.parameters().mapping)) rpdo.watched = false;
+    if (!active) rpdo.watched = false;
     if (!rpdo.watched || rpdo.parameters().event_timer_ms == 0) continue;
     rpdo.since_applied_us = add_saturating(rpdo.since_applied_us, elapsed_us);
     lost = lost || rpdo.since_applied_us > 1000U * rpdo.parameters().event_timer_ms;
@@ -418,8 +424,8 @@ void Node::obey_error_behaviour() noexcept {
   }
 }
 
-/// One message a change, and one for each bus-off: the controller may have held the last one when it went off. When its ring is
-/// full it stays unreported, and is tried again in the next tick.
+/// One message a change, one for each bus-off (the controller may have held the last one when it went off) and one after each
+/// boot-up. When its ring is full it stays unreported, and is tried again in the next tick.
 void Node::report_error() noexcept {
   const ErrorState error = error_state(device_.image);
   const bool changed = error.code != reported_code_ || error.chamber != reported_chamber_;

@@ -17,6 +17,21 @@
 
 namespace plenum::canopen {
 
+/// What has happened within the last second: frames that do not fit come in rows, and are told once.
+class Lately {
+ public:
+  void happens() noexcept { left_us_ = 1'000'000; }
+  /// Time passes. Returns whether it has happened lately.
+  bool elapse(std::uint32_t elapsed_us) noexcept {
+    const bool lately = left_us_ > 0;
+    left_us_ -= left_us_ < elapsed_us ? left_us_ : elapsed_us;
+    return lately;
+  }
+
+ private:
+  std::uint32_t left_us_ = 0;
+};
+
 class Node {
  public:
   /// Queues the boot-up message; the node is then pre-operational. Without a node id it is silent and waits for
@@ -116,10 +131,11 @@ class Node {
   Restored restored_;                  ///< of the last reset
   bool communication_failed_ = false;  ///< as of the last tick: bus-off, or a heartbeat lost
   std::uint32_t since_heartbeat_us_ = 0;
+  Lately pdo_misfits_, sync_misfits_;
   std::uint16_t reported_code_ = 0;  ///< the error of the last emergency message
   std::uint8_t reported_chamber_ = 0;
   bool off_bus_ = false;  ///< as of the last report
-  bool untold_ = false;   ///< it may have been lost with the bus
+  bool untold_ = false;   ///< it may have been lost with the bus, or was told before a reset
 };
 
 }  // namespace plenum::canopen

@@ -23,7 +23,7 @@ enum class ControlMode : std::int8_t {
 };
 
 struct ChamberImage {
-  // from the bus
+  // from the bus; 0: the lowest that the limits allow
   config::Twice<float> setpoint_Pa{0.0F};       ///< 6380h / 2150h:1, absolute pressure
   config::Twice<float> hold_setpoint_Pa{0.0F};  ///< 6394h
   // to the bus
@@ -88,8 +88,10 @@ struct ProcessImage {
   std::uint32_t sync_count = 0;  ///< counts SYNCs taken while operational: the watchdog's food in excitation
   /// Goes on each time that every set-point PDO which has come in ACTIVE has come again: the watchdog's food.
   std::uint32_t setpoint_count = 0;
-  bool setpoint_lost = false;   ///< the RPDO event timer (1400h:5) ran out while 6040h asks for ACTIVE
+  bool setpoint_lost = false;   ///< the event timer of an RPDO (1400h:5) ran out while 6040h asks for ACTIVE
   bool heartbeat_lost = false;  ///< a node of 1016h has fallen silent
+  bool pdo_misfits = false;     ///< within the last second a PDO has come whose length is not its mapping's
+  bool sync_misfits = false;    ///< likewise a SYNC with a counter that 1019h does not allow, or without
   VolumeCode volume_code;
   config::Twice<std::uint8_t> preview_ticks{
       0};  ///< 2160h: a set point is to be met this many ticks after its SYNC

@@ -1,5 +1,5 @@
-// What a node wants to say, until the bus takes it: four classes, served in the order emergency, heartbeat,
-// PDO, SDO.
+// What a node wants to say, until the bus takes it: the boot-up message, then four classes, served in the order emergency,
+// heartbeat, PDO, SDO.
 //
 // No class can crowd out another. Emergencies, heartbeats and SDO responses stand in rings of fixed size; a
 // TPDO has one slot of its own, where a newer value replaces the older one, so that PDOs never pile up behind
@@ -42,6 +42,7 @@ class FrameRing {
 
 class TransmitQueue {
  public:
+  bool push_boot_up(const ports::CanFrame& frame) noexcept { return boot_up_.push(frame); }
   bool push_emergency(const ports::CanFrame& frame) noexcept { return emergency_.push(frame); }
   bool push_heartbeat(const ports::CanFrame& frame) noexcept { return heartbeat_.push(frame); }
   bool push_sdo(const ports::CanFrame& frame) noexcept { return sdo_.push(frame); }
@@ -56,7 +57,7 @@ class TransmitQueue {
   }
 
   bool pop(ports::CanFrame& frame) noexcept {
-    if (emergency_.pop(frame) || heartbeat_.pop(frame)) return true;
+    if (boot_up_.pop(frame) || emergency_.pop(frame) || heartbeat_.pop(frame)) return true;
     if (pdo_waiting_ != 0) {
       frame = pdo_[static_cast<std::size_t>(std::countr_zero(pdo_waiting_))];
       pdo_waiting_ &= pdo_waiting_ - 1;
@@ -67,6 +68,7 @@ class TransmitQueue {
 
   void clear_pdos() noexcept { pdo_waiting_ = 0; }
   void clear() noexcept {
+    boot_up_.clear();
     emergency_.clear();
     heartbeat_.clear();
     sdo_.clear();
@@ -75,6 +77,7 @@ class TransmitQueue {
 
  private:
   static_assert(kTpdos <= 32, "one bit of pdo_waiting_ each");
+  FrameRing<1> boot_up_;
   FrameRing<8> emergency_;
   FrameRing<4> heartbeat_;
   FrameRing<8> sdo_;

@@ -39,10 +39,12 @@ enum class Fault : std::uint8_t {
   store_failing,
   can_overrun,
   can_passive,
+  pdo_length,
+  sync_length,
   model_drift,
 };
 
-inline constexpr std::size_t kFaults = 24;
+inline constexpr std::size_t kFaults = 26;
 
 /// A set of faults, bit f for fault f.
 using FaultSet = std::uint32_t;

@@ -86,6 +86,8 @@ class BoardMonitor {
     bool frames_lost = false;          ///< a receive queue overflowed since the last tick
     bool heartbeat_lost = false;       ///< a consumed heartbeat is overdue
     bool setpoint_lost = false;        ///< the RPDO event timer ran out
+    bool pdo_misfits = false;          ///< a PDO has come whose length is not its mapping's
+    bool sync_misfits = false;         ///< a SYNC has come that 1019h does not allow
     bool stored_set_lost = false;      ///< the start found the stored parameter set damaged
     bool store_failing = false;        ///< a parameter set cannot be stored
     std::uint32_t setpoint_count = 0;  ///< changes when all set points have come anew
@@ -94,9 +96,14 @@ class BoardMonitor {
 
   FaultSet step(const config::BoardSettings& settings, const Input& input) noexcept;
 
+  /// No set point has come for as long as their watchdog waits, needed or not; never where it is off.
+  bool setpoints_stale() const noexcept { return setpoints_stale_; }
+
  private:
   TickCount late_, supply_low_, setpoint_silence_;
+  TickCount setpoint_age_;
   std::uint32_t setpoint_count_before_ = 0;
+  bool setpoints_stale_ = false;
 };
 
 }  // namespace plenum::safety

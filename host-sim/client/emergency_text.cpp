@@ -20,6 +20,8 @@ constexpr std::array kOfBoard = std::to_array<Row>({
     {0x6320, "configuration refused"},
     {0x8110, "CAN overrun"},
     {0x8120, "CAN error passive"},
+    {0x8210, "PDO of another length"},
+    {0x8240, "SYNC of another length"},
     {0x8130, "heartbeat lost"},
     {0x8140, "bus-off"},
     {0x8250, "set-point timeout"},

@@ -64,9 +64,10 @@ Command add_reset(Program& program) {
   arguments.flag("--fault", options->fault,
                  "Clear the standing fault once its cause is gone; the board is DISABLED then");
   arguments.flag("--restart", options->restart,
-                 "NMT reset node: outputs go to their safe state, the board starts anew");
+                 "NMT reset node: outputs go to their safe state, the board starts anew; a fault stays until "
+                 "it is reset");
   arguments.flag("--communication", options->communication,
-                 "NMT reset communication: identifiers and PDOs as stored, outputs go to their safe state");
+                 "NMT reset communication: identifiers and PDOs as stored; the pressures go on as they are");
   options->output.add_to(arguments);
   arguments.footer(example("  plenum reset --fault --bus socketcand:127.0.0.1:29536/can0 --node 5"));
   return {arguments, [options] { return run(*options); }};

@@ -421,6 +421,60 @@ TEST(BoardFault, SetPointStreamLostByItsEventTimerIsToldByEveryObjectInTheSameTi
   EXPECT_EQ(bench.take_emergencies().size(), 1U);
 }
 
+TEST(BoardFault, AResetRightBehindALostStreamIsTaken) {
+  for (const bool rises_within_a_tick : {false, true}) {
+    Bench bench;
+    bench.go_active(300.0);
+    bench.streaming = false;
+    bench.run(20);
+    ASSERT_EQ(bench.image().error_code, 0x8250);
+    ASSERT_EQ(bench.state(), State::fault_disabled);
+    if (rises_within_a_tick) bench.control(0);
+    bench.control(8);
+    bench.tick();
+    EXPECT_EQ(bench.image().error_code, 0) << "nobody asks for ACTIVE, and no set point is missing any more";
+    EXPECT_EQ(bench.state(), State::init);
+  }
+}
+
+TEST(BoardFault, ActiveGoesOnAsHoldUntilAFreshSetPointComes) {
+  Bench bench;
+  bench.store_models();
+  bench.board.start();
+  bench.put(0, {1, 0});
+  bench.setpoint_kPa = 500.0;
+  bench.streaming = true;  // yesterday
+  bench.run(5);
+  bench.streaming = false;
+  for (std::size_t c = 0; c < kChambers; ++c) {
+    const auto hold = static_cast<std::uint16_t>(object::kHoldSetpoint + object::kChamberStride * c);
+    bench.session.write(hold, 1, std::int16_t{2000});
+  }
+  bench.run(20);
+  for (const std::uint16_t word : Words{0x1, 0x3}) {
+    bench.control(word);
+    bench.run(50);
+  }
+  bench.control(0x7);
+  for (int tick = 0; tick < 9; ++tick) {
+    bench.tick();
+    ASSERT_EQ(bench.state(), State::active);
+    ASSERT_EQ(bench.image().chamber[3].demand_Pa, 200e3F) << "tick " << tick;
+  }
+  bench.setpoint_kPa = 400.0;
+  bench.streaming = true;
+  bench.run(1);
+  EXPECT_EQ(bench.image().chamber[3].demand_Pa, 400e3F);
+  bench.run(50);
+  EXPECT_EQ(bench.state(), State::active);
+
+  bench.control(0x3);  // the stream goes on: it is fresh when ACTIVE comes
+  bench.run(50);
+  bench.control(0x7);
+  bench.run(1);
+  EXPECT_EQ(bench.image().chamber[3].demand_Pa, 400e3F);
+}
+
 TEST(BoardFault, OneStreamOfSetPointsDoesNotVouchForAnother) {
   for (const std::uint32_t lost : {0x200U, 0x300U}) {
     Bench bench;

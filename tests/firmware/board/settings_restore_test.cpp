@@ -158,6 +158,22 @@ TEST(SettingsRestore, ResetDropsWhatWasNotSaved) {
   EXPECT_EQ(board.field(kOverPressure), kInstalledOver_kPa);
 }
 
+TEST(SettingsRestore, ResetHasTheSetPointsOfTheStartAndTheHoldSetPointThatWasSaved) {
+  Storing board;
+  const auto read = [&](std::uint16_t object) { return board.session.read<std::int16_t>(object, 1); };
+  const std::int16_t at_start = read(object::kSetpoint);
+  const std::int16_t hold_at_start = read(object::kHoldSetpoint);
+  board.session.write(object::kSetpoint, 1, std::int16_t{2345});
+  board.session.write(object::kHoldSetpoint, 1, std::int16_t{3456});
+  board.reset();
+  EXPECT_EQ(read(object::kSetpoint), at_start);
+  EXPECT_EQ(read(object::kHoldSetpoint), hold_at_start);
+  board.session.write(object::kHoldSetpoint, 1, std::int16_t{3456});
+  board.save();
+  board.reset();
+  EXPECT_EQ(read(object::kHoldSetpoint), 3456);
+}
+
 TEST(SettingsRestore, LoadBringsBackTheInstallersSettingsWithTheNextReset) {
   Storing board;
   board.set(kOverPressure, 650.0F);

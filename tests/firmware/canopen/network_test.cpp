@@ -152,6 +152,44 @@ TEST(Emergency, StandsInRegisterCodeAndHistoryAtTheSameMoment) {
   EXPECT_EQ(bench.answer("605 40 03 10 00 00 00 00 00"), "585 4F 03 10 00 00 00 00 00");
 }
 
+TEST(Emergency, IsToldOnceMoreAfterTheBootUpMessageAndStandsOnceInTheHistory) {
+  Bench bench;
+  bench.image.error_code = 0x8250;
+  bench.image.error_register = 0x11;
+  bench.tick();
+  bench.drain();
+  for (const char* reset : {"000 82 05", "000 81 05"}) {
+    bench.send(reset);
+    bench.tick(2);
+    EXPECT_EQ(bench.drain(), (Frames{"705 00", "085 50 82 11 00 00 00 00 00"})) << reset;
+    EXPECT_EQ(bench.answer("605 40 03 10 00 00 00 00 00"), "585 4F 03 10 00 01 00 00 00") << reset;
+  }
+}
+
+TEST(Emergency, TellsOfPdosAndSyncsThatDoNotFitForASecondFromTheLastOn) {
+  Bench bench(true);
+  const auto lasts = [&](const char* frame, const bool ProcessImage::*told) {
+    EXPECT_FALSE(bench.image.*told);
+    for (int i = 0; i < 3; ++i) {
+      bench.send(frame);
+      bench.tick(50);
+      EXPECT_TRUE(bench.image.*told) << frame;
+    }
+    bench.tick(50);
+    EXPECT_TRUE(bench.image.*told) << frame << ", a second ago";
+    bench.tick();
+    EXPECT_FALSE(bench.image.*told) << frame;
+  };
+  lasts("205 E8 03 E8 03 E8 03", &ProcessImage::pdo_misfits);
+  lasts("405 01 00 00", &ProcessImage::pdo_misfits);
+  lasts("080 01 02", &ProcessImage::sync_misfits);
+  bench.send("205 E8 03 E8 03 E8 03 FF FF");
+  bench.tick();
+  EXPECT_FALSE(bench.image.pdo_misfits) << "refused for a value, not for its length";
+  bench.answer("605 2F 19 10 00 0A 00 00 00");
+  lasts("080", &ProcessImage::sync_misfits);
+}
+
 TEST(Emergency, HistoryKeepsTheLastEight) {
   Bench bench;
   for (std::uint16_t code = 1; code <= 10; ++code) {

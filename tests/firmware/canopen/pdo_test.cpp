@@ -321,6 +321,22 @@ TEST(SetpointWatchdog, IsNotFooledByStoppingTheNode) {
   EXPECT_EQ(bench.drain(), Frames{"085 50 82 11 00 00 00 00 00"}) << "but has not forgotten it";
 }
 
+TEST(SetpointWatchdog, IsTheEventTimerOfEveryRpdo) {
+  Bench bench;
+  bench.answer("605 2B 02 14 05 64 00 00 00");  // RPDO3, the control word: 100 ms
+  bench.send("000 01 05");
+  bench.tick();
+  bench.send("405 07 00");
+  bench.tick(10);
+  EXPECT_FALSE(bench.image.setpoint_lost);
+  EXPECT_EQ(bench.image.setpoint_count, 0U) << "a control word is no set point";
+  bench.tick();
+  EXPECT_TRUE(bench.image.setpoint_lost);
+  bench.send("405 07 00");
+  bench.tick();
+  EXPECT_FALSE(bench.image.setpoint_lost);
+}
+
 TEST(SetpointWatchdog, RestsUnlessActiveIsAskedFor) {
   Watched bench;
   bench.send("405 03 00");

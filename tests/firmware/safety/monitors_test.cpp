@@ -222,11 +222,14 @@ TEST(BoardMonitor, PassesLinesAndBusStatesOnAtOnce) {
   in.frames_lost = true;
   in.heartbeat_lost = true;
   in.setpoint_lost = true;
+  in.pdo_misfits = true;
+  in.sync_misfits = true;
   in.configuration_refused = true;
   EXPECT_EQ(BoardMonitor{}.step({}, in), only(Fault::configuration_refused) | only(Fault::emergency_stop) |
                                              only(Fault::hardware) | only(Fault::bus_off) |
                                              only(Fault::can_passive) | only(Fault::can_overrun) |
-                                             only(Fault::heartbeat_lost) | only(Fault::setpoint_timeout));
+                                             only(Fault::heartbeat_lost) | only(Fault::setpoint_timeout) |
+                                             only(Fault::pdo_length) | only(Fault::sync_length));
 }
 
 TEST(BoardMonitor, RaisesLateTicksOnEndInTheTickOfTheirLimit) {
@@ -251,6 +254,27 @@ TEST(BoardMonitor, RaisesALowOrUnreadableSupplyThatLasts) {
   settings.supply_low_kPa = 0.0F;
   in.supply_V = kNaN;
   EXPECT_EQ(board_tick(Fault::supply_low, in, settings), 0) << "not watched";
+}
+
+TEST(BoardMonitor, KnowsSetPointsStaleFromTheTickOfTheirLimitOnNeededOrNot) {
+  config::BoardSettings settings;
+  settings.setpoint_watchdog_ticks = 10;
+  for (const bool needed : {false, true}) {
+    BoardMonitor monitor;
+    BoardMonitor::Input in;
+    in.setpoints_needed = needed;
+    for (int came = 0; came < 3; ++came) {
+      ++in.setpoint_count;
+      for (int tick = 0; tick < 25; ++tick) {
+        monitor.step(settings, in);
+        EXPECT_EQ(monitor.setpoints_stale(), tick >= 10) << "tick " << tick << " after a set point";
+      }
+    }
+  }
+  settings.setpoint_watchdog_ticks = 0;
+  BoardMonitor monitor;
+  for (int tick = 0; tick < 1000; ++tick) monitor.step(settings, {});
+  EXPECT_FALSE(monitor.setpoints_stale()) << "nobody watches";
 }
 
 TEST(BoardMonitor, RaisesASetpointTimeoutInTheTickOfItsLimitAndOnlyWhenNeeded) {
