@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <string>
 
 #include "host-sim/trace/input_error.hpp"
@@ -223,11 +224,13 @@ void require_volume(const NamedLog& of, const RigDescription& rig) {
   const double high_m3 = greatest(of.log.volume_m3);
   const double flow = flow_over_capacity(of.log, rig);
   if (low_m3 >= kLeast_m3 && high_m3 <= kGreatest_m3 && flow <= kImpossibleFlow) return;
-  const char* likeness = low_m3 < kLeast_m3             ? ""
-                         : flow > 1e3 * kImpossibleFlow ? "looks like millilitres, "
-                                                        : "looks like litres, ";
-  throw InputError(fmt::format("{}: column volume_m3: {:.6g} to {:.6g}, {}expected m3, {:g} to {:g}", of.name,
-                               low_m3, high_m3, likeness, kLeast_m3, kGreatest_m3));
+  const std::string found = fmt::format("{}: column volume_m3: {:.6g} to {:.6g}", of.name, low_m3, high_m3);
+  if (low_m3 < kLeast_m3)
+    throw InputError(fmt::format("{}, expected m3, {:g} to {:g}", found, kLeast_m3, kGreatest_m3));
+  throw InputError(fmt::format(
+      "{}, looks like {}: the pressure moves {:.3g} times as fast there as the rig's valve could fill it, "
+      "expected m3, {:g} to {:g}, and the areas of [valve] in m2/V",
+      found, flow > 1e3 * kImpossibleFlow ? "millilitres" : "litres", flow, kLeast_m3, kGreatest_m3));
 }
 
 // ---- information
@@ -303,11 +306,12 @@ void require_movement(const std::vector<NamedLog>& logs, const RigDescription& r
       names_of(logs), least(first.pressure_Pa), greatest(first.pressure_Pa), rig.sensor.pressure_noise_Pa));
 }
 
+constexpr double kOpen_V = 0.3;  ///< beyond a threshold that may be off
+
 /// Whether the pressure at this row can go no further: it is at supply or ambient, or rests at the end of its
 /// range although a port is open.
 bool is_saturated(const trace::Log& log, std::size_t row, double low_Pa, double high_Pa,
                   const RigDescription& rig) {
-  constexpr double kOpen_V = 0.3;  ///< beyond a threshold that may be off
   const double p = log.pressure_Pa[row];
   const double near_Pa = 0.01 * span_Pa(rig) + 3.0 * rig.sensor.pressure_noise_Pa;
   if (std::abs(p - rig.supply.pressure_Pa) < near_Pa || std::abs(p - rig.ambient.pressure_Pa) < near_Pa) {
@@ -377,6 +381,65 @@ void require_unclipped(const NamedLog& of, const RigDescription& rig) {
   }
 }
 
+// ---- what is taken as it is, and told
+
+constexpr double kApart = 0.05;
+
+std::optional<std::string> supply_notice(const NamedLog& of, const RigDescription& rig) {
+  if (of.log.supply_Pa.empty()) return {};
+  const double supply_Pa = undrawn_Pa(of.log);
+  if (std::abs(supply_Pa - rig.supply.pressure_Pa) < kApart * rig.supply.pressure_Pa) return {};
+  return fmt::format(
+      "column supply_Pa comes to {:.6g}, the model runs on the rig's supply.pressure_Pa = {:.6g}: expected "
+      "both alike",
+      supply_Pa, rig.supply.pressure_Pa);
+}
+
+std::optional<std::string> above_supply_notice(const NamedLog& of, const RigDescription& rig) {
+  const std::vector<double> high_Pa = volume_free(of.log, 1.0, 0.0).high_Pa;
+  const double limit_Pa = (1.0 + kApart) * rig.supply.pressure_Pa;
+  const auto above = [&](double one) { return one > limit_Pa; };
+  const auto rows = std::count_if(high_Pa.begin(), high_Pa.end(), above);
+  const auto glitch = std::find_if(high_Pa.begin(), high_Pa.end(),
+                                   [&](double one) { return one > kAboveSupply * rig.supply.pressure_Pa; });
+  if (!many(rows, of.log) && glitch == high_Pa.end()) return {};
+  const auto first = glitch != high_Pa.end() ? glitch : std::find_if(high_Pa.begin(), high_Pa.end(), above);
+  return fmt::format(
+      "column pressure_Pa is above the rig's supply.pressure_Pa = {:.6g} by more than {:g} % in {} rows, row "
+      "{} "
+      "is {:.6g}: expected a supply that is higher, or a sensor that reads less",
+      rig.supply.pressure_Pa, 100.0 * kApart, rows, first - high_Pa.begin() + 1,
+      of.log.pressure_Pa[static_cast<std::size_t>(first - high_Pa.begin())]);
+}
+
+/// Longer than this at one reading to the bit, while a port is open and the pressure has somewhere to go, is no pressure.
+constexpr double kStuck_s = 1.0;
+
+std::optional<std::string> stuck_notice(const NamedLog& of, const RigDescription& rig) {
+  const trace::Log& log = of.log;
+  const double low_Pa = quantile(log.pressure_Pa, 0.005);
+  const double high_Pa = quantile(log.pressure_Pa, 0.995);
+  std::size_t first = 0;
+  std::size_t open = 0;  // rows since then in which a port drives the pressure
+  for (std::size_t row = 1; row < log.size(); ++row) {
+    if (log.pressure_Pa[row] != log.pressure_Pa[first]) {
+      first = row;
+      open = 0;
+      continue;
+    }
+    const bool driven = log.command_V[row] > rig.valve.open_above_V + kOpen_V ||
+                        log.command_V[row] < rig.valve.exhaust_below_V - kOpen_V;
+    if (driven && !is_saturated(log, row, low_Pa, high_Pa, rig)) ++open;
+    if (static_cast<double>(open) * log.period_s < kStuck_s) continue;
+    return fmt::format(
+        "column pressure_Pa is {:.6g} to the last digit from row {} to {} although a port is open: expected "
+        "a "
+        "sensor that is not stuck",
+        log.pressure_Pa[row], first + 1, row + 1);
+  }
+  return {};
+}
+
 }  // namespace
 
 void require_units(const std::vector<NamedLog>& logs, const RigDescription& rig) {
@@ -391,19 +454,14 @@ void require_units(const std::vector<NamedLog>& logs, const RigDescription& rig)
   }
 }
 
-std::vector<std::string> supply_notices(const std::vector<NamedLog>& logs, const RigDescription& rig) {
-  constexpr double kApart = 0.05;
-  std::vector<std::string> notices;
+std::vector<std::string> notices(const std::vector<NamedLog>& logs, const RigDescription& rig) {
+  std::vector<std::string> told;
   for (const NamedLog& of : logs) {
-    if (of.log.supply_Pa.empty()) continue;
-    const double supply_Pa = undrawn_Pa(of.log);
-    if (std::abs(supply_Pa - rig.supply.pressure_Pa) < kApart * rig.supply.pressure_Pa) continue;
-    notices.push_back(fmt::format(
-        "{}: column supply_Pa comes to {:.6g}, the model runs on the rig's supply.pressure_Pa = {:.6g}: "
-        "expected both alike",
-        of.name, supply_Pa, rig.supply.pressure_Pa));
+    for (const auto& notice : {supply_notice(of, rig), above_supply_notice(of, rig), stuck_notice(of, rig)}) {
+      if (notice) told.push_back(fmt::format("{}: {}", of.name, *notice));
+    }
   }
-  return notices;
+  return told;
 }
 
 void require_rate(const std::vector<NamedLog>& logs, const RigDescription& rig) {

@@ -26,9 +26,10 @@ inline constexpr double kShortest_s = 3.0;
 /// cent, normalised, or otherwise no volts; a supply_Pa column far from the rig's supply.
 void require_units(const std::vector<NamedLog>& logs, const trace::RigDescription& rig);
 
-/// A line for each log whose supply_Pa stands off the rig's supply by more than a twentieth where it is highest (the 0.9
-/// quantile): a model runs on the rig's.
-std::vector<std::string> supply_notices(const std::vector<NamedLog>& logs, const trace::RigDescription& rig);
+/// What of a log is taken as it is, though it may not be what its user thinks, a line each: supply_Pa off the rig's supply by more
+/// than a twentieth where it is highest (the 0.9 quantile), since a model runs on the rig's; pressures above that supply; a
+/// pressure that stands still to the last digit although a port is open.
+std::vector<std::string> notices(const std::vector<NamedLog>& logs, const trace::RigDescription& rig);
 
 /// Throws trace::InputError for a log of another rate than the rig's.
 void require_rate(const std::vector<NamedLog>& logs, const trace::RigDescription& rig);

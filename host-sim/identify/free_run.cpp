@@ -86,6 +86,14 @@ double held_start_rms_kPa(const trace::Log& log, double every_s) {
   return std::sqrt(square / static_cast<double>(log.size() - 1));
 }
 
+double held_mean_rms_kPa(const trace::Log& log) {
+  double mean_Pa = 0.0;
+  for (const double p : log.pressure_Pa) mean_Pa += p / static_cast<double>(log.size());
+  double square = 0.0;
+  for (const double p : log.pressure_Pa) square += 1e-6 * (p - mean_Pa) * (p - mean_Pa);
+  return std::sqrt(square / static_cast<double>(log.size()));
+}
+
 Drift drift(const Ticks& ticks, double span_kPa, const Predictor& predict, const DriftRuns& runs) {
   const std::size_t horizon = rows_of(runs.horizon_s, ticks.period_s);
   const std::size_t to_row = std::min(runs.to_row, ticks.size());

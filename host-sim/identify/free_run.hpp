@@ -44,6 +44,9 @@ double free_run_rms_kPa(const Tassa9& model, const trace::Log& log, double every
 /// must beat.
 double held_start_rms_kPa(const trace::Log& log, double every_s = 2.0);
 
+/// The same for one that holds the log's mean over all of it, as a model's free run over the whole log must beat.
+double held_mean_rms_kPa(const trace::Log& log);
+
 /// Errors of free runs against the time since their start, over all starts (Fig. 13), in percent of P_c -
 /// P_r.
 struct Drift {

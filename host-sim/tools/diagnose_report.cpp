@@ -223,8 +223,10 @@ void add_cause(Page& page, const GapReport& report) {
               ? "Part of the gap closes with what is named here, of which some are rivals, not a sum: the "
                 "table says "
                 "which. A rest beyond noise has another cause, which the catalogue may not have."
-              : "What is named here is present, but does not close the gap: a rest beyond noise has another "
-                "cause, which the catalogue may not have.");
+              : "What is named here closes part of the gap only: a rest beyond noise has another cause, "
+                "which the "
+                "catalogue may not have, and where that is large the name is no more sure than its "
+                "confidence says.");
       break;
   }
   if (!report.effects.empty()) {

@@ -114,10 +114,11 @@ std::string verdict_sentence(const GapReport& report) {
                          floor_text(report));
     case Verdict::calibration:
       return fmt::format(
-          "Calibration closes the gap: with the valve's figures fitted the model errs by {} instead of {}; "
-          "no "
-          "effect {}.",
-          recalibrated, kPa_text(report.as_configured_Pa), report.baseline ? "has come" : "is missing");
+          "Calibration is all that can be told: with the valve's figures fitted the model errs by {} instead "
+          "of "
+          "{}, where {}; no effect {}.",
+          recalibrated, kPa_text(report.as_configured_Pa), floor_text(report),
+          report.baseline ? "is seen to have come" : "is seen to be missing");
     case Verdict::explained:
     case Verdict::partly_explained: {
       const bool all = report.verdict == Verdict::explained;

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string_view>
 
+#include "host-sim/identify/cannot_identify.hpp"
 #include "host-sim/identify/fit.hpp"
 #include "host-sim/identify/free_run.hpp"
 #include "host-sim/identify/profile.hpp"
@@ -73,6 +74,22 @@ void print_fit(const Output& output, const identify::Tassa9Fit& fit, double stre
   output.print("stopped after {} iterations: {}\n", fit.iterations, fit.stop);
 }
 
+/// A model that follows the very logs that it was fitted to no better than whoever knows nothing is none. Throws CannotIdentify.
+void require_predicts(const identify::Tassa9Fit& fit, const std::vector<trace::Log>& logs) {
+  double square = 0.0, held_square = 0.0;
+  for (const trace::Log& log : logs) {
+    const auto rows = static_cast<double>(log.size());
+    square += rows * std::pow(identify::free_run_rms_kPa(fit.model, log, kFreeRun_s), 2);
+    held_square += rows * std::pow(identify::held_start_rms_kPa(log, kFreeRun_s), 2);
+  }
+  if (square < held_square) return;
+  throw identify::CannotIdentify(fmt::format(
+      "the model found errs {:.3g} times as much in free runs of {:g} s as holding their start pressure "
+      "does, "
+      "expected less: has the command another sign, time or unit, or does something else move the pressure?",
+      std::sqrt(square / held_square), kFreeRun_s));
+}
+
 int run_greybox(const Options& options) {
   for (const Option& option : options.of_tassa9) {
     if (option.given()) {
@@ -117,6 +134,7 @@ int run(const Options& options) {
   identified.fit =
       profiled ? identify::fit_tassa9_profiled(logs, rig, how) : identify::fit_tassa9(logs, rig, how);
   const identify::Tassa9Fit& fit = identified.fit;
+  require_predicts(fit, logs);
 
   const std::optional<unsigned> chamber =
       options.chamber != 0 ? std::optional(options.chamber) : chamber_in_name(options.logs.front());

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 
+#include "host-sim/identify/cannot_identify.hpp"
 #include "host-sim/identify/chamber/fit_greybox.hpp"
 #include "host-sim/identify/free_run.hpp"
 #include "host-sim/report/page.hpp"
@@ -25,6 +26,22 @@ using identify::chamber::NotTold;
 using identify::chamber::TriedEffects;
 using trace::NamedLog;
 
+/// A model that follows the very logs that it was fitted to no better than their means do is none. Throws CannotIdentify.
+void require_predicts(const GreyboxFit& fit, const std::vector<trace::Log>& logs) {
+  double square = 0.0, rows = 0.0;
+  for (const trace::Log& log : logs) {
+    rows += static_cast<double>(log.size());
+    square += static_cast<double>(log.size()) * std::pow(identify::held_mean_rms_kPa(log), 2);
+  }
+  const double idle_kPa = std::sqrt(square / rows);
+  if (fit.rms_free_run_kPa < idle_kPa) return;
+  throw identify::CannotIdentify(fmt::format(
+      "the model found errs by {:.3g} kPa in free runs over the logs, holding their means by {:.3g}, "
+      "expected "
+      "less: has the command another sign, time or unit, or does something else move the pressure?",
+      fit.rms_free_run_kPa, idle_kPa));
+}
+
 std::string error_of(const FigureFit& figure) {
   return std::isfinite(figure.standard_error) ? fmt::format("{:.2g}", figure.standard_error) : std::string();
 }
@@ -41,11 +58,10 @@ std::string kept_text(const GreyboxFit& fit) {
 struct Prediction {
   std::vector<double> pressure_Pa;
   double rms_kPa = 0.0;
-  double held_kPa = 0.0;  ///< of holding the start pressure of 2 s
+  double held_kPa = 0.0;  ///< of holding the log's mean
 };
 Prediction predict(const GreyboxFit& fit, const trace::Log& log) {
-  Prediction made{identify::chamber::free_run_over(fit.rig, log), 0.0,
-                  identify::held_start_rms_kPa(log, kFreeRun_s)};
+  Prediction made{identify::chamber::free_run_over(fit.rig, log), 0.0, identify::held_mean_rms_kPa(log)};
   double square = 0.0;
   for (std::size_t row = 1; row < log.size(); ++row) {
     const double error_kPa = 1e-3 * (made.pressure_Pa[row] - log.pressure_Pa[row]);
@@ -88,8 +104,7 @@ void add_log(report::Section& section, const GreyboxFit& fit, const NamedLog& of
   section.row(
       {report::LineChart{
            .title = of.name,
-           .caption = fmt::format("RMS error {:.3g} kPa over the whole log; holding the "
-                                  "start pressure of 2 s {:.3g} kPa.",
+           .caption = fmt::format("RMS error {:.3g} kPa over the whole log; holding its mean {:.3g} kPa.",
                                   made.rms_kPa, made.held_kPa),
            .y = {"Pressure", "kPa"},
            .curves = {measured, {"predicted, one free run", of.log.time_s, scaled(made.pressure_Pa, 1e-3)}},
@@ -142,7 +157,8 @@ report::Page page_of(const GreyboxRequest& request, const GreyboxFit& fit) {
       .note(
           "An effect is kept when without it the squares of the rows that it was not fitted to are 10 % "
           "larger, "
-          "and, where it has a single figure, when that is three standard errors from where it vanishes. "
+          "and, where it has a single figure, when that is three standard errors from where it vanishes or "
+          "the squares of all rows are 10 % larger without it. "
           "Standard errors are for errors as correlated as these are.");
   return page;
 }
@@ -156,6 +172,7 @@ int identify_greybox(const GreyboxRequest& request, const Output& output) {
     Progress progress("identifying");
     return identify::chamber::fit_greybox(logs, request.rig, std::ref(progress));
   }();
+  require_predicts(fit, logs);
   trace::ModelFile model = identify::chamber::to_model_file(fit, request.chamber);
   state_origin(model, request.date_s, request.rig);
   trace::write_model(request.out, model);
@@ -164,12 +181,11 @@ int identify_greybox(const GreyboxRequest& request, const Output& output) {
   Json predicted = Json::array();
   for (const NamedLog& of : request.predicted) {
     const Prediction made = predict(fit, of.log);
-    output.print(
-        "predicts {}: RMS {:.3f} kPa in one free run; {:.3f} kPa by holding start pressures of 2 s\n",
-        of.name, made.rms_kPa, made.held_kPa);
+    output.print("predicts {}: RMS {:.3f} kPa in one free run; {:.3f} kPa by holding the log's mean\n",
+                 of.name, made.rms_kPa, made.held_kPa);
     predicted.push_back({{"file", of.name},
                          {"rms_free_run_kPa", number(made.rms_kPa)},
-                         {"rms_start_held_2_s_kPa", number(made.held_kPa)}});
+                         {"rms_mean_held_kPa", number(made.held_kPa)}});
   }
   output.print("model: {}\n", request.out);
   write_report(output, request.report, [&] { return page_of(request, fit); });

@@ -63,8 +63,8 @@ std::vector<trace::NamedLog> LogInput::read(const std::vector<std::string>& file
     logs.push_back({std::filesystem::path(file).filename().string(), log_of(file, rig)});
   }
   if (!logs.empty()) diagnose::require_units(logs, rig);
-  const std::vector<std::string> of_supply = diagnose::supply_notices(logs, rig);
-  notices_.insert(notices_.end(), of_supply.begin(), of_supply.end());
+  const std::vector<std::string> of_logs = diagnose::notices(logs, rig);
+  notices_.insert(notices_.end(), of_logs.begin(), of_logs.end());
   for (const std::string& notice : notices_) fmt::print(stderr, "plenum {}: {}\n", command_, notice);
   notices_.clear();
   return logs;

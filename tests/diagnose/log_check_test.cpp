@@ -215,17 +215,40 @@ TEST(LogCheck, TakesAHoldAmongLogsThatExcite) {
 
 TEST(LogCheck, TellsOfASupplyThatIsNotTheRigs) {
   Log log = excited();
-  EXPECT_TRUE(supply_notices({{"log.csv", log}}, {}).empty()) << "no column";
+  EXPECT_TRUE(notices({{"log.csv", log}}, {}).empty()) << "no column";
   log.supply_Pa.assign(log.size(), 700e3);
   for (std::size_t row = 0; row < log.size(); row += 2) log.supply_Pa[row] = 600e3;  // it droops
-  EXPECT_TRUE(supply_notices({{"log.csv", log}}, {}).empty());
+  EXPECT_TRUE(notices({{"log.csv", log}}, {}).empty());
   log.supply_Pa.assign(log.size(), 650e3);
   EXPECT_EQ(answer(log), "") << "one that is off is to be found";
-  EXPECT_THAT(supply_notices({{"log.csv", log}}, {}),
+  EXPECT_THAT(notices({{"log.csv", log}}, {}),
               ::testing::ElementsAre("log.csv: column supply_Pa comes to 650000, the model runs on the rig's "
                                      "supply.pressure_Pa = 700000: expected both alike"));
   log.supply_Pa.assign(log.size(), 500e3);
   expect_refusal(2, log, {"column supply_Pa comes to 500000"});
+}
+
+TEST(LogCheck, TellsOfPressuresAboveTheSupplyAndOfOneRowFarAboveIt) {
+  Log log = excited();
+  EXPECT_TRUE(notices({{"log.csv", log}}, {}).empty());
+  trace::RigDescription low;
+  low.supply.pressure_Pa = *std::max_element(log.pressure_Pa.begin(), log.pressure_Pa.end()) / 1.2;
+  EXPECT_THAT(notices({{"log.csv", log}}, low),
+              ::testing::ElementsAre(::testing::HasSubstr("above the rig's supply")));
+  log.pressure_Pa[700] = 1.1e6;
+  EXPECT_THAT(notices({{"log.csv", log}}, {}),
+              ::testing::ElementsAre(::testing::HasSubstr("row 701 is 1.1e+06")));
+}
+
+TEST(LogCheck, TellsOfASensorThatStandsStillThoughAPortIsOpen) {
+  Log log = excited();
+  const std::size_t rows = static_cast<std::size_t>(5.0 / log.period_s);
+  ASSERT_GT(log.size(), 2 * rows);
+  std::fill_n(log.pressure_Pa.begin() + 100, rows, 321e3);
+  EXPECT_THAT(
+      notices({{"log.csv", log}}, {}),
+      ::testing::ElementsAre(::testing::AllOf(::testing::HasSubstr("321000 to the last digit from row 101"),
+                                              ::testing::HasSubstr("port is open"))));
 }
 
 TEST(LogCheck, AsksOfHeldOutLogsForUnitsOnly) {

@@ -125,6 +125,13 @@ class Chooser {
   const Trial& best() const { return best_; }
   const std::vector<TriedEffects>& tried() const { return tried_; }
 
+  /// What this set errs by on the rows held out, in kPa, fitted from there to its end.
+  double heldout_kPa(EffectSet on, EffectSet refined, const Figures& figures) {
+    if (best_.fit.on != on || best_.fit.refined != refined) best_ = trial({on, refined}, {figures});
+    end(best_);
+    return 1e-3 * best_.heldout_Pa();
+  }
+
   void choose() {
     best_ = plain_ = trial({}, {scene_.nominal});
     while (!at_the_noise() && (enlarged() || refined())) {
@@ -354,11 +361,13 @@ void put_figures(const Fit& fit, double correlated_rows, GreyboxFit& into) {
   }
 }
 
-/// An effect of one figure that may be the one with which it vanishes. Of several, each may be uncertain where all together are not.
-std::optional<std::size_t> not_shown(const Scene& scene, const Fit& fit, double correlated_rows) {
+/// An effect of one figure that may be the one with which it vanishes, none of `needed`. Of several, each may be uncertain where all
+/// together are not.
+std::optional<std::size_t> not_shown(const Scene& scene, const Fit& fit, double correlated_rows,
+                                     EffectSet needed) {
   const Eigen::VectorXd errors = standard_errors(fit, correlated_rows);
   for (const std::size_t id : kCandidates) {
-    if ((fit.on & bit(id)) == 0) continue;
+    if ((fit.on & ~needed & bit(id)) == 0) continue;
     std::size_t figures = 0;
     bool shown = false;
     for (std::size_t i = 0; i < fit.variables.size(); ++i) {
@@ -396,16 +405,22 @@ GreyboxFit fit_greybox(const std::vector<trace::Log>& logs, const trace::RigDesc
   };
   Fit last = fitted(chosen.fit.on, chosen.fit.refined, chosen.fit.figures, chosen.fit.start);
   std::vector<double> errors = errors_of(scene, last);
-  while (const auto id = not_shown(scene, last, correlation_rows(errors))) {
-    last = fitted(last.on & ~bit(*id), last.refined & ~bit(*id), figures_without(scene, last.figures, *id),
-                  last.start);
+  // Standard errors are of a parabola: what the squares miss stays, whatever they say.
+  EffectSet needed = 0;
+  while (const auto id = not_shown(scene, last, correlation_rows(errors), needed)) {
+    Fit without = fitted(last.on & ~bit(*id), last.refined & ~bit(*id),
+                         figures_without(scene, last.figures, *id), last.start);
+    if (without.squares > (1.0 + kWorthKeeping) * last.squares) {
+      needed |= bit(*id);
+      continue;
+    }
+    last = std::move(without);
     errors = errors_of(scene, last);
   }
 
   GreyboxFit result;
   result.rig = rig;
   result.volume_m3 = logs.front().mean_volume_m3();
-  result.tried = chooser.tried();
   for (const std::size_t id : chooser.candidates()) {
     if ((last.on & bit(id)) != 0) {
       result.kept.emplace_back(effects::kCatalogue[id]->id);
@@ -417,7 +432,8 @@ GreyboxFit fit_greybox(const std::vector<trace::Log>& logs, const trace::RigDesc
   result.noise_kPa = 1e-3 * white_noise(errors);
   result.rms_next_tick_kPa = 1e-3 * next_tick_rms_Pa(scene, last.on, last.figures);
   result.rms_free_run_kPa = 1e-3 * last.rms_Pa();
-  result.rms_heldout_kPa = 1e-3 * chosen.heldout_Pa();
+  result.rms_heldout_kPa = chooser.heldout_kPa(last.on, last.refined, last.figures);
+  result.tried = chooser.tried();
   result.rows = last.rows;
   result.iterations = last.iterations;
   result.converged = last.converged;

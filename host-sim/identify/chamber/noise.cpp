@@ -46,8 +46,10 @@ double white_noise(const std::vector<double>& signal) {
       const double third = signal[i + 3] - 3.0 * signal[i + 2] + 3.0 * signal[i + 1] - signal[i];
       sum += third * third;
     }
-    windows.push_back(std::sqrt(sum / (20.0 * kWindow)));
+    // a reading that stands still to the bit shows no noise: of a sensor at the end of its range, or of coarse steps
+    if (sum > 0.0) windows.push_back(std::sqrt(sum / (20.0 * kWindow)));
   }
+  if (windows.empty()) return 0.0;
   const auto at =
       windows.begin() + static_cast<std::ptrdiff_t>(kCalmShare * static_cast<double>(windows.size()));
   std::nth_element(windows.begin(), at, windows.end());
