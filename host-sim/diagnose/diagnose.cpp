@@ -17,6 +17,7 @@
 #include "host-sim/diagnose/latent.hpp"
 #include "host-sim/diagnose/next_experiment.hpp"
 #include "host-sim/diagnose/search.hpp"
+#include "host-sim/diagnose/trust.hpp"
 #include "host-sim/diagnose/verdict.hpp"
 #include "host-sim/diagnose/where.hpp"
 #include "host-sim/identify/box_solver.hpp"
@@ -55,6 +56,8 @@ constexpr double kKnowsEquation = 0.6;
 /// A cause is named alone from this probability on; another one is its alias from that probability on.
 constexpr double kNamedAlone = 0.8;
 constexpr double kAlias = 0.02;
+/// A set whose first effect is less probable explains nothing.
+constexpr double kLeastNamed = 0.02;
 /// The likeliest alias of a cause that is not named alone is listed among the effects, and every other from here on.
 constexpr double kListed = 0.1;
 
@@ -132,42 +135,8 @@ std::vector<double> probabilities(const std::vector<double>& evidence) {
   return p;
 }
 
-/// What odds among models are worth, none of which is exact: of 40 causes named beside another in blind cases 35 were there.
-constexpr double kTrustBeside = 0.9;
-
-/// Probability that the effect named first is there, however long its odds, by the error that is left over the noise: what
-/// leaves much is a stranger to the catalogue. Likeliest for 111 first names in blind cases: of 79 that left less than 1.3 times
-/// the noise 78 were there, the other with even odds; of 7 that left more than 20 times two.
-double probability_of_first(double left_over_floor) {
-  constexpr double kMost = 0.98;
-  constexpr double kEven = 25.0;
-  constexpr double kWidth = 0.6;  ///< of its logarithm
-  return kMost / (1.0 + std::pow(left_over_floor / kEven, 1.0 / kWidth));
-}
-
 /// Of the noise that the pressures alone show: less is left of an error only where they were not smooth.
 constexpr double kNoSmoothPressure = 0.7;
-
-/// Probability that an effect found beside others is one, and not the form of the others that the catalogue does not
-/// hold, by the share that it closes of what the others leave: placed by eye on 106 of the cases, where most below 0.5
-/// were form and nearly all above 0.75 were there.
-double probability_beside_others(double share_of_rest) {
-  constexpr double kEven = 0.63;
-  constexpr double kWidth = 0.06;
-  return kTrustBeside / (1.0 + std::exp((kEven - share_of_rest) / kWidth));
-}
-
-/// Likewise of one whose figures the logs leave unknown, each as likely where it vanishes or anywhere between its bounds: of 10
-/// such in blind cases 6 were there, and on machines that are no such chamber at all nothing else is named.
-constexpr double kTrustUnknown = 0.5;
-/// A set whose first effect is less probable explains nothing.
-constexpr double kLeastNamed = 0.02;
-
-bool is_unknown(const Estimate& of, const effects::Parameter& p) {
-  const double low = std::min(p.coordinate_of(of.low95), p.coordinate_of(of.high95));
-  const double high = std::max(p.coordinate_of(of.low95), p.coordinate_of(of.high95));
-  return (low <= p.neutral() && p.neutral() <= high) || (low <= p.least() && high >= p.greatest());
-}
 
 class Diagnosis {
  public:
@@ -387,24 +356,16 @@ class Diagnosis {
                      [](const NamedEffect& a, const NamedEffect& b) { return a.share > b.share; });
     for (NamedEffect& effect : report_.effects) {
       const bool first = &effect == &report_.effects.front();
-      const double trust = (first ? probability_of_first(with_Pa / report_.noise_floor_Pa)
-                                  : probability_beside_others(share_of_rest(with_Pa, effect.gap_without_Pa,
-                                                                            report_.noise_floor_Pa))) *
-                           (are_unknown(effect) ? kTrustUnknown : 1.0);
+      const double trust =
+          (first ? probability_of_first(with_Pa / report_.noise_floor_Pa)
+                 : probability_beside_others(
+                       share_of_rest(with_Pa, effect.gap_without_Pa, report_.noise_floor_Pa))) *
+          (says_nothing(effect.parameters, *effects::find(effect.id), size_of(scene_)) ? kTrustUnknown : 1.0);
       effect.confidence *= trust;
       for (AliasTrial& alias : alias_trials_) {
         if (id_of(alias.replaced) == effect.id) alias.probability *= trust;
       }
     }
-  }
-
-  bool are_unknown(const NamedEffect& effect) const {
-    const auto parameters = kCatalogue[*effects::find(effect.id)]->parameters;
-    return std::all_of(effect.parameters.begin(), effect.parameters.end(), [&](const Estimate& of) {
-      const auto p = std::find_if(parameters.begin(), parameters.end(),
-                                  [&](const effects::Parameter& one) { return one.name == of.name; });
-      return is_unknown(of, p->of(size_of(scene_)));
-    });
   }
 
   void decide() {

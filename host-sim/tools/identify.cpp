@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <memory>
@@ -74,20 +75,22 @@ void print_fit(const Output& output, const identify::Tassa9Fit& fit, double stre
   output.print("stopped after {} iterations: {}\n", fit.iterations, fit.stop);
 }
 
-/// A model that follows the very logs that it was fitted to no better than whoever knows nothing is none. Throws CannotIdentify.
+/// A model that follows the very logs that it was fitted to hardly better than whoever knows nothing is none. Throws CannotIdentify.
 void require_predicts(const identify::Tassa9Fit& fit, const std::vector<trace::Log>& logs) {
-  double square = 0.0, held_square = 0.0;
+  double square = 0.0, start_square = 0.0, mean_square = 0.0;
   for (const trace::Log& log : logs) {
     const auto rows = static_cast<double>(log.size());
     square += rows * std::pow(identify::free_run_rms_kPa(fit.model, log, kFreeRun_s), 2);
-    held_square += rows * std::pow(identify::held_start_rms_kPa(log, kFreeRun_s), 2);
+    start_square += rows * std::pow(identify::held_start_rms_kPa(log, kFreeRun_s), 2);
+    mean_square += rows * std::pow(identify::held_mean_rms_kPa(log), 2);
   }
-  if (square < held_square) return;
+  const double held_square = std::min(start_square, mean_square);
+  if (square < kUseful * kUseful * held_square) return;
   throw identify::CannotIdentify(fmt::format(
-      "the model found errs {:.3g} times as much in free runs of {:g} s as holding their start pressure "
-      "does, "
-      "expected less: has the command another sign, time or unit, or does something else move the pressure?",
-      std::sqrt(square / held_square), kFreeRun_s));
+      "the model found errs {:.3g} times as much in free runs of {:g} s as holding the logs' {} does, "
+      "expected "
+      "less: has the command another sign, time or unit, or does something else move the pressure?",
+      std::sqrt(square / held_square), kFreeRun_s, start_square < mean_square ? "start pressures" : "means"));
 }
 
 int run_greybox(const Options& options) {

@@ -26,22 +26,6 @@ using identify::chamber::NotTold;
 using identify::chamber::TriedEffects;
 using trace::NamedLog;
 
-/// A model that follows the very logs that it was fitted to no better than their means do is none. Throws CannotIdentify.
-void require_predicts(const GreyboxFit& fit, const std::vector<trace::Log>& logs) {
-  double square = 0.0, rows = 0.0;
-  for (const trace::Log& log : logs) {
-    rows += static_cast<double>(log.size());
-    square += static_cast<double>(log.size()) * std::pow(identify::held_mean_rms_kPa(log), 2);
-  }
-  const double idle_kPa = std::sqrt(square / rows);
-  if (fit.rms_free_run_kPa < idle_kPa) return;
-  throw identify::CannotIdentify(fmt::format(
-      "the model found errs by {:.3g} kPa in free runs over the logs, holding their means by {:.3g}, "
-      "expected "
-      "less: has the command another sign, time or unit, or does something else move the pressure?",
-      fit.rms_free_run_kPa, idle_kPa));
-}
-
 std::string error_of(const FigureFit& figure) {
   return std::isfinite(figure.standard_error) ? fmt::format("{:.2g}", figure.standard_error) : std::string();
 }
@@ -69,6 +53,22 @@ Prediction predict(const GreyboxFit& fit, const trace::Log& log) {
   }
   made.rms_kPa = std::sqrt(square / static_cast<double>(log.size() - 1));
   return made;
+}
+
+/// A model that follows the very logs that it was fitted to hardly better than their means do is none. Throws CannotIdentify.
+void require_predicts(const GreyboxFit& fit, const std::vector<trace::Log>& logs) {
+  double square = 0.0, held_square = 0.0;
+  for (const trace::Log& log : logs) {
+    const Prediction made = predict(fit, log);
+    square += static_cast<double>(log.size()) * made.rms_kPa * made.rms_kPa;
+    held_square += static_cast<double>(log.size()) * made.held_kPa * made.held_kPa;
+  }
+  if (square < kUseful * kUseful * held_square) return;
+  throw identify::CannotIdentify(
+      fmt::format("the model found errs {:.3g} times as much in free runs as holding the logs' means does, "
+                  "expected less: "
+                  "has the command another sign, time or unit, or does something else move the pressure?",
+                  std::sqrt(square / held_square)));
 }
 
 void print_fit(const Output& output, const GreyboxFit& fit) {

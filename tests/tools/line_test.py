@@ -176,6 +176,19 @@ class Line(CommandTest):
         result = json.loads(self.done("regulate", "--store", "board", *rig, "--seconds", 2, "-o", "tracked", "--json", "-"))
         self.assertLess(result["chambers"][0]["rmse_kPa"], 10.0, "a tenth of the amplitude [kPa]")
 
+    def test_a_model_that_follows_its_own_log_no_better_than_nothing_is_none(self):
+        self.done("sim", "--plant", "thin-plate", "--chambers", 1, "--seconds", 20, "--out", "log")
+        rows = (self.folder / "log/chamber-1.csv").read_text(encoding="utf-8").splitlines()
+        at = rows[0].split(",").index("command_V")
+        turned = [rows[0]]
+        for row in rows[1:]:
+            cells = row.split(",")
+            cells[at] = str(10 - float(cells[at]))
+            turned.append(",".join(cells))
+        self.write("turned.csv", "\n".join(turned) + "\n")
+        for model in ["tassa9", "greybox"]:
+            self.refused(3, "identify", "--model", model, "turned.csv", "-o", "m.json", says=["holding", "sign"])
+
     def test_the_same_seed_gives_the_same_bytes_and_another_does_not(self):
         for name, seed in [("a", 7), ("b", 7), ("c", 8)]:
             self.done("sim", *SMALL, "--plant", "thin-plate", "--seconds", 3, "--seed", seed, "--out", name)
