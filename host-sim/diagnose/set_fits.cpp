@@ -45,6 +45,7 @@ Scene coarse(const Scene& scene, double seconds) {
     effects::Timing timing = fine.timing;
     timing.steps = kLookSteps;
     record.drive = effects::make_drive(std::span(fine.command_V).first(rows), volume_m3, timing);
+    record.drive.supply_Pa = fine.supply_Pa;
     record.measured_Pa.resize(rows);
     record.fitted_rows = rows;
   }
@@ -175,6 +176,12 @@ std::optional<Figures> SetFits::finer_start(std::size_t effect, const Figures& b
     // as late by its coil alone, the spool without mass
     x[3] += x[0] * x[1] / std::numbers::pi;
     x[0] = 0.0;
+    return start;
+  }
+  if (effect == effects::kIdSupplyDroop) {
+    // as the log has it, and no resistance: where others draw, none is found to begin from
+    x[0] = 0.0;
+    start[identify::chamber::kFollowedSupply] = 1.0;
     return start;
   }
   if (effect == effects::kIdChamberLeak) {

@@ -39,6 +39,9 @@ class ChamberModel {
   ChamberModel(const Surroundings& around, const Timing& timing, EffectSet on, const N* figures,
                const N& start_Pa, double command_V, double volume_m3, const N& start_warmth_Pa = N(0.0));
 
+  /// What the log says of the supply in the tick to come: for supply_droop, where it follows that.
+  void follow_supply(double logged_Pa) { supply_droop_.follow(logged_Pa); }
+
   /// One tick with `command_V` held; returns the sensor's reading at its end. `volume_m3`: at the ends of the steps,
   /// one more than there are steps.
   N tick(double command_V, const double* volume_m3);

@@ -22,7 +22,8 @@ FreeRunKernel* widest() {
 
 }  // namespace
 
-Drive make_drive(std::span<const double> command_V, std::span<const double> volume_m3, const Timing& timing) {
+Drive make_drive(std::span<const double> command_V, std::span<const double> volume_m3, const Timing& timing,
+                 std::span<const double> supply_Pa) {
   Drive drive{{command_V.begin(), command_V.end()}, {}, timing};
   const std::size_t rows = volume_m3.size();
   const auto bend = [&](std::size_t row) {
@@ -38,6 +39,9 @@ Drive make_drive(std::span<const double> command_V, std::span<const double> volu
     }
   }
   drive.volume_m3.push_back(volume_m3.back());
+  for (std::size_t row = 0; row + 1 < supply_Pa.size(); ++row) {
+    drive.supply_Pa.push_back(0.5 * (supply_Pa[row] + supply_Pa[row + 1]));
+  }
   return drive;
 }
 

@@ -16,11 +16,14 @@ struct Drive {
   std::vector<double> command_V;
   std::vector<double> volume_m3;  ///< (rows - 1) * steps + 1
   Timing timing;
+  std::vector<double> supply_Pa{};  ///< as logged, in the mean of each tick from its row on; or none
 };
 
 /// From volumes at the rows, 2 at least, and as many commands. Between rows the volume follows the parabola whose
 /// curvature is the mean of those at both rows: a straight line would err by 1e-4 of a volume swinging at 1 Hz.
-Drive make_drive(std::span<const double> command_V, std::span<const double> volume_m3, const Timing& timing);
+/// `supply_Pa`: at the rows, or none.
+Drive make_drive(std::span<const double> command_V, std::span<const double> volume_m3, const Timing& timing,
+                 std::span<const double> supply_Pa = {});
 
 inline constexpr std::size_t kOwnNull = 2 + kNullKnots;
 

@@ -237,6 +237,42 @@ TEST(Diagnose, NamesTheValveThatASpringReturnsMoreSlowlyThanItsMagnetPulls) {
   EXPECT_EQ(named(report), std::set<std::string>{"spool_lag"});
 }
 
+TEST(Diagnose, KnowsASupplyThatOthersDrawFromWhereTheLogTellsOfIt) {
+  const auto drawn = [](unsigned seed, bool told) {
+    std::mt19937_64 random(seed);
+    plant::ChamberConfig config;
+    config.initial_pressure_Pa = 300e3;
+    plant::ChamberPlant chamber(plant::ThinPlateValve({}), config,
+                                plant::VolumeMotion(150e-6, {plant::VolumeSine{40e-6, 0.9, 0.3}}));
+    std::uniform_real_distribution<double> level_V(3.5, 6.5), droop_Pa(0.0, 60e3);
+    trace::Log log;
+    log.period_s = log.pressure_average_s = kTick_s;
+    double command_V = 5.0, aim_Pa = 700e3, supply_Pa = 700e3, read_Pa = 300e3;
+    for (int row = 0; row < 2500; ++row) {
+      if (row % 20 == 0) command_V = level_V(random);
+      if (row % 70 == 0) aim_Pa = 700e3 - droop_Pa(random);
+      log.time_s.push_back(kTick_s * row);
+      log.command_V.push_back(command_V);
+      log.volume_m3.push_back(chamber.volume_m3());
+      log.pressure_Pa.push_back(read_Pa + kNoise_Pa * std::normal_distribution<double>()(random));
+      if (told) log.supply_Pa.push_back(supply_Pa);
+      supply_Pa += 0.1 * (aim_Pa - supply_Pa);  // others draw, whatever this valve does
+      chamber.set_supply_Pa(supply_Pa);
+      read_Pa = chamber.advance(command_V, kTick_s).mean_Pa;
+    }
+    return log;
+  };
+  const GapReport told = diagnose({{"log", drawn(1, true)}}, {{"heldout", drawn(2, true)}}, {}, {});
+  EXPECT_EQ(named(told), std::set<std::string>{"supply_droop"}) << name_of(told.verdict);
+  EXPECT_GT(told.closed_fraction, 0.95);
+  const auto followed = std::find_if(told.effects[0].parameters.begin(), told.effects[0].parameters.end(),
+                                     [](const Estimate& of) { return of.name == "followed_share"; });
+  ASSERT_NE(followed, told.effects[0].parameters.end());
+  EXPECT_NEAR(followed->value, 1.0, 0.05);
+  const GapReport untold = diagnose({{"log", drawn(1, false)}}, {{"heldout", drawn(2, false)}}, {}, {});
+  EXPECT_NE(untold.verdict, Verdict::explained);
+}
+
 TEST(Diagnose, FollowsANullThatWandersAnotherWayInEachLog) {
   const auto wandering = [](unsigned seed, double phase_rad) {
     return stepped_log(seed, 1500, [=](double u_V, double time_s) {

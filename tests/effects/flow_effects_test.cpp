@@ -104,11 +104,29 @@ TEST(FlowFunction, DischargeSlopeIsLinearInTheRatioOnBothSidesOfTheCriticalOne) 
 // ---- supply_droop
 
 SupplyDroop<double> source(double resistance_kPa_s_per_g, double recovery_s, double orifice_share,
-                           double step_s = 0.0025, double relieving_share = 1.0) {
-  const double x[] = {resistance_kPa_s_per_g, recovery_s, orifice_share, relieving_share};
+                           double step_s = 0.0025, double relieving_share = 1.0,
+                           double followed_share = 0.0) {
+  const double x[] = {resistance_kPa_s_per_g, recovery_s, orifice_share, relieving_share, followed_share};
   SupplyDroop<double> droop;
   droop.prepare(x, step_s, kSupply_Pa);
   return droop;
+}
+
+TEST(SupplyDroop, FollowsItsShareOfWhatTheLogSays) {
+  for (const double share : {0.0, 0.5, 1.0}) {
+    SupplyDroop<double> droop = source(0.0, 0.005, 0.0, 0.0025, 1.0, share);
+    for (int k = 0; k < 40; ++k) {
+      droop.follow(kSupply_Pa - 30e3);
+      droop.draw(1e-3);
+    }
+    EXPECT_NEAR(droop.supply_Pa(), kSupply_Pa - share * 30e3, 1.0) << "Pa, share " << share;
+  }
+  SupplyDroop<double> both = source(20.0, 0.005, 0.0, 0.0025, 1.0, 1.0);
+  for (int k = 0; k < 40; ++k) {
+    both.follow(kSupply_Pa - 30e3);
+    both.draw(1e-3);
+  }
+  EXPECT_NEAR(both.supply_Pa(), kSupply_Pa - 50e3, 1.0) << "Pa: what is drawn here comes on top";
 }
 
 TEST(SupplyDroop, SteadyDroopOfARegulatorIsResistanceTimesFlow) {

@@ -58,7 +58,8 @@ Record make_record(const std::string& name, const trace::Log& log, double fitted
   return {
       name,
       effects::make_drive(log.command_V, calmed(log.volume_m3),
-                          {.tick_s = log.period_s, .average_s = log.pressure_average_s, .steps = 4}),
+                          {.tick_s = log.period_s, .average_s = log.pressure_average_s, .steps = 4},
+                          log.supply_Pa.empty() ? log.supply_Pa : calmed(log.supply_Pa)),
       log.pressure_Pa,
       std::max<std::size_t>(1, static_cast<std::size_t>(std::min(kForgetting_s / log.period_s, 0.1 * rows))),
       static_cast<std::size_t>(std::lround(rows * fitted_share))};
@@ -114,6 +115,19 @@ Figures figures_without(const Scene& scene, Figures figures, std::size_t effect)
   return figures;
 }
 
+namespace {
+/// Whether a log says that the supply is another than the rig's, so that a share of it can be told.
+bool logs_supply(const Scene& scene) {
+  constexpr double kApart = 1e-3;
+  const double supply_Pa = scene.around.supply_Pa;
+  return std::any_of(scene.records.begin(), scene.records.end(), [&](const Record& record) {
+    return std::any_of(record.drive.supply_Pa.begin(), record.drive.supply_Pa.end(), [&](double logged_Pa) {
+      return std::abs(logged_Pa - supply_Pa) > kApart * supply_Pa;
+    });
+  });
+}
+}  // namespace
+
 std::vector<Variable> variables_of(const Scene& scene, EffectSet on, EffectSet refined, Gas gas) {
   const Figures& nominal = scene.nominal;
   const double gain = 0.5 * (nominal[effects::kInletGain] + nominal[effects::kExhaustGain]);
@@ -127,12 +141,14 @@ std::vector<Variable> variables_of(const Scene& scene, EffectSet on, EffectSet r
       {effects::kExhaustLeak, 0.0, 3.0 * gain, 0.02 * gain},
       {effects::kTransition, 1e-4 * gain, 3.0 * gain, 0.05 * gain}};
   const effects::Size size = size_of(scene);
+  const bool supply_logged = logs_supply(scene);
   for (std::size_t i = 0; i < effects::kEffects; ++i) {
     if ((on >> i & 1U) == 0) continue;
     std::size_t at = effects::kFirstFigure[i];
     const bool exponent_alone = i == effects::kIdHeatTransfer && gas == Gas::polytropic;
     for (const effects::Parameter& p : effects::kCatalogue[i]->parameters) {
-      if (exponent_alone ? at == kExponent : !p.refines || (refined >> i & 1U) != 0) {
+      const bool can_be_told = at != kFollowedSupply || supply_logged;
+      if (can_be_told && (exponent_alone ? at == kExponent : !p.refines || (refined >> i & 1U) != 0)) {
         const effects::Parameter sized = p.of(size);
         variables.push_back({at, sized.least(), sized.greatest(), sized.typical_change});
       }

@@ -76,6 +76,10 @@ struct Variable {
 inline constexpr std::size_t kExponent = effects::kFirstFigure[effects::kIdHeatTransfer] + 1;
 static_assert(effects::kHeatTransferParameters[1].name == "exponent");
 
+/// What share of a logged supply the valve sees: told only by logs of a supply that is not the rig's.
+inline constexpr std::size_t kFollowedSupply = effects::kFirstFigure[effects::kIdSupplyDroop] + 4;
+static_assert(effects::kSupplyDroopParameters[4].name == "followed_share");
+
 /// What of heat_transfer is sought: the heat's way, or the exponent of a gas that keeps its heat.
 enum class Gas { conducting, polytropic };
 
