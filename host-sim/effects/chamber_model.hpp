@@ -141,7 +141,8 @@ ChamberModel<N>::ChamberModel(const Surroundings& around, const Timing& timing, 
   heat_.prepare(x(kIdHeatTransfer), around.gas.specific_gas_constant_J_kg_K(), around.ambient_Pa,
                 (start_Pa - start_warmth_Pa) * volume * (1.0 / gas_J_kg_));
   sensor_lag_.prepare(x(kIdSensorLag), step_s_, start_Pa);
-  sensor_bias_.prepare(x(kIdSensorBias), around.ambient_Pa);
+  sensor_bias_.prepare(x(kIdSensorBias), around.ambient_Pa, timing.tick_s, command_V,
+                       0.5 * (valve_[kOpenAbove] + valve_[kExhaustBelow]));
 }
 
 /// The openings over a step. Their mean is not the opening at the mean command: a command or a spool on its way
@@ -366,6 +367,10 @@ N ChamberModel<N>::step(const Openings& open, const N& volume_m3, const N& squee
 template <class N>
 N ChamberModel<N>::tick(double command_V, const double* volume_m3) {
   if (on(kIdDeadTime)) dead_time_.hold(command_V);
+  if (on(kIdSensorBias)) {
+    sensor_bias_.hold(command_V);
+    sensor_bias_.end_tick();  // what is read at its end
+  }
   N sum(0.0);
   N reading(0.0);
   const double averaged = std::min(timing_.average_s / step_s_, static_cast<double>(timing_.steps));  // steps

@@ -1,43 +1,79 @@
 // sensor_bias: the pressure sensor has an offset and a gain error.
 //
-//   z = p + O + g (p - P_a)
+//   z = p + O + g (p - P_a) + D (1 - e^(-t/tau)) / (1 - e^(-T/tau)) + k (u - u_0) + l |u - u_0|
 //
-// p pressure, z reading [Pa]; O offset [Pa]; g relative gain error [-], about ambient. Vanishes at O = g = 0.
-// Source: transducer data sheets (zero and span error).
+// p pressure, z reading [Pa]; O offset [Pa]; g relative gain error [-], about ambient; D drift reached at T = 60 s [Pa], tau its time
+// constant [s], infinite for a ramp: a sensor that warms up; k and l what a volt of the command shifts the sensor's
+// ground by [Pa/V], u_0 the valve's null: a current that both share, of a coil driven both ways, or of one for each way. Assumptions: t counts from the first row of a log; the current follows the
+// command at once. Vanishes at O = g = D = k = l = 0. Numerical treatment: held over a tick; the exponential is carried from tick to
+// tick. Source: transducer data sheets (zero and span error, warm-up); Morrison, Grounding and Shielding (2016).
 #pragma once
 
 #include <array>
+#include <cmath>
 
 #include "host-sim/effects/effect.hpp"
 #include "host-sim/effects/lanes.hpp"
 
 namespace plenum::host::effects {
 
-inline constexpr std::array<Parameter, 2> kSensorBiasParameters{{
+inline constexpr std::array<Parameter, 6> kSensorBiasParameters{{
     {"offset_kPa", "reading at ambient less ambient", -100.0, 100.0, 0.0, 1.0},
     {"gain_error", "relative, of the pressure above ambient", -0.3, 0.3, 0.0, 0.005},
+    {"drift_at_60_s_kPa", "D: what the offset has drifted by after a minute", -100.0, 100.0, 0.0, 1.0,
+     Coordinate::linear, true},
+    {"drift_s", "tau: time constant of that; infinite for a ramp", 2.0, kInfinity, kInfinity, 0.05,
+     Coordinate::reciprocal, true},
+    {"ground_kPa_V", "k: offset for each volt of the command", -50.0, 50.0, 0.0, 0.3, Coordinate::linear,
+     true},
+    {"ground_even_kPa_V", "l: offset for each volt of the command off the null, either way", -50.0, 50.0, 0.0,
+     0.3, Coordinate::linear, true},
 }};
-inline constexpr Effect kSensorBias{"sensor_bias",
-                                    Equation::sensor,
-                                    "the pressure reading has an offset and a gain error",
-                                    "z = p + O + g (p - P_a)",
-                                    "zero and span error of a transducer",
-                                    kSensorBiasParameters};
+inline constexpr Effect kSensorBias{
+    "sensor_bias",
+    Equation::sensor,
+    "the pressure reading has an offset, which may drift or follow the valve's current, and a gain error",
+    "z = p + O + g (p - P_a) + D (1 - e^(-t/tau)) / (1 - e^(-60 s/tau)) + k (u - u_0) + l |u - u_0|",
+    "zero and span error of a transducer",
+    kSensorBiasParameters};
 
 template <class N>
 class SensorBias {
  public:
-  void prepare(const N* x, double ambient_Pa) {
+  /// `x`: O, g, D, 1/tau, k, l; `null_V`: of the valve.
+  void prepare(const N* x, double ambient_Pa, double tick_s, double command_V, const N& null_V) {
     offset_Pa_ = x[0] * 1e3;
     gain_ = x[1];
     ambient_Pa_ = ambient_Pa;
+    rate_Pa_ = x[2] * 1e3 * each(x[3], [&](double per_s) {
+                 return per_s * kReference_s < 1e-9
+                            ? tick_s / kReference_s
+                            : std::expm1(-tick_s * per_s) / std::expm1(-kReference_s * per_s);
+               });
+    fade_ = each(x[3], [&](double per_s) { return std::exp(-tick_s * per_s); });
+    ground_Pa_V_ = x[4] * 1e3;
+    even_Pa_V_ = x[5] * 1e3;
+    null_V_ = null_V;
+    drift_Pa_ = N(0.0);
+    hold(command_V);
+  }
+  /// A new tick begins, with this command.
+  void hold(double command_V) {
+    const N off_V = command_V - null_V_;
+    shift_Pa_ = ground_Pa_V_ * off_V + even_Pa_V_ * magnitude(off_V);
+  }
+  void end_tick() {
+    drift_Pa_ += rate_Pa_;
+    rate_Pa_ *= fade_;
   }
   N reading(const N& pressure_Pa) const {
-    return pressure_Pa + offset_Pa_ + gain_ * (pressure_Pa - ambient_Pa_);
+    return pressure_Pa + offset_Pa_ + drift_Pa_ + shift_Pa_ + gain_ * (pressure_Pa - ambient_Pa_);
   }
 
  private:
-  N offset_Pa_{}, gain_{};
+  static constexpr double kReference_s = 60.0;
+  N offset_Pa_{}, gain_{}, ground_Pa_V_{}, even_Pa_V_{}, null_V_{};
+  N drift_Pa_{}, rate_Pa_{}, fade_{}, shift_Pa_{};
   double ambient_Pa_ = 0.0;
 };
 

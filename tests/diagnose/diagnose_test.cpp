@@ -273,6 +273,27 @@ TEST(Diagnose, KnowsASupplyThatOthersDrawFromWhereTheLogTellsOfIt) {
   EXPECT_NE(untold.verdict, Verdict::explained);
 }
 
+TEST(Diagnose, NamesASensorThatWarmsUpOrSharesTheValvesGround) {
+  struct Shift {
+    double drift_Pa, ground_Pa_V, even_Pa_V;
+  };
+  const auto read = [](unsigned seed, const Shift& by) {
+    trace::Log log = stepped_log(seed, 2500, [](double u_V, double) { return u_V; });
+    for (std::size_t row = 1; row < log.size(); ++row) {
+      const double off_V = log.command_V[row - 1] - 5.0;
+      log.pressure_Pa[row] += by.drift_Pa * (1.0 - std::exp(-log.time_s[row] / 8.0)) +
+                              by.ground_Pa_V * off_V + by.even_Pa_V * std::abs(off_V);
+    }
+    return log;
+  };
+  for (const Shift& by : {Shift{12e3, 0.0, 0.0}, Shift{0.0, 5e3, 0.0}, Shift{0.0, 0.0, 5e3}}) {
+    const GapReport report = diagnose({{"log", read(1, by)}}, {{"heldout", read(2, by)}}, {}, {});
+    EXPECT_EQ(report.verdict, Verdict::explained);
+    EXPECT_EQ(named(report), std::set<std::string>{"sensor_bias"})
+        << by.drift_Pa << " Pa, " << by.ground_Pa_V << " and " << by.even_Pa_V << " Pa/V";
+  }
+}
+
 TEST(Diagnose, FollowsANullThatWandersAnotherWayInEachLog) {
   const auto wandering = [](unsigned seed, double phase_rad) {
     return stepped_log(seed, 1500, [=](double u_V, double time_s) {

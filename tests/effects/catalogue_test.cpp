@@ -129,8 +129,8 @@ TEST(Catalogue, NamesCarryTheirUnitUnlessTheyAreRatios) {
       "outflow_share",  "relieving_share", "density_share",      "volume_power",
       "sensor_share",   "coil_return",     "exhaust_ratio_more", "delay_rise",
       "followed_share"};
-  const std::set<std::string_view> units{"_Hz", "_s",   "_V",   "_kPa_s_per_g", "_g_s_MPa", "_m",
-                                         "_mm", "_mm2", "_W_K", "_mL",          "_kPa",     "_V_s"};
+  const std::set<std::string_view> units{"_Hz",  "_s",   "_V",  "_kPa_s_per_g", "_g_s_MPa", "_m",    "_mm",
+                                         "_mm2", "_W_K", "_mL", "_kPa",         "_V_s",     "_kPa_V"};
   for (const Effect* effect : catalogue()) {
     for (const Parameter& p : effect->parameters) {
       const bool has_unit = std::any_of(units.begin(), units.end(),
