@@ -42,10 +42,10 @@ void put_count(TextLine& line, const Identity&) {
 
 constexpr std::string_view kComments[] = {
     "CiA 301 node with the pressure control of CiA 408, one module a chamber. Own choices:",
-    "6042h knows only 1, the set point over the bus. 6043h: -1 excitation, 3 feedforward alone, 4 closed loop.",
+    "6042h knows only 1, the set point over the bus. 6043h: -1 excitation, 3 feedforward, 4 closed loop.",
     "Pressures of the 63xxh records are absolute, in mbar; -32768 stands for a pressure that is not known.",
-    "A rising edge of R in 6040h resets faults only while the rest of the word asks for no more than DISABLED,",
-    "in FAULT_HOLD for no more than HOLD. No fault goes by a reset of the node or its communication.",
+    "A rising edge of R in 6040h resets faults only while the rest of the word asks for no more than",
+    "DISABLED, in FAULT_HOLD for no more than HOLD. No reset of node or communication takes a fault away.",
     "While 6040h asks for ACTIVE the event timer of an RPDO is its deadline, and 2419h:2 [ticks, 0: off] one",
     "for all set points together (for SYNC in excitation); the one that ends first counts: EMCY 8250h.",
     "ACTIVE with set points older than 2419h:2 goes on as HOLD does until one comes.",
@@ -54,11 +54,11 @@ constexpr std::string_view kComments[] = {
     "switched off: abort 0800 0022h; another identifier likewise: 0609 0030h.",
     "1010h:2 keeps 1005h, 1014h, 1016h, 1017h, 1019h, 1029h and the PDOs;",
     "1010h:3 keeps the settings, 2160h, 2228h:2 and 6394h. A default is what 1011h restores.",
-    "A model: a number of one's own to 2121h:1 before each image (may be left out), the image to 2110h + c;",
-    "when 2128h + c:1 says that it is staged, the mask of chambers to 2120h:1, the CRC-32 of the images' own",
-    "CRCs in chamber order to 2120h:2, and 746D6F63h to 2120h:3, which keeps it, too. 2128h + c tells of it.",
+    "A model: a number of one's own to 2121h:1 before each image (may be left out), the image to",
+    "2110h + c; when 2128h + c:1 says that it is staged, the mask of chambers to 2120h:1, the CRC-32 of the",
+    "images' own CRCs in chamber order to 2120h:2, and 746D6F63h to 2120h:3, which keeps it, too.",
     "REAL32 values and limits are written as decimal numbers.",
-    "Settings (2400h.., 63A0h, 63A1h) are written in INIT and FAULT_INIT only; 241Ah tells why one is refused.",
+    "Settings (2400h.., 63A0h, 63A1h) are written in INIT, FAULT_INIT only; 241Ah tells why not.",
     "Objects 2xxxh are the manufacturer's.",
 };
 
