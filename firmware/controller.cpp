@@ -166,45 +166,52 @@ safety::FaultReport Controller::judge(const Inputs& inputs, bool upset) noexcept
   const bool active_asked = (image_.control_word & canopen::word::kStateMask) == canopen::word::kActive;
   // In excitation there are no set points: there the master shows by its SYNC that it is still there.
   const std::uint32_t master_count = model_needed() ? image_.setpoint_count : image_.sync_count;
-  const safety::FaultSet board_causes = monitor_.step(
-      settings_.board(), {.emergency_stop = inputs.digital.emergency_stop,
-                          .outputs_ok = inputs.outputs_ok,
-                          .memory_upset = upset,
-                          .configuration_refused = inputs.configuration_refused,
-                          .tick_late = inputs.timing.overrun == Overrun::fault,
-                          .supply_V = inputs.supply.mean_V,
-                          .supply_fresh = inputs.supply.fresh,
-                          .bus_off = inputs.can == ports::CanState::bus_off,
-                          .error_passive = inputs.can == ports::CanState::error_passive,
-                          .frames_lost = inputs.frames_lost,
-                          .heartbeat_lost = image_.heartbeat_lost,
-                          .setpoint_lost = image_.setpoint_lost && active_asked && model_needed(),
-                          .pdo_misfits = image_.pdo_misfits,
-                          .sync_misfits = image_.sync_misfits,
-                          .stored_set_lost = inputs.stored_set_lost,
-                          .store_failing = inputs.store_failing,
-                          .setpoint_count = master_count,
-                          .setpoints_needed = last_drive_ == safety::Drive::active});
+  const safety::FaultSet board_causes =
+      monitor_.step(settings_.board(), {.emergency_stop = inputs.digital.emergency_stop,
+                                        .outputs_ok = inputs.outputs_ok,
+                                        .memory_upset = upset,
+                                        .configuration_refused = inputs.configuration_refused,
+                                        .tick_late = inputs.timing.overrun == Overrun::fault,
+                                        .supply_V = inputs.supply.mean_V,
+                                        .supply_fresh = inputs.supply.fresh,
+                                        .bus_off = inputs.can == ports::CanState::bus_off,
+                                        .error_passive = inputs.can == ports::CanState::error_passive,
+                                        .frames_lost = inputs.frames_lost,
+                                        .heartbeat_lost = image_.heartbeat_lost,
+                                        .setpoint_lost = image_.setpoint_lost && active_asked,
+                                        .pdo_misfits = image_.pdo_misfits,
+                                        .sync_misfits = image_.sync_misfits,
+                                        .stored_set_lost = inputs.stored_set_lost,
+                                        .store_failing = inputs.store_failing,
+                                        .setpoint_count = master_count,
+                                        .setpoints_needed = last_drive_ == safety::Drive::active});
+  const bool was_active = last_drive_ == safety::Drive::active;
   safety::ChamberFaults causes{};
   for (std::size_t c = 0; c < config::kChambers; ++c) {
+    setpoint_news_[c].step((std::uint32_t{image_.setpoints_came} >> c & 1U) != 0, was_active,
+                           settings_.board().setpoint_watchdog_ticks);
     causes[c] = chamber_[c].measure({.pressure = inputs.pressure[c], .position = inputs.position[c]}, asked,
                                     model_needed());
     if (inputs.position[c].fresh) image_.chamber[c].position_V = inputs.position[c].mean_V;
   }
+  image_.setpoints_came = 0;
   const bool released = image_.reset_released.intact() && image_.reset_released != 0;
   image_.reset_released = 0;
   return faults_.step(causes, board_causes, supervisor_.accepts_reset(image_.control_word, released));
 }
 
+/// What stands in 6380h may be of yesterday: until a set point of now has come a chamber goes on in ACTIVE as in HOLD.
+safety::Drive Controller::drive_of(std::size_t chamber, safety::Drive drive) const noexcept {
+  const bool follows = drive == safety::Drive::active && model_needed();
+  return follows && !setpoint_news_[chamber].is_of_now() ? safety::Drive::hold : drive;
+}
+
 Outputs Controller::drive(safety::Drive drive, bool powered) noexcept {
   Outputs outputs;
   image_.must_vent = 0;
-  // What stands in 6380h may be of yesterday: until set points come ACTIVE goes on as HOLD does.
-  if (drive == safety::Drive::active && model_needed() && monitor_.setpoints_stale())
-    drive = safety::Drive::hold;
   for (std::size_t c = 0; c < config::kChambers; ++c) {
     const ChamberLoop::Order order{
-        .drive = drive,
+        .drive = drive_of(c, drive),
         .must_vent = faults_.must_vent(c),
         .powered = powered,
         .commanded = (safety::status_word(supervisor_.state()) & safety::control_bit::kD) != 0,

@@ -115,6 +115,7 @@ class Controller {
   bool memory_upset() noexcept;
   safety::FaultReport judge(const Inputs& inputs, bool upset) noexcept;
   Outputs drive(safety::Drive drive, bool powered) noexcept;
+  safety::Drive drive_of(std::size_t chamber, safety::Drive drive) const noexcept;
   void record(safety::Drive drive) noexcept;
   bool model_needed() const noexcept { return image_.control_mode != canopen::ControlMode::excitation; }
 
@@ -132,6 +133,7 @@ class Controller {
   safety::BoardMonitor monitor_;
   safety::FaultRegister faults_;
   safety::Supervisor supervisor_;
+  std::array<safety::SetpointNews, config::kChambers> setpoint_news_{};
   safety::Drive last_drive_ = safety::Drive::vent;
   std::uint8_t changed_ = 0;
   std::uint8_t damaged_ = 0;  ///< bit c: in what is constant of chamber c a bit has flipped

@@ -72,8 +72,8 @@ inline bool is_valid(const PdoParameters& parameters) noexcept {
 struct Rpdo {
   bool latched = false;  ///< a checked frame waits for its SYNC
   std::array<std::uint8_t, 8> data{};
-  bool watched =
-      false;  ///< it has come since 6040h asks for ACTIVE, and must keep coming where it has a deadline
+  /// It has come since 6040h asks for ACTIVE, and must keep coming where it has a deadline.
+  bool watched = false;
   bool came = false;  ///< since ProcessImage::setpoint_count last went on
   std::uint32_t since_applied_us = 0;
 

@@ -48,7 +48,7 @@ constexpr std::string_view kComments[] = {
     "DISABLED, in FAULT_HOLD for no more than HOLD. No reset of node or communication takes a fault away.",
     "While 6040h asks for ACTIVE the event timer of an RPDO is its deadline, and 2419h:2 [ticks, 0: off] one",
     "for all set points together (for SYNC in excitation); the one that ends first counts: EMCY 8250h.",
-    "ACTIVE with set points older than 2419h:2 goes on as HOLD does until one comes.",
+    "In ACTIVE a chamber whose set point is older than 2419h:2 goes on as in HOLD until one comes.",
     "A PDO of another length than its mapping's changes nothing: EMCY 8210h; so does a SYNC that 1019h",
     "does not allow: 8240h. Mapping, inhibit time and SYNC start value change only while the PDO is",
     "switched off: abort 0800 0022h; another identifier likewise: 0609 0030h.",

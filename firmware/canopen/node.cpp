@@ -398,9 +398,10 @@ void Node::tick(std::uint32_t elapsed_us) noexcept {
 /// Only while 6040h asks for ACTIVE is its end an error; a stream then is watched from its first frame on.
 void Node::watch_setpoints(std::uint32_t elapsed_us) noexcept {
   const bool active = (device_.image.control_word & word::kStateMask) == word::kActive;
+  const bool excites = device_.image.control_mode == ControlMode::excitation;  // which needs no set points
   bool lost = false;
   for (Rpdo& rpdo : device_.communication.rpdo) {
-    if (!active) rpdo.watched = false;
+    if (!active || (excites && carries_setpoint(rpdo.parameters().mapping))) rpdo.watched = false;
     if (!rpdo.watched || rpdo.parameters().event_timer_ms == 0) continue;
     rpdo.since_applied_us = add_saturating(rpdo.since_applied_us, elapsed_us);
     lost = lost || rpdo.since_applied_us > 1000U * rpdo.parameters().event_timer_ms;

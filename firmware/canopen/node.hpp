@@ -17,10 +17,10 @@
 
 namespace plenum::canopen {
 
-/// What has happened within the last second: frames that do not fit come in rows, and are told once.
+/// What has happened within the last ten seconds: frames that do not fit come in rows, and are told once.
 class Lately {
  public:
-  void happens() noexcept { left_us_ = 1'000'000; }
+  void happens() noexcept { left_us_ = 10'000'000; }
   /// Time passes. Returns whether it has happened lately.
   bool elapse(std::uint32_t elapsed_us) noexcept {
     const bool lately = left_us_ > 0;

@@ -88,10 +88,11 @@ struct ProcessImage {
   std::uint32_t sync_count = 0;  ///< counts SYNCs taken while operational: the watchdog's food in excitation
   /// Goes on each time that every set-point PDO which has come in ACTIVE has come again: the watchdog's food.
   std::uint32_t setpoint_count = 0;
+  std::uint8_t setpoints_came = 0;  ///< bit c: that of chamber c was written since the last tick
   bool setpoint_lost = false;   ///< the event timer of an RPDO (1400h:5) ran out while 6040h asks for ACTIVE
   bool heartbeat_lost = false;  ///< a node of 1016h has fallen silent
-  bool pdo_misfits = false;     ///< within the last second a PDO has come whose length is not its mapping's
-  bool sync_misfits = false;    ///< likewise a SYNC with a counter that 1019h does not allow, or without
+  bool pdo_misfits = false;  ///< within the last ten seconds a PDO has come whose length is not its mapping's
+  bool sync_misfits = false;  ///< likewise a SYNC with a counter that 1019h does not allow, or without
   VolumeCode volume_code;
   config::Twice<std::uint8_t> preview_ticks{
       0};  ///< 2160h: a set point is to be met this many ticks after its SYNC

@@ -39,9 +39,9 @@ enum class Fault : std::uint8_t {
   store_failing,
   can_overrun,
   can_passive,
-  pdo_length,
-  sync_length,
   model_drift,
+  pdo_length,
+  sync_refused,
 };
 
 inline constexpr std::size_t kFaults = 26;

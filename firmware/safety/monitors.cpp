@@ -90,7 +90,6 @@ FaultSet BoardMonitor::step(const config::BoardSettings& settings, const Input& 
   const bool setpoint_came = in.setpoint_count != setpoint_count_before_;
   setpoint_count_before_ = in.setpoint_count;
   const std::uint16_t silence = setpoint_silence_.step(in.setpoints_needed && !setpoint_came);
-  setpoints_stale_ = lasts(setpoint_age_.step(!setpoint_came), settings.setpoint_watchdog_ticks);
   const bool supply_watched = settings.supply_low_kPa > 0.0F;
   const bool supply_enough =
       in.supply_fresh && config::supply_kPa(settings, in.supply_V) >= settings.supply_low_kPa;
@@ -112,7 +111,7 @@ FaultSet BoardMonitor::step(const config::BoardSettings& settings, const Input& 
   causes |= if_so(in.frames_lost, Fault::can_overrun);
   causes |= if_so(in.error_passive, Fault::can_passive);
   causes |= if_so(in.pdo_misfits, Fault::pdo_length);
-  causes |= if_so(in.sync_misfits, Fault::sync_length);
+  causes |= if_so(in.sync_misfits, Fault::sync_refused);
   return causes;
 }
 

@@ -71,6 +71,22 @@ class ChamberMonitor {
   bool drifted_ = false;
 };
 
+/// Whether the set point of a chamber is of now: written since ACTIVE began, or within the ticks before it for which the set-point
+/// watchdog waits. Where that is off any is.
+class SetpointNews {
+ public:
+  /// One tick. `came`: it was written since the last; `active`: the board was ACTIVE in that.
+  void step(bool came, bool active, std::uint16_t watchdog_ticks) noexcept {
+    const std::uint16_t age = age_.step(!came);
+    is_of_now_ = came || watchdog_ticks == 0 || (is_of_now_ && (active || age < watchdog_ticks));
+  }
+  bool is_of_now() const noexcept { return is_of_now_; }
+
+ private:
+  TickCount age_;
+  bool is_of_now_ = false;
+};
+
 class BoardMonitor {
  public:
   struct Input {
@@ -96,14 +112,9 @@ class BoardMonitor {
 
   FaultSet step(const config::BoardSettings& settings, const Input& input) noexcept;
 
-  /// No set point has come for as long as their watchdog waits, needed or not; never where it is off.
-  bool setpoints_stale() const noexcept { return setpoints_stale_; }
-
  private:
   TickCount late_, supply_low_, setpoint_silence_;
-  TickCount setpoint_age_;
   std::uint32_t setpoint_count_before_ = 0;
-  bool setpoints_stale_ = false;
 };
 
 }  // namespace plenum::safety

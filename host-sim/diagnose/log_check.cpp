@@ -149,11 +149,17 @@ double undrawn_Pa(const trace::Log& log) {
 void require_supply(const NamedLog& of, const RigDescription& rig) {
   if (of.log.supply_Pa.empty()) return;
   const double supply_Pa = undrawn_Pa(of.log);
-  if (supply_Pa > 0.8 * rig.supply.pressure_Pa && supply_Pa < 1.25 * rig.supply.pressure_Pa) return;
+  if (!(supply_Pa > 0.8 * rig.supply.pressure_Pa && supply_Pa < 1.25 * rig.supply.pressure_Pa)) {
+    throw InputError(
+        fmt::format("{}: column supply_Pa comes to {:.6g}, expected absolute pressure in Pa near the rig's "
+                    "supply.pressure_Pa = {:.6g}",
+                    of.name, supply_Pa, rig.supply.pressure_Pa));
+  }
+  const auto low = std::min_element(of.log.supply_Pa.begin(), of.log.supply_Pa.end());
+  if (*low >= kBelowAmbient * rig.ambient.pressure_Pa) return;
   throw InputError(
-      fmt::format("{}: column supply_Pa comes to {:.6g}, expected absolute pressure in Pa near the rig's "
-                  "supply.pressure_Pa = {:.6g}",
-                  of.name, supply_Pa, rig.supply.pressure_Pa));
+      fmt::format("{}: row {}, column supply_Pa: {:.6g}, expected absolute pressure in Pa, ambient is {:.6g}",
+                  of.name, low - of.log.supply_Pa.begin() + 1, *low, rig.ambient.pressure_Pa));
 }
 
 // ---- command
@@ -390,8 +396,7 @@ std::optional<std::string> supply_notice(const NamedLog& of, const RigDescriptio
   const double supply_Pa = undrawn_Pa(of.log);
   if (std::abs(supply_Pa - rig.supply.pressure_Pa) < kApart * rig.supply.pressure_Pa) return {};
   return fmt::format(
-      "column supply_Pa comes to {:.6g}, the model runs on the rig's supply.pressure_Pa = {:.6g}: expected "
-      "both alike",
+      "column supply_Pa comes to {:.6g}, the rig's supply.pressure_Pa is {:.6g}: expected both alike",
       supply_Pa, rig.supply.pressure_Pa);
 }
 

@@ -27,7 +27,7 @@ inline constexpr double kShortest_s = 3.0;
 void require_units(const std::vector<NamedLog>& logs, const trace::RigDescription& rig);
 
 /// What of a log is taken as it is, though it may not be what its user thinks, a line each: supply_Pa off the rig's supply by more
-/// than a twentieth where it is highest (the 0.9 quantile), since a model runs on the rig's; pressures above that supply; a
+/// than a twentieth where it is highest (the 0.9 quantile), since all but supply_droop run on the rig's; pressures above that supply; a
 /// pressure that stands still to the last digit although a port is open.
 std::vector<std::string> notices(const std::vector<NamedLog>& logs, const trace::RigDescription& rig);
 

@@ -178,7 +178,7 @@ std::optional<Figures> SetFits::finer_start(std::size_t effect, const Figures& b
     x[0] = 0.0;
     return start;
   }
-  if (effect == effects::kIdSupplyDroop) {
+  if (effect == effects::kIdSupplyDroop && logs_supply(scene_)) {
     // as the log has it, and no resistance: where others draw, none is found to begin from
     x[0] = 0.0;
     start[identify::chamber::kFollowedSupply] = 1.0;

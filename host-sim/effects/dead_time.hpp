@@ -37,9 +37,8 @@ class DeadTime {
   /// `x`: d [s], a
   void prepare(const N* x, double tick_s, double command_V) {
     const N longest(static_cast<double>(kPast - 1));
-    const N late = x[0] * (1.0 / tick_s);
-    uneven_ticks_ = late * x[1];
-    late_ticks_ = smaller(late, longest - magnitude(uneven_ticks_));
+    late_ticks_ = smaller(x[0] * (1.0 / tick_s), longest / (1.0 + magnitude(x[1])));
+    uneven_ticks_ = late_ticks_ * x[1];
     for (double& past : past_) past = command_V;
   }
 

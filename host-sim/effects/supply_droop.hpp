@@ -53,12 +53,17 @@ class SupplyDroop {
     relieving_ = x[3];
     inertia_ = x[1] * (1.0 / step_s);
     followed_ = x[4];
+    follows_ = false;
     rigs_Pa_ = at_rest_Pa;
     at_rest_Pa_ = at_rest_Pa;
     supply_Pa_ = at_rest_Pa;
   }
-  /// What the log says of the supply in the tick to come.
-  void follow(double logged_Pa) { at_rest_Pa_ = rigs_Pa_ + followed_ * (logged_Pa - rigs_Pa_); }
+  /// What the log says of the supply in the tick to come; at the first, where it stands.
+  void follow(double logged_Pa) {
+    at_rest_Pa_ = rigs_Pa_ + followed_ * (logged_Pa - rigs_Pa_);
+    if (!follows_) supply_Pa_ = at_rest_Pa_;
+    follows_ = true;
+  }
   const N& supply_Pa() const { return supply_Pa_; }
   /// Half a step on, the flow being `flow_kg_s` now and growing with the supply by `slope_kg_s_Pa`: implicit, as a
   /// chamber nearly filled draws a flow that a small droop stops.
@@ -93,6 +98,7 @@ class SupplyDroop {
   }
   N resistance_{}, linear_{}, orifice_{}, relieving_{}, followed_{}, inertia_{};
   N rigs_Pa_{}, at_rest_Pa_{}, supply_Pa_{};
+  bool follows_ = false;
 };
 
 }  // namespace plenum::host::effects

@@ -66,8 +66,10 @@ Command add_reset(Program& program) {
   arguments.flag("--restart", options->restart,
                  "NMT reset node: outputs go to their safe state, the board starts anew; a fault stays until "
                  "it is reset");
-  arguments.flag("--communication", options->communication,
-                 "NMT reset communication: identifiers and PDOs as stored; the pressures go on as they are");
+  arguments.flag(
+      "--communication", options->communication,
+      "NMT reset communication: identifiers and PDOs as stored; HOLD goes on, ACTIVE ends when its set "
+      "points are missed");
   options->output.add_to(arguments);
   arguments.footer(example("  plenum reset --fault --bus socketcand:127.0.0.1:29536/can0 --node 5"));
   return {arguments, [options] { return run(*options); }};

@@ -221,11 +221,15 @@ TEST(LogCheck, TellsOfASupplyThatIsNotTheRigs) {
   EXPECT_TRUE(notices({{"log.csv", log}}, {}).empty());
   log.supply_Pa.assign(log.size(), 650e3);
   EXPECT_EQ(answer(log), "") << "one that is off is to be found";
-  EXPECT_THAT(notices({{"log.csv", log}}, {}),
-              ::testing::ElementsAre("log.csv: column supply_Pa comes to 650000, the model runs on the rig's "
-                                     "supply.pressure_Pa = 700000: expected both alike"));
+  EXPECT_THAT(
+      notices({{"log.csv", log}}, {}),
+      ::testing::ElementsAre("log.csv: column supply_Pa comes to 650000, the rig's supply.pressure_Pa "
+                             "is 700000: expected both alike"));
   log.supply_Pa.assign(log.size(), 500e3);
   expect_refusal(2, log, {"column supply_Pa comes to 500000"});
+  log.supply_Pa.assign(log.size(), 700e3);
+  log.supply_Pa[41] = 0.0;
+  expect_refusal(2, log, {"row 42", "column supply_Pa: 0"});
 }
 
 TEST(LogCheck, TellsOfPressuresAboveTheSupplyAndOfOneRowFarAboveIt) {

@@ -250,6 +250,17 @@ TEST(DeadTime, ThatIsUnevenLetsARiseActLaterThanAFall) {
   }
 }
 
+TEST(DeadTime, ThatIsUnevenKeepsItsRatioBeyondWhatIsRemembered) {
+  std::vector<double> command_V(100, 5.0);
+  std::fill(command_V.begin() + 10, command_V.begin() + 60, 8.0);
+  const std::vector<double> x = traced_V(dead_time_of(50.0, 0.6), command_V);
+  const auto rise = std::find_if(x.begin(), x.end(), [](double u) { return u > 6.5; });
+  const auto fall = std::find_if(rise, x.end(), [](double u) { return u < 6.5; });
+  EXPECT_NEAR(static_cast<double>(rise - x.begin()) / 1000.0, 10.0 + 31.0, 2e-3)
+      << "tick: the longest that is known";
+  EXPECT_NEAR(static_cast<double>(fall - x.begin()) / 1000.0, 60.0 + 31.0 * 0.4 / 1.6, 2e-3) << "tick";
+}
+
 TEST(DeadTime, ThatIsUnevenDoesNotSeeWhatIsTakenBackBeforeItActs) {
   std::vector<double> command_V(12, 5.0);
   command_V[3] = 8.0;  // a tick, where a rise is 1.2 ticks later than a fall

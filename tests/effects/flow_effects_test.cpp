@@ -121,6 +121,17 @@ TEST(SupplyDroop, FollowsItsShareOfWhatTheLogSays) {
     }
     EXPECT_NEAR(droop.supply_Pa(), kSupply_Pa - share * 30e3, 1.0) << "Pa, share " << share;
   }
+  SupplyDroop<double> slow = source(0.0, 1.0, 0.0, 0.0025, 1.0, 1.0);
+  slow.follow(kSupply_Pa - 50e3);
+  EXPECT_EQ(slow.supply_Pa(), kSupply_Pa - 50e3) << "Pa: it begins where the log does";
+  for (const double to_Pa : {kSupply_Pa, kSupply_Pa - 90e3}) {  // up and down, by 1 - 1/e in a time constant
+    const double from_Pa = slow.supply_Pa();
+    for (int k = 0; k < 400; ++k) {
+      slow.follow(to_Pa);
+      slow.draw(1e-3);
+    }
+    EXPECT_NEAR(slow.supply_Pa(), to_Pa + (from_Pa - to_Pa) * std::exp(-1.0), 10.0) << "Pa";
+  }
   SupplyDroop<double> both = source(20.0, 0.005, 0.0, 0.0025, 1.0, 1.0);
   for (int k = 0; k < 40; ++k) {
     both.follow(kSupply_Pa - 30e3);

@@ -196,9 +196,9 @@ const std::vector<Row>& table() {
       // what the node has heard, the controller knows in the next tick
       {{"PDO of another length", 0x8210, kCommunication, Reaction::none, kBoard, 2},
        [](const Scene& s) { s.machine.put(0x400 + Machine::kNode, {1, 0, 0}); },
-       [](const Scene& s) { s.machine.run(101); }},
-      {{"SYNC of another length", 0x8240, kCommunication, Reaction::none, kBoard, 2},
-       [](const Scene& s) { s.machine.put(0x80, {1, 2}); }, [](const Scene& s) { s.machine.run(101); }},
+       [](const Scene& s) { s.machine.run(1001); }},
+      {{"SYNC that 1019h does not allow", 0x8240, kCommunication, Reaction::none, kBoard, 2},
+       [](const Scene& s) { s.machine.put(0x80, {1, 2}); }, [](const Scene& s) { s.machine.run(1001); }},
       // three attempts of two ticks each
       {{"parameter store refuses", 0x6300, kProfile, Reaction::none, kBoard, 7}, store_in_vain,
        [](const Scene& s) {

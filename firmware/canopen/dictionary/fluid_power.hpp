@@ -14,8 +14,7 @@ Abort read_chamber_mbar(const Device& device, Place at, std::uint32_t& bits) noe
 
 template <auto member>
 Abort write_chamber_mbar(Device& device, Place at, std::uint32_t bits) noexcept {
-  device.image.chamber[at.instance].*member =
-      kPa_per_mbar * static_cast<float>(static_cast<std::int16_t>(bits));
+  set_chamber_image<member>(device, at, kPa_per_mbar * static_cast<float>(static_cast<std::int16_t>(bits)));
   return Abort::none;
 }
 

@@ -11,9 +11,17 @@ Abort read_chamber(const Device& device, Place at, std::uint32_t& bits) noexcept
   return Abort::none;
 }
 
+/// Of a set point, that it is of now.
+template <auto member>
+void set_chamber_image(Device& device, Place at, float value) noexcept {
+  device.image.chamber[at.instance].*member = value;
+  if constexpr (member == &ChamberImage::setpoint_Pa)
+    device.image.setpoints_came = static_cast<std::uint8_t>(device.image.setpoints_came | 1U << at.instance);
+}
+
 template <auto member>
 Abort write_chamber(Device& device, Place at, std::uint32_t bits) noexcept {
-  device.image.chamber[at.instance].*member = std::bit_cast<float>(bits);
+  set_chamber_image<member>(device, at, std::bit_cast<float>(bits));
   return Abort::none;
 }
 

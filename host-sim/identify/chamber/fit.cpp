@@ -115,8 +115,6 @@ Figures figures_without(const Scene& scene, Figures figures, std::size_t effect)
   return figures;
 }
 
-namespace {
-/// Whether a log says that the supply is another than the rig's, so that a share of it can be told.
 bool logs_supply(const Scene& scene) {
   constexpr double kApart = 1e-3;
   const double supply_Pa = scene.around.supply_Pa;
@@ -126,7 +124,6 @@ bool logs_supply(const Scene& scene) {
     });
   });
 }
-}  // namespace
 
 std::vector<Variable> variables_of(const Scene& scene, EffectSet on, EffectSet refined, Gas gas) {
   const Figures& nominal = scene.nominal;

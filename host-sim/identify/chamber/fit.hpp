@@ -80,6 +80,9 @@ static_assert(effects::kHeatTransferParameters[1].name == "exponent");
 inline constexpr std::size_t kFollowedSupply = effects::kFirstFigure[effects::kIdSupplyDroop] + 4;
 static_assert(effects::kSupplyDroopParameters[4].name == "followed_share");
 
+/// Whether a log says that the supply is another than the rig's, so that a share of it can be told.
+bool logs_supply(const Scene& scene);
+
 /// What of heat_transfer is sought: the heat's way, or the exponent of a gas that keeps its heat.
 enum class Gas { conducting, polytropic };
 

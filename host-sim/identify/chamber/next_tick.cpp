@@ -29,6 +29,8 @@ double next_tick_rms_Pa(const Scene& scene, effects::EffectSet on, const effects
       drive.command_V.assign(record.drive.command_V.begin() + tick,
                              record.drive.command_V.begin() + tick + kRows);
       drive.volume_m3.assign(volume, volume + static_cast<std::ptrdiff_t>(2 * steps + 1));
+      const std::vector<double>& supply_Pa = record.drive.supply_Pa;
+      if (!supply_Pa.empty()) drive.supply_Pa.assign(supply_Pa.begin() + tick, supply_Pa.begin() + tick + 2);
       double start_Pa = record.measured_Pa[k];
       for (int pass = 0; pass < 3; ++pass) {
         const std::array<effects::Run, 2> runs{{{figures, {start_Pa}}, {figures, {start_Pa + kStep_Pa}}}};

@@ -475,6 +475,76 @@ TEST(BoardFault, ActiveGoesOnAsHoldUntilAFreshSetPointComes) {
   EXPECT_EQ(bench.image().chamber[3].demand_Pa, 400e3F);
 }
 
+/// HOLD at 200 kPa; the set points of all chambers are 500 kPa, and of yesterday.
+struct Yesterday : Bench {
+  Yesterday() {
+    store_models();
+    board.start();
+    put(0, {1, 0});
+    setpoint_kPa = 500.0;
+    streaming = true;
+    run(5);
+    streaming = false;
+    for (std::size_t c = 0; c < kChambers; ++c) {
+      const auto hold = static_cast<std::uint16_t>(object::kHoldSetpoint + object::kChamberStride * c);
+      session.write(hold, 1, std::int16_t{2000});
+    }
+    run(20);
+    for (const std::uint16_t word : Words{0x1, 0x3}) {
+      control(word);
+      run(50);
+    }
+  }
+};
+
+TEST(BoardFault, ActiveWithoutAnySetPointEndsWhereTheWatchdogDoesAndHasMovedNothing) {
+  Yesterday bench;
+  bench.control(0x7);
+  int ticks = 0;
+  for (; bench.image().error_code == 0 && ticks < 50; ++ticks) {
+    EXPECT_LE(bench.image().chamber[3].demand_Pa, 200e3F) << "tick " << ticks;
+    bench.tick();
+  }
+  EXPECT_EQ(bench.image().error_code, 0x8250);
+  EXPECT_LE(ticks, bench_settings().board.setpoint_watchdog_ticks + 2);
+}
+
+TEST(BoardFault, AChamberWhoseSetPointHasNotComeHoldsWhileOthersFollowTheirs) {
+  Yesterday bench;
+  bench.control(0x7);
+  for (int tick = 0; tick < 30; ++tick) {
+    bench.put(0x200 + Bench::kNode, {0xA0, 0x0F, 0xA0, 0x0F, 0xA0, 0x0F, 0xA0, 0x0F});  // 400 kPa for 1 to 4
+    bench.put(0x80, {});
+    bench.tick();
+  }
+  EXPECT_EQ(bench.state(), State::active);
+  EXPECT_EQ(bench.image().chamber[0].demand_Pa, 400e3F);
+  EXPECT_EQ(bench.image().chamber[7].demand_Pa, 200e3F) << "500 kPa were asked for by nobody who is here";
+  bench.session.write(static_cast<std::uint16_t>(object::kSetpoint + object::kChamberStride * 7), 1,
+                      std::int16_t{3000});
+  bench.put(0x200 + Bench::kNode, {0xA0, 0x0F, 0xA0, 0x0F, 0xA0, 0x0F, 0xA0, 0x0F});
+  bench.put(0x80, {});
+  bench.tick();
+  EXPECT_EQ(bench.image().chamber[7].demand_Pa, 300e3F) << "one that is written is of now";
+}
+
+TEST(BoardFault, AChangeOfTheControlModeMakesNoSetPointNew) {
+  Yesterday bench;
+  const auto mode = [&](int value) {
+    bench.session.write(object::kControlMode, 0, static_cast<std::int8_t>(value));
+  };
+  mode(-1);
+  for (int tick = 0; tick < 20; ++tick) {
+    bench.put(0x80, {});
+    bench.tick();
+  }
+  mode(4);
+  bench.control(0x7);
+  bench.run(3);
+  EXPECT_EQ(bench.state(), State::active);
+  EXPECT_EQ(bench.image().chamber[3].demand_Pa, 200e3F);
+}
+
 TEST(BoardFault, OneStreamOfSetPointsDoesNotVouchForAnother) {
   for (const std::uint32_t lost : {0x200U, 0x300U}) {
     Bench bench;

@@ -237,9 +237,9 @@ TEST(FaultReactions, AreThoseOfTheSupervisor) {
   EXPECT_EQ(read("13"), "12 34 01 00") << "supply low 3412h: hold, of the board";
   EXPECT_EQ(read("14"), "02 FF 01 01") << "model residual FF02h: hold, of a chamber";
   EXPECT_EQ(read("17"), "20 81 00 02") << "error passive 8120h: none, clears by itself";
-  EXPECT_EQ(read("18"), "10 82 00 02") << "PDO of another length 8210h: none, clears by itself";
-  EXPECT_EQ(read("19"), "40 82 00 02") << "SYNC of another length 8240h: none, clears by itself";
-  EXPECT_EQ(read("1A"), "0B FF 00 03") << "model drift FF0Bh: none, of a chamber, clears by itself";
+  EXPECT_EQ(read("18"), "0B FF 00 03") << "model drift FF0Bh: none, of a chamber, clears by itself";
+  EXPECT_EQ(read("19"), "10 82 00 02") << "PDO of another length 8210h: none, clears by itself";
+  EXPECT_EQ(read("1A"), "40 82 00 02") << "SYNC that 1019h does not allow 8240h: none, clears by itself";
   EXPECT_EQ(bench.answer("605 40 30 28 1B 00 00 00 00"), "585 80 30 28 1B 11 00 09 06");
   EXPECT_EQ(bench.answer("605 23 30 28 01 00 90 00 00"), "585 80 30 28 01 02 00 01 06") << "read only";
 }

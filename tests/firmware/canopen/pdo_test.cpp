@@ -337,6 +337,21 @@ TEST(SetpointWatchdog, IsTheEventTimerOfEveryRpdo) {
   EXPECT_FALSE(bench.image.setpoint_lost);
 }
 
+TEST(SetpointWatchdog, RestsInExcitationButForTheControlWords) {
+  Bench bench;
+  bench.answer("605 2F 43 60 00 FF 00 00 00");
+  bench.answer("605 2B 02 14 05 C8 00 00 00");  // RPDO3: 200 ms
+  bench.send("000 01 05");
+  bench.tick();
+  bench.send("405 07 00");
+  bench.send(kSetpoints);
+  bench.send("080");
+  bench.tick(20);
+  EXPECT_FALSE(bench.image.setpoint_lost) << "the set points' 100 ms are over, but none is needed";
+  bench.tick();
+  EXPECT_TRUE(bench.image.setpoint_lost) << "the control word's 200 ms are not";
+}
+
 TEST(SetpointWatchdog, RestsUnlessActiveIsAskedFor) {
   Watched bench;
   bench.send("405 03 00");

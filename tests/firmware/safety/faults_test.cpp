@@ -27,7 +27,7 @@ FaultReport raise(FaultRegister& faults, Fault fault, std::size_t chamber = 0) {
 TEST(FaultTable, HasTheEmergencyCodesOfTheBusContract) {
   const std::map<Fault, std::uint16_t> fixed = {
       {Fault::can_overrun, 0x8110},      {Fault::can_passive, 0x8120},
-      {Fault::pdo_length, 0x8210},       {Fault::sync_length, 0x8240},
+      {Fault::pdo_length, 0x8210},       {Fault::sync_refused, 0x8240},
       {Fault::heartbeat_lost, 0x8130},   {Fault::bus_off, 0x8140},
       {Fault::setpoint_timeout, 0x8250}, {Fault::over_pressure, 0x8302},
       {Fault::supply_low, 0x3412},       {Fault::no_model, 0x6300},

@@ -229,7 +229,7 @@ TEST(BoardMonitor, PassesLinesAndBusStatesOnAtOnce) {
                                              only(Fault::hardware) | only(Fault::bus_off) |
                                              only(Fault::can_passive) | only(Fault::can_overrun) |
                                              only(Fault::heartbeat_lost) | only(Fault::setpoint_timeout) |
-                                             only(Fault::pdo_length) | only(Fault::sync_length));
+                                             only(Fault::pdo_length) | only(Fault::sync_refused));
 }
 
 TEST(BoardMonitor, RaisesLateTicksOnEndInTheTickOfTheirLimit) {
@@ -256,25 +256,27 @@ TEST(BoardMonitor, RaisesALowOrUnreadableSupplyThatLasts) {
   EXPECT_EQ(board_tick(Fault::supply_low, in, settings), 0) << "not watched";
 }
 
-TEST(BoardMonitor, KnowsSetPointsStaleFromTheTickOfTheirLimitOnNeededOrNot) {
-  config::BoardSettings settings;
-  settings.setpoint_watchdog_ticks = 10;
-  for (const bool needed : {false, true}) {
-    BoardMonitor monitor;
-    BoardMonitor::Input in;
-    in.setpoints_needed = needed;
-    for (int came = 0; came < 3; ++came) {
-      ++in.setpoint_count;
-      for (int tick = 0; tick < 25; ++tick) {
-        monitor.step(settings, in);
-        EXPECT_EQ(monitor.setpoints_stale(), tick >= 10) << "tick " << tick << " after a set point";
-      }
-    }
+TEST(SetpointNews, AreOfNowWithinTheWatchdogsTicksAndThroughoutAnActiveInWhichTheyCame) {
+  SetpointNews news;
+  news.step(false, false, 10);
+  EXPECT_FALSE(news.is_of_now()) << "none has ever come";
+  for (int tick = 0; tick < 25; ++tick) {
+    news.step(tick == 0, false, 10);
+    EXPECT_EQ(news.is_of_now(), tick < 10) << "tick " << tick << " after it, not ACTIVE";
   }
-  settings.setpoint_watchdog_ticks = 0;
-  BoardMonitor monitor;
-  for (int tick = 0; tick < 1000; ++tick) monitor.step(settings, {});
-  EXPECT_FALSE(monitor.setpoints_stale()) << "nobody watches";
+  for (int tick = 0; tick < 25; ++tick) {
+    news.step(false, true, 10);
+    EXPECT_FALSE(news.is_of_now()) << "ACTIVE makes nothing new";
+  }
+  for (int tick = 0; tick < 25; ++tick) {
+    news.step(tick == 0, true, 10);
+    EXPECT_TRUE(news.is_of_now()) << "tick " << tick << " after it, ACTIVE";
+  }
+  news.step(false, false, 10);
+  EXPECT_FALSE(news.is_of_now()) << "of an ACTIVE that is over";
+  SetpointNews unwatched;
+  unwatched.step(false, false, 0);
+  EXPECT_TRUE(unwatched.is_of_now()) << "nobody watches";
 }
 
 TEST(BoardMonitor, RaisesASetpointTimeoutInTheTickOfItsLimitAndOnlyWhenNeeded) {
