@@ -417,13 +417,16 @@ std::optional<std::string> above_supply_notice(const NamedLog& of, const RigDesc
       of.log.pressure_Pa[static_cast<std::size_t>(first - high_Pa.begin())]);
 }
 
-/// Longer than this at one reading to the bit, while a port is open and the pressure has somewhere to go, is no pressure.
+/// Longer than this at one reading to the bit, while a port is open and the pressure has somewhere to go, is no pressure. At the log's
+/// own end it is a sensor at the end of its range (require_unclipped).
 constexpr double kStuck_s = 1.0;
 
 std::optional<std::string> stuck_notice(const NamedLog& of, const RigDescription& rig) {
   const trace::Log& log = of.log;
   const double low_Pa = quantile(log.pressure_Pa, 0.005);
   const double high_Pa = quantile(log.pressure_Pa, 0.995);
+  const double lowest_Pa = least(log.pressure_Pa);
+  const double highest_Pa = greatest(log.pressure_Pa);
   std::size_t first = 0;
   std::size_t open = 0;  // rows since then in which a port drives the pressure
   for (std::size_t row = 1; row < log.size(); ++row) {
@@ -432,9 +435,10 @@ std::optional<std::string> stuck_notice(const NamedLog& of, const RigDescription
       open = 0;
       continue;
     }
+    const bool at_end = log.pressure_Pa[row] == lowest_Pa || log.pressure_Pa[row] == highest_Pa;
     const bool driven = log.command_V[row] > rig.valve.open_above_V + kOpen_V ||
                         log.command_V[row] < rig.valve.exhaust_below_V - kOpen_V;
-    if (driven && !is_saturated(log, row, low_Pa, high_Pa, rig)) ++open;
+    if (driven && !at_end && !is_saturated(log, row, low_Pa, high_Pa, rig)) ++open;
     if (static_cast<double>(open) * log.period_s < kStuck_s) continue;
     return fmt::format(
         "column pressure_Pa is {:.6g} to the last digit from row {} to {} although a port is open: expected "

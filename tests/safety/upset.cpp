@@ -87,6 +87,7 @@ std::vector<Member> members() {
   controller.add<safety::BoardMonitor>("board monitor");
   controller.add<safety::FaultRegister>("fault register");
   controller.add<safety::Supervisor>("supervisor");
+  controller.add<std::array<safety::SetpointNews, kChambers>>("news of set points");
   controller.add<safety::Drive>("last drive");
   controller.add<std::array<std::uint8_t, 2>>("masks of chambers");
   std::vector<Member> all;
