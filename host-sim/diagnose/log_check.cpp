@@ -411,8 +411,7 @@ std::optional<std::string> above_supply_notice(const NamedLog& of, const RigDesc
   const auto first = glitch != high_Pa.end() ? glitch : std::find_if(high_Pa.begin(), high_Pa.end(), above);
   return fmt::format(
       "column pressure_Pa is above the rig's supply.pressure_Pa = {:.6g} by more than {:g} % in {} rows, row "
-      "{} "
-      "is {:.6g}: expected a supply that is higher, or a sensor that reads less",
+      "{} is {:.6g}: expected a supply that is higher, or a sensor that reads less",
       rig.supply.pressure_Pa, 100.0 * kApart, rows, first - high_Pa.begin() + 1,
       of.log.pressure_Pa[static_cast<std::size_t>(first - high_Pa.begin())]);
 }
@@ -442,8 +441,7 @@ std::optional<std::string> stuck_notice(const NamedLog& of, const RigDescription
     if (static_cast<double>(open) * log.period_s < kStuck_s) continue;
     return fmt::format(
         "column pressure_Pa is {:.6g} to the last digit from row {} to {} although a port is open: expected "
-        "a "
-        "sensor that is not stuck",
+        "a sensor that is not stuck",
         log.pressure_Pa[row], first + 1, row + 1);
   }
   return {};

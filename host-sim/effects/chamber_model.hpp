@@ -367,10 +367,7 @@ N ChamberModel<N>::step(const Openings& open, const N& volume_m3, const N& squee
 template <class N>
 N ChamberModel<N>::tick(double command_V, const double* volume_m3) {
   if (on(kIdDeadTime)) dead_time_.hold(command_V);
-  if (on(kIdSensorBias)) {
-    sensor_bias_.hold(command_V);
-    sensor_bias_.end_tick();  // what is read at its end
-  }
+  if (on(kIdSensorBias)) sensor_bias_.tick(command_V);
   N sum(0.0);
   N reading(0.0);
   const double averaged = std::min(timing_.average_s / step_s_, static_cast<double>(timing_.steps));  // steps

@@ -7,7 +7,7 @@
 // not seen. Assumptions: constant delays. Range: up to 31 ticks. Vanishes at d = 0. Numerical treatment: the command is held over a
 // tick, so a step of the model sees one held value and then at most one other, for any real d. Both enter with their share
 // of the step, as openings: at their mean a valve that jumps from venting to filling would be shut. With a, where a step
-// may see three, it is given the first and the last, in shares that keep the mean. Before the log it is the first command.
+// may see three, it is given the first and the last, in shares that keep the mean where any do. Before the log it is the first command.
 // Source: bus, driver and solenoid electronics; gap notes of any sampled actuator.
 #pragma once
 

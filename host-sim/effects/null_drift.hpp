@@ -16,6 +16,7 @@
 
 #include "host-sim/effects/effect.hpp"
 #include "host-sim/effects/lanes.hpp"
+#include "host-sim/effects/warm_up.hpp"
 
 namespace plenum::host::effects {
 
@@ -56,13 +57,7 @@ template <class N>
 class NullDrift {
  public:
   void prepare(const N* x, double tick_s) {
-    rate_V_ = each(x[1], [&](double per_s) {
-      return per_s * kReference_s < 1e-9 ? tick_s / kReference_s
-                                         : std::expm1(-tick_s * per_s) / std::expm1(-kReference_s * per_s);
-    });
-    rate_V_ = rate_V_ * x[0];
-    fade_ = each(x[1], [&](double per_s) { return std::exp(-tick_s * per_s); });
-    warm_up_V_ = N(0.0);
+    warm_up_V_.prepare(x[0], x[1], tick_s);
     wander_V_ = x + 2;
     drift_V_ = wander_V(0.0);
     tick_s_ = tick_s;
@@ -70,10 +65,9 @@ class NullDrift {
   }
   N at(const N& command) const { return command - drift_V_; }
   void end_tick() {
-    warm_up_V_ += rate_V_;
-    rate_V_ *= fade_;
+    warm_up_V_.end_tick();
     time_s_ += tick_s_;
-    drift_V_ = warm_up_V_ + wander_V(time_s_ / kKnot_s);
+    drift_V_ = warm_up_V_.drift() + wander_V(time_s_ / kKnot_s);
   }
 
  private:
@@ -91,9 +85,9 @@ class NullDrift {
     return sum;
   }
 
-  static constexpr double kReference_s = 60.0;
-  static constexpr double kKnot_s = kReference_s / kNullKnots;
-  N drift_V_{}, warm_up_V_{}, rate_V_{}, fade_{};
+  static constexpr double kKnot_s = kWarmUpReference_s / kNullKnots;
+  WarmUp<N> warm_up_V_;
+  N drift_V_{};
   const N* wander_V_ = nullptr;
   double tick_s_ = 0.0;
   double time_s_ = 0.0;

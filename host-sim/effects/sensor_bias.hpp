@@ -10,10 +10,10 @@
 #pragma once
 
 #include <array>
-#include <cmath>
 
 #include "host-sim/effects/effect.hpp"
 #include "host-sim/effects/lanes.hpp"
+#include "host-sim/effects/warm_up.hpp"
 
 namespace plenum::host::effects {
 
@@ -45,35 +45,29 @@ class SensorBias {
     offset_Pa_ = x[0] * 1e3;
     gain_ = x[1];
     ambient_Pa_ = ambient_Pa;
-    rate_Pa_ = x[2] * 1e3 * each(x[3], [&](double per_s) {
-                 return per_s * kReference_s < 1e-9
-                            ? tick_s / kReference_s
-                            : std::expm1(-tick_s * per_s) / std::expm1(-kReference_s * per_s);
-               });
-    fade_ = each(x[3], [&](double per_s) { return std::exp(-tick_s * per_s); });
+    warm_up_Pa_.prepare(x[2] * 1e3, x[3], tick_s);
     ground_Pa_V_ = x[4] * 1e3;
     even_Pa_V_ = x[5] * 1e3;
     null_V_ = null_V;
-    drift_Pa_ = N(0.0);
-    hold(command_V);
+    shift(command_V);
   }
-  /// A new tick begins, with this command.
-  void hold(double command_V) {
-    const N off_V = command_V - null_V_;
-    shift_Pa_ = ground_Pa_V_ * off_V + even_Pa_V_ * magnitude(off_V);
-  }
-  void end_tick() {
-    drift_Pa_ += rate_Pa_;
-    rate_Pa_ *= fade_;
+  /// A tick with this command: what is read at its end.
+  void tick(double command_V) {
+    shift(command_V);
+    warm_up_Pa_.end_tick();
   }
   N reading(const N& pressure_Pa) const {
-    return pressure_Pa + offset_Pa_ + drift_Pa_ + shift_Pa_ + gain_ * (pressure_Pa - ambient_Pa_);
+    return pressure_Pa + offset_Pa_ + warm_up_Pa_.drift() + shift_Pa_ + gain_ * (pressure_Pa - ambient_Pa_);
   }
 
  private:
-  static constexpr double kReference_s = 60.0;
-  N offset_Pa_{}, gain_{}, ground_Pa_V_{}, even_Pa_V_{}, null_V_{};
-  N drift_Pa_{}, rate_Pa_{}, fade_{}, shift_Pa_{};
+  void shift(double command_V) {
+    const N off_V = command_V - null_V_;
+    shift_Pa_ = ground_Pa_V_ * off_V + even_Pa_V_ * magnitude(off_V);
+  }
+
+  WarmUp<N> warm_up_Pa_;
+  N offset_Pa_{}, gain_{}, ground_Pa_V_{}, even_Pa_V_{}, null_V_{}, shift_Pa_{};
   double ambient_Pa_ = 0.0;
 };
 

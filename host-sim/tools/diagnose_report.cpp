@@ -224,9 +224,8 @@ void add_cause(Page& page, const GapReport& report) {
                 "table says "
                 "which. A rest beyond noise has another cause, which the catalogue may not have."
               : "What is named here closes part of the gap only: a rest beyond noise has another cause, "
-                "which the "
-                "catalogue may not have, and where that is large the name is no more sure than its "
-                "confidence says.");
+                "which the catalogue may not have, and where that is large the name is no more sure than "
+                "its confidence says.");
       break;
   }
   if (!report.effects.empty()) {

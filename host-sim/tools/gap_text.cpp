@@ -115,8 +115,7 @@ std::string verdict_sentence(const GapReport& report) {
     case Verdict::calibration:
       return fmt::format(
           "Calibration is all that can be told: with the valve's figures fitted the model errs by {} instead "
-          "of "
-          "{}, where {}; no effect {}.",
+          "of {}, where {}; no effect {}.",
           recalibrated, kPa_text(report.as_configured_Pa), floor_text(report),
           report.baseline ? "is seen to have come" : "is seen to be missing");
     case Verdict::explained:

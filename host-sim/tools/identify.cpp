@@ -5,7 +5,6 @@
 #include <optional>
 #include <string_view>
 
-#include "host-sim/identify/cannot_identify.hpp"
 #include "host-sim/identify/fit.hpp"
 #include "host-sim/identify/free_run.hpp"
 #include "host-sim/identify/profile.hpp"
@@ -17,6 +16,7 @@
 #include "host-sim/tools/model_charts.hpp"
 #include "host-sim/tools/output.hpp"
 #include "host-sim/tools/report_file.hpp"
+#include "host-sim/tools/useful.hpp"
 #include "host-sim/trace/input_error.hpp"
 #include "host-sim/trace/model_json.hpp"
 
@@ -75,22 +75,13 @@ void print_fit(const Output& output, const identify::Tassa9Fit& fit, double stre
   output.print("stopped after {} iterations: {}\n", fit.iterations, fit.stop);
 }
 
-/// A model that follows the very logs that it was fitted to hardly better than whoever knows nothing is none. Throws CannotIdentify.
-void require_predicts(const identify::Tassa9Fit& fit, const std::vector<trace::Log>& logs) {
-  double square = 0.0, start_square = 0.0, mean_square = 0.0;
-  for (const trace::Log& log : logs) {
-    const auto rows = static_cast<double>(log.size());
-    square += rows * std::pow(identify::free_run_rms_kPa(fit.model, log, kFreeRun_s), 2);
-    start_square += rows * std::pow(identify::held_start_rms_kPa(log, kFreeRun_s), 2);
-    mean_square += rows * std::pow(identify::held_mean_rms_kPa(log), 2);
-  }
-  const double held_square = std::min(start_square, mean_square);
-  if (square < kUseful * kUseful * held_square) return;
-  throw identify::CannotIdentify(fmt::format(
-      "the model found errs {:.3g} times as much in free runs of {:g} s as holding the logs' {} does, "
-      "expected "
-      "less: has the command another sign, time or unit, or does something else move the pressure?",
-      std::sqrt(square / held_square), kFreeRun_s, start_square < mean_square ? "start pressures" : "means"));
+void require_useful_fit(const identify::Tassa9Fit& fit, const std::vector<trace::Log>& logs) {
+  const double start_kPa = pooled_rms_kPa(
+      logs, [](const trace::Log& log) { return identify::held_start_rms_kPa(log, kFreeRun_s); });
+  const double mean_kPa = pooled_rms_kPa(logs, identify::held_mean_rms_kPa);
+  const double rms_kPa = pooled_rms_kPa(
+      logs, [&](const trace::Log& log) { return identify::free_run_rms_kPa(fit.model, log, kFreeRun_s); });
+  require_useful(rms_kPa, std::min(start_kPa, mean_kPa), start_kPa < mean_kPa ? "start pressures" : "means");
 }
 
 int run_greybox(const Options& options) {
@@ -137,7 +128,7 @@ int run(const Options& options) {
   identified.fit =
       profiled ? identify::fit_tassa9_profiled(logs, rig, how) : identify::fit_tassa9(logs, rig, how);
   const identify::Tassa9Fit& fit = identified.fit;
-  require_predicts(fit, logs);
+  require_useful_fit(fit, logs);
 
   const std::optional<unsigned> chamber =
       options.chamber != 0 ? std::optional(options.chamber) : chamber_in_name(options.logs.front());

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <functional>
 
-#include "host-sim/identify/cannot_identify.hpp"
 #include "host-sim/identify/chamber/fit_greybox.hpp"
 #include "host-sim/identify/free_run.hpp"
 #include "host-sim/report/page.hpp"
@@ -16,6 +15,7 @@
 #include "host-sim/tools/model_charts.hpp"
 #include "host-sim/tools/output.hpp"
 #include "host-sim/tools/report_file.hpp"
+#include "host-sim/tools/useful.hpp"
 
 namespace plenum::host::tools {
 namespace {
@@ -53,22 +53,6 @@ Prediction predict(const GreyboxFit& fit, const trace::Log& log) {
   }
   made.rms_kPa = std::sqrt(square / static_cast<double>(log.size() - 1));
   return made;
-}
-
-/// A model that follows the very logs that it was fitted to hardly better than their means do is none. Throws CannotIdentify.
-void require_predicts(const GreyboxFit& fit, const std::vector<trace::Log>& logs) {
-  double square = 0.0, held_square = 0.0;
-  for (const trace::Log& log : logs) {
-    const Prediction made = predict(fit, log);
-    square += static_cast<double>(log.size()) * made.rms_kPa * made.rms_kPa;
-    held_square += static_cast<double>(log.size()) * made.held_kPa * made.held_kPa;
-  }
-  if (square < kUseful * kUseful * held_square) return;
-  throw identify::CannotIdentify(
-      fmt::format("the model found errs {:.3g} times as much in free runs as holding the logs' means does, "
-                  "expected less: "
-                  "has the command another sign, time or unit, or does something else move the pressure?",
-                  std::sqrt(square / held_square)));
 }
 
 void print_fit(const Output& output, const GreyboxFit& fit) {
@@ -172,7 +156,8 @@ int identify_greybox(const GreyboxRequest& request, const Output& output) {
     Progress progress("identifying");
     return identify::chamber::fit_greybox(logs, request.rig, std::ref(progress));
   }();
-  require_predicts(fit, logs);
+  require_useful(pooled_rms_kPa(logs, [&](const trace::Log& log) { return predict(fit, log).rms_kPa; }),
+                 pooled_rms_kPa(logs, identify::held_mean_rms_kPa), "means");
   trace::ModelFile model = identify::chamber::to_model_file(fit, request.chamber);
   state_origin(model, request.date_s, request.rig);
   trace::write_model(request.out, model);

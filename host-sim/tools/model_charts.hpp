@@ -13,8 +13,6 @@ namespace plenum::host::tools {
 
 /// Between re-initialised runs, as in Fig. 12.
 inline constexpr double kFreeRun_s = 2.0;
-/// A model that errs by more than this share of what holding the start or the mean does, on the very logs that it was fitted to, is none.
-inline constexpr double kUseful = 0.9;
 
 double mean(const std::vector<double>& values);
 std::vector<double> scaled(std::vector<double> values, double factor);

@@ -105,9 +105,9 @@ std::set<std::string> named(const GapReport& report) {
 constexpr double kStep_s = 0.001, kTick_s = 0.01, kNoise_Pa = 200.0;
 
 /// A log of the plant with steps of mixed size; in place of the command its valve is given `at_spool(command, time)`, in the mean
-/// over each millisecond.
-template <class AtSpool>
-trace::Log stepped_log(unsigned seed, std::size_t rows, AtSpool at_spool) {
+/// over each millisecond; `at_row(chamber, log)` comes ahead of each tick.
+template <class AtSpool, class AtRow>
+trace::Log stepped_log(unsigned seed, std::size_t rows, AtSpool at_spool, AtRow at_row) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> level_V(3.5, 6.5);
   std::uniform_int_distribution<int> hold_ticks(3, 40);
@@ -129,12 +129,21 @@ trace::Log stepped_log(unsigned seed, std::size_t rows, AtSpool at_spool) {
     log.command_V.push_back(u_V);
     log.pressure_Pa.push_back(mean_Pa + noise_Pa(random));
     log.volume_m3.push_back(chamber.volume_m3());
+    at_row(chamber, log);
     mean_Pa = 0.0;
     for (int step = 0; step < 10; ++step) {
       mean_Pa += 0.1 * chamber.advance(at_spool(u_V, log.time_s.back() + step * kStep_s), kStep_s).mean_Pa;
     }
   }
   return log;
+}
+
+template <class AtSpool>
+trace::Log stepped_log(unsigned seed, std::size_t rows, AtSpool at_spool) {
+  return stepped_log(seed, rows, at_spool, [](const plant::ChamberPlant&, const trace::Log&) {});
+}
+double as_commanded(double u_V, double) {
+  return u_V;
 }
 
 /// Whether one of the named effects lives in the equation that is blamed.
@@ -239,28 +248,15 @@ TEST(Diagnose, NamesTheValveThatASpringReturnsMoreSlowlyThanItsMagnetPulls) {
 
 TEST(Diagnose, KnowsASupplyThatOthersDrawFromWhereTheLogTellsOfIt) {
   const auto drawn = [](unsigned seed, bool told) {
-    std::mt19937_64 random(seed);
-    plant::ChamberConfig config;
-    config.initial_pressure_Pa = 300e3;
-    plant::ChamberPlant chamber(plant::ThinPlateValve({}), config,
-                                plant::VolumeMotion(150e-6, {plant::VolumeSine{40e-6, 0.9, 0.3}}));
-    std::uniform_real_distribution<double> level_V(3.5, 6.5), droop_Pa(0.0, 60e3);
-    trace::Log log;
-    log.period_s = log.pressure_average_s = kTick_s;
-    double command_V = 5.0, aim_Pa = 700e3, supply_Pa = 700e3, read_Pa = 300e3;
-    for (int row = 0; row < 2500; ++row) {
-      if (row % 20 == 0) command_V = level_V(random);
-      if (row % 70 == 0) aim_Pa = 700e3 - droop_Pa(random);
-      log.time_s.push_back(kTick_s * row);
-      log.command_V.push_back(command_V);
-      log.volume_m3.push_back(chamber.volume_m3());
-      log.pressure_Pa.push_back(read_Pa + kNoise_Pa * std::normal_distribution<double>()(random));
+    std::mt19937_64 others(seed);
+    std::uniform_real_distribution<double> droop_Pa(0.0, 60e3);
+    double aim_Pa = 700e3, supply_Pa = 700e3;
+    return stepped_log(seed, 2500, as_commanded, [&](plant::ChamberPlant& chamber, trace::Log& log) {
+      if (log.size() % 70 == 1) aim_Pa = 700e3 - droop_Pa(others);
       if (told) log.supply_Pa.push_back(supply_Pa);
       supply_Pa += 0.1 * (aim_Pa - supply_Pa);  // others draw, whatever this valve does
       chamber.set_supply_Pa(supply_Pa);
-      read_Pa = chamber.advance(command_V, kTick_s).mean_Pa;
-    }
-    return log;
+    });
   };
   const GapReport told = diagnose({{"log", drawn(1, true)}}, {{"heldout", drawn(2, true)}}, {}, {});
   EXPECT_EQ(named(told), std::set<std::string>{"supply_droop"}) << name_of(told.verdict);
@@ -278,7 +274,7 @@ TEST(Diagnose, NamesASensorThatWarmsUpOrSharesTheValvesGround) {
     double drift_Pa, ground_Pa_V, even_Pa_V;
   };
   const auto read = [](unsigned seed, const Shift& by) {
-    trace::Log log = stepped_log(seed, 2500, [](double u_V, double) { return u_V; });
+    trace::Log log = stepped_log(seed, 2500, as_commanded);
     for (std::size_t row = 1; row < log.size(); ++row) {
       const double off_V = log.command_V[row - 1] - 5.0;
       log.pressure_Pa[row] += by.drift_Pa * (1.0 - std::exp(-log.time_s[row] / 8.0)) +

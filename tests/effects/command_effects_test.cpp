@@ -236,29 +236,32 @@ std::vector<double> traced_V(DeadTime<double> dead_time, const std::vector<doubl
   return traced;
 }
 
+struct Edges {
+  double rise_tick, fall_tick;
+};
+/// Of a command that rises over 6.5 V and falls again.
+Edges edges_of(const std::vector<double>& x) {
+  const auto rise = std::find_if(x.begin(), x.end(), [](double u) { return u > 6.5; });
+  const auto fall = std::find_if(rise, x.end(), [](double u) { return u < 6.5; });
+  return {static_cast<double>(rise - x.begin()) / 1000.0, static_cast<double>(fall - x.begin()) / 1000.0};
+}
+
 TEST(DeadTime, ThatIsUnevenLetsARiseActLaterThanAFall) {
   std::vector<double> command_V(12, 5.0);
   std::fill(command_V.begin() + 2, command_V.begin() + 7, 8.0);
   for (const double a : {0.3, -0.3}) {
-    const std::vector<double> x = traced_V(dead_time_of(2.0, a), command_V);
-    const auto rise = std::find_if(x.begin(), x.end(), [](double u) { return u > 6.5; });
-    const auto fall = std::find_if(rise, x.end(), [](double u) { return u < 6.5; });
-    EXPECT_NEAR(static_cast<double>(rise - x.begin()) / 1000.0, 2.0 + 2.0 * (1.0 + a), 2e-3)
-        << "tick, a " << a;
-    EXPECT_NEAR(static_cast<double>(fall - x.begin()) / 1000.0, 7.0 + 2.0 * (1.0 - a), 2e-3)
-        << "tick, a " << a;
+    const Edges x = edges_of(traced_V(dead_time_of(2.0, a), command_V));
+    EXPECT_NEAR(x.rise_tick, 2.0 + 2.0 * (1.0 + a), 2e-3) << "tick, a " << a;
+    EXPECT_NEAR(x.fall_tick, 7.0 + 2.0 * (1.0 - a), 2e-3) << "tick, a " << a;
   }
 }
 
 TEST(DeadTime, ThatIsUnevenKeepsItsRatioBeyondWhatIsRemembered) {
   std::vector<double> command_V(100, 5.0);
   std::fill(command_V.begin() + 10, command_V.begin() + 60, 8.0);
-  const std::vector<double> x = traced_V(dead_time_of(50.0, 0.6), command_V);
-  const auto rise = std::find_if(x.begin(), x.end(), [](double u) { return u > 6.5; });
-  const auto fall = std::find_if(rise, x.end(), [](double u) { return u < 6.5; });
-  EXPECT_NEAR(static_cast<double>(rise - x.begin()) / 1000.0, 10.0 + 31.0, 2e-3)
-      << "tick: the longest that is known";
-  EXPECT_NEAR(static_cast<double>(fall - x.begin()) / 1000.0, 60.0 + 31.0 * 0.4 / 1.6, 2e-3) << "tick";
+  const Edges x = edges_of(traced_V(dead_time_of(50.0, 0.6), command_V));
+  EXPECT_NEAR(x.rise_tick, 10.0 + 31.0, 2e-3) << "tick: the longest that is known";
+  EXPECT_NEAR(x.fall_tick, 60.0 + 31.0 * 0.4 / 1.6, 2e-3) << "tick";
 }
 
 TEST(DeadTime, ThatIsUnevenDoesNotSeeWhatIsTakenBackBeforeItActs) {

@@ -24,19 +24,19 @@ constexpr double kStartSpread_Pa = 5000;  // of a first reading about the pressu
 constexpr double kCooling_s = 3.0;
 constexpr double kWarmthSpread_Pa = 20000.0;  // of gas that is a tenth warmer than the wall, at 0.2 MPa
 
-/// A measured volume without its noise, which compression would turn into pressure noise row by row: least squares of a
+/// A measured volume, or supply, without its noise, which compression would turn into pressure noise row by row: least squares of a
 /// cubic over 9 rows (Savitzky and Golay 1964), where the noise is above a ten-thousandth. It halves the noise; a swing of
 /// 1.5 Hz loses 1e-4 of its amplitude at 100 Hz.
-std::vector<double> calmed(const std::vector<double>& volume_m3) {
+std::vector<double> calmed(const std::vector<double>& logged) {
   constexpr std::ptrdiff_t kHalf = 4;
   constexpr std::array<double, kHalf + 1> kWeights{59.0, 54.0, 39.0, 14.0, -21.0};
   constexpr double kSum = 231.0;
   constexpr double kWorthIt = 1e-4;
-  if (white_noise(volume_m3) < kWorthIt * volume_m3.front()) return volume_m3;
-  std::vector<double> calm = volume_m3;
-  const auto rows = static_cast<std::ptrdiff_t>(volume_m3.size());
+  if (white_noise(logged) < kWorthIt * logged.front()) return logged;
+  std::vector<double> calm = logged;
+  const auto rows = static_cast<std::ptrdiff_t>(logged.size());
   const auto at = [&](std::ptrdiff_t i) {  // beyond an end: mirrored in the end's value
-    const auto row = [&](std::ptrdiff_t k) { return volume_m3[static_cast<std::size_t>(k)]; };
+    const auto row = [&](std::ptrdiff_t k) { return logged[static_cast<std::size_t>(k)]; };
     if (i < 0) return 2.0 * row(0) - row(-i);
     if (i >= rows) return 2.0 * row(rows - 1) - row(2 * (rows - 1) - i);
     return row(i);
