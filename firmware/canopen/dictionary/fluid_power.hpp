@@ -80,13 +80,12 @@ constexpr std::uint32_t kPrefixMilli = 0xFD;
 using Limits = config::ChamberSettings;
 
 /// That of the setting.
-template <float config::ChamberSettings::*member>
-inline constexpr Range kLimitRange_mbar = [] {
+consteval Range limit_range_mbar(float config::ChamberSettings::*member) {
   for (const auto& field : config::kChamberFloats) {
-    if (field.member == member) return Range{field.low * kMbar_per_kPa, field.high * kMbar_per_kPa, true};
+    if (field.member == member) return {field.low * kMbar_per_kPa, field.high * kMbar_per_kPa, true};
   }
   return kAny;
-}();
+}
 
 inline constexpr Entry kFluidPowerRows[] = {
     value(0x6040, 0, kOnce, "Control word", unsigned16, read_write, receive_and_transmit, kAny,
@@ -137,13 +136,13 @@ inline constexpr Entry kFluidPowerRows[] = {
           fixed<kPrefixMilli>),
     highest<3>(0x63A0, kChambersApart, "Upper limit"),
     value(0x63A0, 1, kChambersApart, "Upper limit", integer16, read_write, no,
-          kLimitRange_mbar<&Limits::pressure_high_kPa>, read_limit_mbar<&Limits::pressure_high_kPa>,
+          limit_range_mbar(&Limits::pressure_high_kPa), read_limit_mbar<&Limits::pressure_high_kPa>,
           write_limit_mbar<&Limits::pressure_high_kPa>),
     value(0x63A0, 2, kChambersApart, "Upper limit unit", unsigned8, constant, no, kAny, fixed<kUnitBar>),
     value(0x63A0, 3, kChambersApart, "Upper limit prefix", integer8, constant, no, kAny, fixed<kPrefixMilli>),
     highest<3>(0x63A1, kChambersApart, "Lower limit"),
     value(0x63A1, 1, kChambersApart, "Lower limit", integer16, read_write, no,
-          kLimitRange_mbar<&Limits::pressure_low_kPa>, read_limit_mbar<&Limits::pressure_low_kPa>,
+          limit_range_mbar(&Limits::pressure_low_kPa), read_limit_mbar<&Limits::pressure_low_kPa>,
           write_limit_mbar<&Limits::pressure_low_kPa>),
     value(0x63A1, 2, kChambersApart, "Lower limit unit", unsigned8, constant, no, kAny, fixed<kUnitBar>),
     value(0x63A1, 3, kChambersApart, "Lower limit prefix", integer8, constant, no, kAny, fixed<kPrefixMilli>),
