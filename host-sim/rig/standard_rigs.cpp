@@ -128,14 +128,15 @@ RigConfig thin_plate_rig(const trace::RigDescription& description, const ThinPla
     board.settings.node.node_id = static_cast<std::uint8_t>(b + 1);
     board.settings.node.identity.serial = b + 1;
     for (unsigned c = 0; c < wanted.chambers; ++c) {
+      const double phase_rad = 2.0 * std::numbers::pi * random.uniform();
+      const double frequency_Hz = 0.3 + 0.7 * random.uniform();
       plant::ChamberConfig chamber{.gas = gas, .supply_Pa = description.supply.pressure_Pa, .spool = {}};
       chamber.ambient_Pa = description.ambient.pressure_Pa;
       chamber.initial_pressure_Pa = chamber.ambient_Pa;
       board.chamber.push_back(
           {.valve = valve,
            .chamber = chamber,
-           .volume = motion(wanted.volume_m3 * (1.0 + 0.1 * c), wanted.volume_swing,
-                            0.3 + 0.7 * random.uniform(), 2.0 * std::numbers::pi * random.uniform()),
+           .volume = motion(wanted.volume_m3 * (1.0 + 0.1 * c), wanted.volume_swing, frequency_Hz, phase_rad),
            .volume_m3 = {},
            .effects = effects});
       plenum::config::ChamberSettings& settings = board.settings.chamber[c];
