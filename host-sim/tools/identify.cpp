@@ -75,13 +75,18 @@ void print_fit(const Output& output, const identify::Tassa9Fit& fit, double stre
   output.print("stopped after {} iterations: {}\n", fit.iterations, fit.stop);
 }
 
-void require_useful_fit(const identify::Tassa9Fit& fit, const std::vector<trace::Log>& logs) {
+double free_runs_kPa(const identify::Tassa9Fit& fit, const std::vector<trace::Log>& logs) {
+  return pooled_rms_kPa(
+      logs, [&](const trace::Log& log) { return identify::free_run_rms_kPa(fit.model, log, kFreeRun_s); });
+}
+
+FitError error_of(const identify::Tassa9Fit& fit, const std::vector<trace::Log>& logs) {
   const double start_kPa = pooled_rms_kPa(
       logs, [](const trace::Log& log) { return identify::held_start_rms_kPa(log, kFreeRun_s); });
   const double mean_kPa = pooled_rms_kPa(logs, identify::held_mean_rms_kPa);
-  const double rms_kPa = pooled_rms_kPa(
-      logs, [&](const trace::Log& log) { return identify::free_run_rms_kPa(fit.model, log, kFreeRun_s); });
-  require_useful(rms_kPa, std::min(start_kPa, mean_kPa), start_kPa < mean_kPa ? "start pressures" : "means");
+  return {.model_kPa = free_runs_kPa(fit, logs),
+          .held_kPa = std::min(start_kPa, mean_kPa),
+          .held = start_kPa < mean_kPa ? "start pressures" : "means"};
 }
 
 int run_greybox(const Options& options) {
@@ -125,10 +130,14 @@ int run(const Options& options) {
   std::vector<trace::Log> logs;
   for (const NamedLog& of : identified.fitted) logs.push_back(of.log);
 
-  identified.fit =
-      profiled ? identify::fit_tassa9_profiled(logs, rig, how) : identify::fit_tassa9(logs, rig, how);
+  const auto fit_to = [&](const std::vector<trace::Log>& to) {
+    return profiled ? identify::fit_tassa9_profiled(to, rig, how) : identify::fit_tassa9(to, rig, how);
+  };
+  identified.fit = fit_to(logs);
   const identify::Tassa9Fit& fit = identified.fit;
-  require_useful_fit(fit, logs);
+  require_useful(
+      error_of(fit, logs),
+      [&](const std::vector<trace::Log>& turned) { return free_runs_kPa(fit_to(turned), turned); }, logs);
 
   const std::optional<unsigned> chamber =
       options.chamber != 0 ? std::optional(options.chamber) : chamber_in_name(options.logs.front());

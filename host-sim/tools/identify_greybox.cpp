@@ -152,12 +152,19 @@ report::Page page_of(const GreyboxRequest& request, const GreyboxFit& fit) {
 int identify_greybox(const GreyboxRequest& request, const Output& output) {
   std::vector<trace::Log> logs;
   for (const NamedLog& of : request.fitted) logs.push_back(of.log);
-  const GreyboxFit fit = [&] {
+  const auto fit_to = [&](const std::vector<trace::Log>& to) {
     Progress progress("identifying");
-    return identify::chamber::fit_greybox(logs, request.rig, std::ref(progress));
-  }();
-  require_useful(pooled_rms_kPa(logs, [&](const trace::Log& log) { return predict(fit, log).rms_kPa; }),
-                 pooled_rms_kPa(logs, identify::held_mean_rms_kPa), "means");
+    return identify::chamber::fit_greybox(to, request.rig, std::ref(progress));
+  };
+  const auto free_runs_kPa = [](const GreyboxFit& of, const std::vector<trace::Log>& over) {
+    return pooled_rms_kPa(over, [&](const trace::Log& log) { return predict(of, log).rms_kPa; });
+  };
+  const GreyboxFit fit = fit_to(logs);
+  require_useful(
+      {.model_kPa = free_runs_kPa(fit, logs),
+       .held_kPa = pooled_rms_kPa(logs, identify::held_mean_rms_kPa),
+       .held = "means"},
+      [&](const std::vector<trace::Log>& turned) { return free_runs_kPa(fit_to(turned), turned); }, logs);
   trace::ModelFile model = identify::chamber::to_model_file(fit, request.chamber);
   state_origin(model, request.date_s, request.rig);
   trace::write_model(request.out, model);

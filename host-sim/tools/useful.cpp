@@ -2,14 +2,34 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <string>
 
 #include "host-sim/identify/cannot_identify.hpp"
 
 namespace plenum::host::tools {
 namespace {
 
-constexpr double kUseful = 0.9;  ///< of what holding errs by
+constexpr double kUseful = 0.9;    ///< of what holding errs by
+constexpr double kDoubtful = 0.5;  ///< likewise
+/// Of the model's error: less with the command turned, and that is its sign. Such models of a turned thin-plate chamber err by half.
+constexpr double kTurned = 0.7;
+
+/// Mirrored about the middle of what all of them command, so that a valve's null stays within what is commanded.
+std::vector<trace::Log> with_turned_commands(std::vector<trace::Log> logs) {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const trace::Log& log : logs) {
+    const auto [least, most] = std::ranges::minmax(log.command_V);
+    low = std::min(low, least);
+    high = std::max(high, most);
+  }
+  for (trace::Log& log : logs) {
+    for (double& command_V : log.command_V) command_V = low + high - command_V;
+  }
+  return logs;
+}
 
 }  // namespace
 
@@ -23,13 +43,31 @@ double pooled_rms_kPa(const std::vector<trace::Log>& logs,
   return std::sqrt(squares / rows);
 }
 
-void require_useful(double rms_kPa, double held_rms_kPa, std::string_view held) {
-  if (rms_kPa < kUseful * held_rms_kPa) return;
-  throw identify::CannotIdentify(
-      fmt::format("the model found errs {:.3g} times as much in free runs as holding the logs' {} does, "
-                  "expected less: has "
-                  "the command another sign, time or unit, or does something else move the pressure?",
-                  rms_kPa / held_rms_kPa, held));
+void require_useful(const FitError& error,
+                    const std::function<double(const std::vector<trace::Log>&)>& turned_kPa,
+                    const std::vector<trace::Log>& logs) {
+  const double ratio = error.model_kPa / error.held_kPa;
+  if (ratio < kDoubtful) return;
+  const std::string found =
+      fmt::format("the model found errs {:.3g} times as much in free runs as holding the logs' {} does",
+                  ratio, error.held);
+  double turned_ratio = std::numeric_limits<double>::infinity();
+  try {
+    turned_ratio = turned_kPa(with_turned_commands(logs)) / error.held_kPa;
+  } catch (const identify::CannotIdentify&) {  // then the sign is not what is wrong
+  }
+  if (turned_ratio < kTurned * ratio) {
+    throw identify::CannotIdentify(
+        fmt::format("{}, and {:.3g} times with the command turned about the middle of its range: has the "
+                    "command another sign, expected more volts for more pressure?",
+                    found, turned_ratio));
+  }
+  if (ratio >= kUseful) {
+    throw identify::CannotIdentify(
+        fmt::format("{}, expected less: has the command another time or unit, or does something else move "
+                    "the pressure?",
+                    found));
+  }
 }
 
 }  // namespace plenum::host::tools

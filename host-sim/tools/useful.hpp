@@ -13,8 +13,18 @@ namespace plenum::host::tools {
 double pooled_rms_kPa(const std::vector<trace::Log>& logs,
                       const std::function<double(const trace::Log&)>& rms_kPa);
 
-/// A model that follows the very logs that it was fitted to hardly better than whoever knows nothing, and holds their `held`, is none.
+/// What a fit errs by on the logs it was made from [kPa], RMS over all rows.
+struct FitError {
+  double model_kPa = 0.0;
+  double held_kPa = 0.0;  ///< of whoever knows nothing and holds the logs'
+  std::string_view held;  ///< means, or start pressures
+};
+
+/// A model that follows its own logs hardly better than whoever knows nothing is none, nor is one that follows the logs' mirror
+/// images in the command far better: its command has another sign. `turned_kPa`: the error of a fit to those, asked for in doubt only.
 /// Throws CannotIdentify.
-void require_useful(double rms_kPa, double held_rms_kPa, std::string_view held);
+void require_useful(const FitError& error,
+                    const std::function<double(const std::vector<trace::Log>&)>& turned_kPa,
+                    const std::vector<trace::Log>& logs);
 
 }  // namespace plenum::host::tools

@@ -176,18 +176,24 @@ class Line(CommandTest):
         result = json.loads(self.done("regulate", "--store", "board", *rig, "--seconds", 2, "-o", "tracked", "--json", "-"))
         self.assertLess(result["chambers"][0]["rmse_kPa"], 10.0, "a tenth of the amplitude [kPa]")
 
-    def test_a_model_that_follows_its_own_log_no_better_than_nothing_is_none(self):
-        self.done("sim", "--plant", "thin-plate", "--chambers", 1, "--seconds", 20, "--out", "log")
-        rows = (self.folder / "log/chamber-1.csv").read_text(encoding="utf-8").splitlines()
-        at = rows[0].split(",").index("command_V")
-        turned = [rows[0]]
-        for row in rows[1:]:
-            cells = row.split(",")
-            cells[at] = str(10 - float(cells[at]))
-            turned.append(",".join(cells))
-        self.write("turned.csv", "\n".join(turned) + "\n")
+    def with_other_commands(self, seed, change):
+        """A log as it was taken, but for its commands [V], which `change` takes and gives."""
+        self.done("sim", "--plant", "thin-plate", "--chambers", 1, "--seconds", 20, "--seed", seed, "--out", "log")
+        rows = [row.split(",") for row in (self.folder / "log/chamber-1.csv").read_text(encoding="utf-8").splitlines()]
+        at = rows[0].index("command_V")
+        for row, command_V in zip(rows[1:], change([float(row[at]) for row in rows[1:]])):
+            row[at] = str(command_V)
+        self.write("changed.csv", "\n".join(",".join(row) for row in rows) + "\n")
+
+    def test_a_command_of_another_sign_is_told_from_the_pressure_that_it_makes(self):
+        for model, seed in [("tassa9", 1), ("tassa9", 6), ("tassa9", 7), ("greybox", 8)]:
+            self.with_other_commands(seed, lambda commands_V: [10 - command_V for command_V in commands_V])
+            self.refused(3, "identify", "--model", model, "changed.csv", "-o", "m.json", says=["holding", "another sign"])
+
+    def test_a_pressure_that_does_not_follow_its_command_gives_no_model(self):
         for model in ["tassa9", "greybox"]:
-            self.refused(3, "identify", "--model", model, "turned.csv", "-o", "m.json", says=["holding", "sign"])
+            self.with_other_commands(1, lambda commands_V: commands_V[700:] + commands_V[:700])
+            self.refused(3, "identify", "--model", model, "changed.csv", "-o", "m.json", says=["does not move with the command"])
 
     def test_the_same_seed_gives_the_same_bytes_and_another_does_not(self):
         for name, seed in [("a", 7), ("b", 7), ("c", 8)]:

@@ -1,0 +1,84 @@
+#include "host-sim/tools/useful.hpp"
+
+#include <gmock/gmock.h>
+
+#include <string>
+
+#include "host-sim/identify/cannot_identify.hpp"
+
+namespace plenum::host::tools {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+std::vector<trace::Log> logs_of(const std::vector<std::vector<double>>& commands_V) {
+  std::vector<trace::Log> logs;
+  for (const std::vector<double>& command_V : commands_V) {
+    trace::Log log;
+    log.command_V = command_V;
+    logs.push_back(log);
+  }
+  return logs;
+}
+
+/// What is said of a model whose error is that share of 10 kPa, where a fit with the command turned has the other.
+std::string refusal(double share, double turned_share) {
+  try {
+    require_useful(
+        {.model_kPa = 10.0 * share, .held_kPa = 10.0, .held = "means"},
+        [&](const std::vector<trace::Log>&) { return 10.0 * turned_share; }, logs_of({{0.0, 10.0}}));
+  } catch (const identify::CannotIdentify& error) {
+    return error.what();
+  }
+  return {};
+}
+
+TEST(Useful, AModelThatFollowsItsLogsIsTakenWhateverTheMirrorImageGives) {
+  EXPECT_THAT(refusal(0.4, 0.001), IsEmpty());
+}
+
+TEST(Useful, AModelOfAMachineThatIsHardlyAValveIsTaken) {
+  EXPECT_THAT(refusal(0.8, 0.75), IsEmpty());
+}
+
+TEST(Useful, ACommandOfAnotherSignIsToldBeforeTheModelIsWorthNothing) {
+  EXPECT_THAT(refusal(0.8, 0.4),
+              AllOf(HasSubstr("0.8 times"), HasSubstr("0.4 times"), HasSubstr("another sign")));
+  EXPECT_THAT(refusal(1.5, 0.4), HasSubstr("another sign"));
+}
+
+TEST(Useful, AModelNoBetterThanHoldingIsNone) {
+  EXPECT_THAT(refusal(0.95, 0.9), AllOf(HasSubstr("0.95 times"), HasSubstr("means"), Not(HasSubstr("sign"))));
+}
+
+TEST(Useful, AMirrorImageThatGivesNoModelSaysNothingOfTheSign) {
+  const auto none = [](const std::vector<trace::Log>&) -> double { throw identify::CannotIdentify("none"); };
+  const auto logs = logs_of({{0.0, 10.0}});
+  EXPECT_NO_THROW(require_useful({.model_kPa = 8.0, .held_kPa = 10.0, .held = "means"}, none, logs));
+  try {
+    require_useful({.model_kPa = 9.5, .held_kPa = 10.0, .held = "means"}, none, logs);
+    FAIL() << "taken";
+  } catch (const identify::CannotIdentify& error) {
+    EXPECT_THAT(error.what(), HasSubstr("time or unit"));
+  }
+}
+
+TEST(Useful, CommandsAreTurnedAboutTheMiddleOfWhatAllLogsCommand) {
+  std::vector<trace::Log> seen;
+  const auto look = [&](const std::vector<trace::Log>& turned) {
+    seen = turned;
+    return 10.0;
+  };
+  require_useful({.model_kPa = 8.0, .held_kPa = 10.0, .held = "means"}, look,
+                 logs_of({{2.0, 3.0}, {8.0, 5.0, 4.0}}));
+  ASSERT_EQ(seen.size(), 2U);
+  EXPECT_THAT(seen[0].command_V, ElementsAre(8.0, 7.0));
+  EXPECT_THAT(seen[1].command_V, ElementsAre(2.0, 5.0, 6.0));
+}
+
+}  // namespace
+}  // namespace plenum::host::tools
