@@ -41,7 +41,7 @@ Drawn draw_hysteresis(Random& random, const Scale&, Departures& into) {
 
 Drawn draw_null_drift(Random& random, const Scale&, Departures& into) {
   NullDrift drawn{};
-  drawn.size_V = random.sign() * random.log_uniform(0.002, 0.4);
+  drawn.size_V = random.signed_log_uniform(0.002, 0.4);
   for (double& phase : drawn.phase) phase = random.angle();
   const unsigned course = random.below(3);
   const char* name = "";
@@ -84,7 +84,7 @@ Drawn draw_flow_function(Random& random, const Scale&, Departures& into) {
   FlowFunction drawn{};
   if (random.chance(0.4)) {
     drawn.law = FlowFunction::Law::kDischarge;
-    drawn.rise = random.sign() * random.log_uniform(0.005, 0.6);
+    drawn.rise = random.signed_log_uniform(0.005, 0.6);
     into.flow_function = drawn;
     return {"flow_function", "discharge coefficient of the ratio", {{"rise", drawn.rise}}};
   }
@@ -184,8 +184,8 @@ Drawn draw_sensor_lag(Random& random, const Scale&, Departures& into) {
 Drawn draw_sensor_bias(Random& random, const Scale&, Departures& into) {
   const unsigned form = random.below(3);
   SensorBias drawn{0.0, 1.0};
-  if (form != 1) drawn.offset_Pa = random.sign() * random.log_uniform(150.0, 20e3);
-  if (form != 0) drawn.gain = 1.0 + random.sign() * random.log_uniform(7e-4, 0.05);
+  if (form != 1) drawn.offset_Pa = random.signed_log_uniform(150.0, 20e3);
+  if (form != 0) drawn.gain = 1.0 + random.signed_log_uniform(7e-4, 0.05);
   into.sensor_bias = drawn;
   return {"sensor_bias",
           form == 0   ? "offset"

@@ -30,7 +30,11 @@ class Random {
   /// 0 to count - 1.
   unsigned below(unsigned count) { return static_cast<unsigned>(uniform() * static_cast<double>(count)); }
   bool chance(double probability) { return uniform() < probability; }
-  double sign() { return chance(0.5) ? 1.0 : -1.0; }
+  /// Of either sign. Two draws in one expression may come in either order: here each has a statement.
+  double signed_log_uniform(double low, double high) {
+    const double sign = chance(0.5) ? 1.0 : -1.0;
+    return sign * log_uniform(low, high);
+  }
   double angle() { return uniform(0.0, 2.0 * std::numbers::pi); }
   /// Standard normal (Box and Muller).
   double normal() {

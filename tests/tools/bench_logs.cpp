@@ -50,9 +50,10 @@ bool write_relief(std::FILE* file, std::uint64_t seed, double how, bool curve) {
       plenum::host::plant::relief_valve::appendix_a_settling());
   plenum::host::plant::Random random(seed);
   const auto write = [&](double pressure_Pa, double flow_m3_s) {
-    std::fprintf(file, "%.0f,%.6g\n",
-                 counted(pressure_Pa + kReliefNoise_Pa * random.gaussian(), kReliefStep_Pa),
-                 flow_m3_s * (1.0 + kFlowNoise * random.gaussian()));
+    const double flow_noise = kFlowNoise * random.gaussian();
+    const double noise_Pa = kReliefNoise_Pa * random.gaussian();
+    std::fprintf(file, "%.0f,%.6g\n", counted(pressure_Pa + noise_Pa, kReliefStep_Pa),
+                 flow_m3_s * (1.0 + flow_noise));
   };
   if (curve) {
     std::fprintf(file, "pressure_drop_Pa,flow_m3_s\n");
