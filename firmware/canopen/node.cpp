@@ -329,10 +329,11 @@ void Node::receive_sync(const CanFrame& frame) noexcept {
 
 void Node::receive_pdo(Rpdo& rpdo, const CanFrame& frame) noexcept {
   const Mapping& mapping = rpdo.parameters().mapping;
+  // CiA 301: of a PDO longer than its mapping the beginning is taken, as masters that pad their frames expect
+  if (frame.length < mapping.bytes) pdo_short_.happens();
+  if (frame.length > mapping.bytes) pdo_long_.happens();
   // checked on arrival: a bad frame must not displace the good one that waits for its SYNC
-  const bool fits = frame.length == mapping.bytes;
-  if (!fits) pdo_misfits_.happens();
-  if (mapping.count == 0 || !fits || !admissible(mapping, frame.data)) {
+  if (mapping.count == 0 || frame.length < mapping.bytes || !admissible(mapping, frame.data)) {
     ++device_.counters.rejected;
     return;
   }
@@ -378,7 +379,8 @@ void Node::tick(std::uint32_t elapsed_us) noexcept {
   work_off_reset();
   watch_setpoints(elapsed_us);
   device_.image.heartbeat_lost = device_.communication.heartbeats.elapse(elapsed_us);
-  device_.image.pdo_misfits = pdo_misfits_.elapse(elapsed_us);
+  device_.image.pdo_short = pdo_short_.elapse(elapsed_us);
+  device_.image.pdo_long = pdo_long_.elapse(elapsed_us);
   device_.image.sync_misfits = sync_misfits_.elapse(elapsed_us);
   obey_error_behaviour();
   SdoServer::Bytes lss_response;

@@ -131,7 +131,7 @@ class Node {
   Restored restored_;                  ///< of the last reset
   bool communication_failed_ = false;  ///< as of the last tick: bus-off, or a heartbeat lost
   std::uint32_t since_heartbeat_us_ = 0;
-  Lately pdo_misfits_, sync_misfits_;
+  Lately pdo_short_, pdo_long_, sync_misfits_;
   std::uint16_t reported_code_ = 0;  ///< the error of the last emergency message
   std::uint8_t reported_chamber_ = 0;
   bool off_bus_ = false;  ///< as of the last report

@@ -42,9 +42,10 @@ enum class Fault : std::uint8_t {
   model_drift,
   pdo_length,
   sync_refused,
+  pdo_exceeded,
 };
 
-inline constexpr std::size_t kFaults = 26;
+inline constexpr std::size_t kFaults = 27;
 
 /// A set of faults, bit f for fault f.
 using FaultSet = std::uint32_t;

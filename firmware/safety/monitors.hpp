@@ -102,7 +102,8 @@ class BoardMonitor {
     bool frames_lost = false;          ///< a receive queue overflowed since the last tick
     bool heartbeat_lost = false;       ///< a consumed heartbeat is overdue
     bool setpoint_lost = false;        ///< the RPDO event timer ran out
-    bool pdo_misfits = false;          ///< a PDO has come whose length is not its mapping's
+    bool pdo_short = false;            ///< a PDO has come that is shorter than its mapping
+    bool pdo_long = false;             ///< one that is longer
     bool sync_misfits = false;         ///< a SYNC has come that 1019h does not allow
     bool stored_set_lost = false;      ///< the start found the stored parameter set damaged
     bool store_failing = false;        ///< a parameter set cannot be stored

@@ -194,8 +194,15 @@ const std::vector<Row>& table() {
       {{"CAN overrun", 0x8110, kCommunication, Reaction::none, kBoard, 1},
        [](const Scene& s) { ++s.machine.can.lost_frames; }, [](const Scene&) {}},
       // what the node has heard, the controller knows in the next tick
-      {{"PDO of another length", 0x8210, kCommunication, Reaction::none, kBoard, 2},
-       [](const Scene& s) { s.machine.put(0x400 + Machine::kNode, {1, 0, 0}); },
+      {{"PDO too short", 0x8210, kCommunication, Reaction::none, kBoard, 2},
+       [](const Scene& s) { s.machine.put(0x400 + Machine::kNode, {1}); },
+       [](const Scene& s) { s.machine.run(1001); }},
+      {{"PDO longer than mapped", 0x8220, kCommunication, Reaction::none, kBoard, 2},
+       [](const Scene& s) {
+         const std::uint16_t word = s.machine.image().control_word;
+         s.machine.put(0x400 + Machine::kNode,
+                       {static_cast<std::uint8_t>(word), static_cast<std::uint8_t>(word >> 8U), 0});
+       },
        [](const Scene& s) { s.machine.run(1001); }},
       {{"SYNC that 1019h does not allow", 0x8240, kCommunication, Reaction::none, kBoard, 2},
        [](const Scene& s) { s.machine.put(0x80, {1, 2}); }, [](const Scene& s) { s.machine.run(1001); }},

@@ -180,12 +180,13 @@ TEST(Emergency, TellsOfPdosAndSyncsThatDoNotFitForTenSecondsFromTheLastOn) {
     bench.tick();
     EXPECT_FALSE(bench.image.*told) << frame;
   };
-  lasts("205 E8 03 E8 03 E8 03", &ProcessImage::pdo_misfits);
-  lasts("405 01 00 00", &ProcessImage::pdo_misfits);
+  lasts("205 E8 03 E8 03 E8 03", &ProcessImage::pdo_short);
+  lasts("405 01", &ProcessImage::pdo_short);
+  lasts("405 01 00 00", &ProcessImage::pdo_long);
   lasts("080 01 02", &ProcessImage::sync_misfits);
   bench.send("205 E8 03 E8 03 E8 03 FF FF");
   bench.tick();
-  EXPECT_FALSE(bench.image.pdo_misfits) << "refused for a value, not for its length";
+  EXPECT_FALSE(bench.image.pdo_short || bench.image.pdo_long) << "refused for a value, not for its length";
   bench.answer("605 2F 19 10 00 0A 00 00 00");
   lasts("080", &ProcessImage::sync_misfits);
 }

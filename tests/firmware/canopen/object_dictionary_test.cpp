@@ -228,7 +228,7 @@ TEST(FaultReactions, AreThoseOfTheSupervisor) {
   const auto read = [&](const char* sub) {
     return bench.answer("605 40 30 28 " + std::string(sub) + " 00 00 00 00").substr(16);
   };
-  EXPECT_EQ(bench.answer("605 40 30 28 00 00 00 00 00"), "585 4F 30 28 00 1A 00 00 00") << "26 faults";
+  EXPECT_EQ(bench.answer("605 40 30 28 00 00 00 00 00"), "585 4F 30 28 00 1B 00 00 00") << "27 faults";
   EXPECT_EQ(read("01"), "00 90 02 00") << "emergency stop 9000h: safe, of the board";
   EXPECT_EQ(read("03"), "02 83 03 01") << "over-pressure 8302h: vent, of a chamber";
   EXPECT_EQ(read("04"), "09 FF 02 00") << "memory upset FF09h: safe, of the board";
@@ -238,9 +238,10 @@ TEST(FaultReactions, AreThoseOfTheSupervisor) {
   EXPECT_EQ(read("14"), "02 FF 01 01") << "model residual FF02h: hold, of a chamber";
   EXPECT_EQ(read("17"), "20 81 00 02") << "error passive 8120h: none, clears by itself";
   EXPECT_EQ(read("18"), "0B FF 00 03") << "model drift FF0Bh: none, of a chamber, clears by itself";
-  EXPECT_EQ(read("19"), "10 82 00 02") << "PDO of another length 8210h: none, clears by itself";
+  EXPECT_EQ(read("19"), "10 82 00 02") << "PDO too short 8210h: none, clears by itself";
   EXPECT_EQ(read("1A"), "40 82 00 02") << "SYNC that 1019h does not allow 8240h: none, clears by itself";
-  EXPECT_EQ(bench.answer("605 40 30 28 1B 00 00 00 00"), "585 80 30 28 1B 11 00 09 06");
+  EXPECT_EQ(read("1B"), "20 82 00 02") << "PDO longer than mapped 8220h: none, clears by itself";
+  EXPECT_EQ(bench.answer("605 40 30 28 1C 00 00 00 00"), "585 80 30 28 1C 11 00 09 06");
   EXPECT_EQ(bench.answer("605 23 30 28 01 00 90 00 00"), "585 80 30 28 01 02 00 01 06") << "read only";
 }
 

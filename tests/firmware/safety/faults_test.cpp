@@ -25,14 +25,21 @@ FaultReport raise(FaultRegister& faults, Fault fault, std::size_t chamber = 0) {
 
 // The codes that the bus contract fixes, written a second time.
 TEST(FaultTable, HasTheEmergencyCodesOfTheBusContract) {
-  const std::map<Fault, std::uint16_t> fixed = {
-      {Fault::can_overrun, 0x8110},      {Fault::can_passive, 0x8120},
-      {Fault::pdo_length, 0x8210},       {Fault::sync_refused, 0x8240},
-      {Fault::heartbeat_lost, 0x8130},   {Fault::bus_off, 0x8140},
-      {Fault::setpoint_timeout, 0x8250}, {Fault::over_pressure, 0x8302},
-      {Fault::supply_low, 0x3412},       {Fault::no_model, 0x6300},
-      {Fault::hardware, 0x5000},         {Fault::stored_set_lost, 0x6300},
-      {Fault::store_failing, 0x6300},    {Fault::configuration_refused, 0x6320}};
+  const std::map<Fault, std::uint16_t> fixed = {{Fault::can_overrun, 0x8110},
+                                                {Fault::can_passive, 0x8120},
+                                                {Fault::pdo_length, 0x8210},
+                                                {Fault::sync_refused, 0x8240},
+                                                {Fault::pdo_exceeded, 0x8220},
+                                                {Fault::heartbeat_lost, 0x8130},
+                                                {Fault::bus_off, 0x8140},
+                                                {Fault::setpoint_timeout, 0x8250},
+                                                {Fault::over_pressure, 0x8302},
+                                                {Fault::supply_low, 0x3412},
+                                                {Fault::no_model, 0x6300},
+                                                {Fault::hardware, 0x5000},
+                                                {Fault::stored_set_lost, 0x6300},
+                                                {Fault::store_failing, 0x6300},
+                                                {Fault::configuration_refused, 0x6320}};
   for (const auto& [fault, code] : fixed) EXPECT_EQ(spec(fault).code, code) << spec(fault).name;
 }
 

@@ -222,14 +222,15 @@ TEST(BoardMonitor, PassesLinesAndBusStatesOnAtOnce) {
   in.frames_lost = true;
   in.heartbeat_lost = true;
   in.setpoint_lost = true;
-  in.pdo_misfits = true;
+  in.pdo_short = true;
+  in.pdo_long = true;
   in.sync_misfits = true;
   in.configuration_refused = true;
-  EXPECT_EQ(BoardMonitor{}.step({}, in), only(Fault::configuration_refused) | only(Fault::emergency_stop) |
-                                             only(Fault::hardware) | only(Fault::bus_off) |
-                                             only(Fault::can_passive) | only(Fault::can_overrun) |
-                                             only(Fault::heartbeat_lost) | only(Fault::setpoint_timeout) |
-                                             only(Fault::pdo_length) | only(Fault::sync_refused));
+  EXPECT_EQ(BoardMonitor{}.step({}, in),
+            only(Fault::configuration_refused) | only(Fault::emergency_stop) | only(Fault::hardware) |
+                only(Fault::bus_off) | only(Fault::can_passive) | only(Fault::can_overrun) |
+                only(Fault::heartbeat_lost) | only(Fault::setpoint_timeout) | only(Fault::pdo_length) |
+                only(Fault::pdo_exceeded) | only(Fault::sync_refused));
 }
 
 TEST(BoardMonitor, RaisesLateTicksOnEndInTheTickOfTheirLimit) {
