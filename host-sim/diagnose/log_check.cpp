@@ -73,21 +73,27 @@ constexpr double kAboveSupply = 1.5;
 
 /// The pressure of each row, were it `gain` p + `reference_Pa`, if the chamber still had the least (or the
 /// greatest) volume that it had before: one that is closed goes below ambient as it grows, and above the supply
-/// as it shrinks.
+/// as it shrinks. A chamber that the log finds below ambient (or above the supply) may have had any volume before.
 struct VolumeFree {
   std::vector<double> low_Pa;
   std::vector<double> high_Pa;
 };
-VolumeFree volume_free(const trace::Log& log, double gain, double reference_Pa) {
+VolumeFree volume_free(const trace::Log& log, const RigDescription& rig, double gain, double reference_Pa) {
   VolumeFree result;
+  const double least_ever_m3 = least(log.volume_m3), greatest_ever_m3 = greatest(log.volume_m3);
   double least_m3 = log.volume_m3.front();
   double greatest_m3 = least_m3;
+  bool found_below = true, found_above = true;
   for (std::size_t i = 0; i < log.size(); ++i) {
     least_m3 = std::min(least_m3, log.volume_m3[i]);
     greatest_m3 = std::max(greatest_m3, log.volume_m3[i]);
     const double p = gain * log.pressure_Pa[i] + reference_Pa;
-    result.low_Pa.push_back(p * std::pow(log.volume_m3[i] / least_m3, kKappa));
-    result.high_Pa.push_back(p * std::pow(log.volume_m3[i] / greatest_m3, kKappa));
+    found_below = found_below && p < rig.ambient.pressure_Pa;
+    found_above = found_above && p > rig.supply.pressure_Pa;
+    result.low_Pa.push_back(p *
+                            std::pow(log.volume_m3[i] / (found_below ? least_ever_m3 : least_m3), kKappa));
+    result.high_Pa.push_back(
+        p * std::pow(log.volume_m3[i] / (found_above ? greatest_ever_m3 : greatest_m3), kKappa));
   }
   return result;
 }
@@ -95,7 +101,7 @@ VolumeFree volume_free(const trace::Log& log, double gain, double reference_Pa) 
 /// What the numbers of this log would be in range as; empty where no unit of the table makes sense of them.
 std::string likeness(const trace::Log& log, const RigDescription& rig) {
   const auto fits = [&](double in_Pa, double reference_Pa) {
-    const VolumeFree p = volume_free(log, in_Pa, reference_Pa);
+    const VolumeFree p = volume_free(log, rig, in_Pa, reference_Pa);
     return quantile(p.low_Pa, 0.005) >= kBelowAmbient * rig.ambient.pressure_Pa &&
            quantile(p.high_Pa, 0.995) <= kAboveSupply * rig.supply.pressure_Pa;
   };
@@ -116,7 +122,7 @@ void require_pressure(const NamedLog& of, const RigDescription& rig) {
   const double low_Pa = least(log.pressure_Pa);
   const double high_Pa = greatest(log.pressure_Pa);
   const std::string range = fmt::format("{:.6g} to {:.6g}", low_Pa, high_Pa);
-  const VolumeFree p = volume_free(log, 1.0, 0.0);
+  const VolumeFree p = volume_free(log, rig, 1.0, 0.0);
   const auto below = std::count_if(p.low_Pa.begin(), p.low_Pa.end(),
                                    [&](double one) { return one < kBelowAmbient * ambient_Pa; });
   const auto above = std::count_if(p.high_Pa.begin(), p.high_Pa.end(),
@@ -401,7 +407,7 @@ std::optional<std::string> supply_notice(const NamedLog& of, const RigDescriptio
 }
 
 std::optional<std::string> above_supply_notice(const NamedLog& of, const RigDescription& rig) {
-  const std::vector<double> high_Pa = volume_free(of.log, 1.0, 0.0).high_Pa;
+  const std::vector<double> high_Pa = volume_free(of.log, rig, 1.0, 0.0).high_Pa;
   const double limit_Pa = (1.0 + kApart) * rig.supply.pressure_Pa;
   const auto above = [&](double one) { return one > limit_Pa; };
   const auto rows = std::count_if(high_Pa.begin(), high_Pa.end(), above);

@@ -178,6 +178,13 @@ TEST(LogCheck, AcceptsASealedChamberThatDipsBelowAmbientAsItGrows) {
   }
 }
 
+TEST(LogCheck, AcceptsAChamberThatTheLogFindsBelowAmbientAsItHadGrownBefore) {
+  const auto sealed_at_first = [steps = random_steps()](double time_s) mutable {
+    return time_s < 2.0 ? 5.0 : steps(time_s);
+  };
+  EXPECT_EQ(answer(recorded({.swing = 0.4, .swing_Hz = 0.2, .start_Pa = 50e3}, sealed_at_first)), "");
+}
+
 TEST(LogCheck, AcceptsLongSealedHolds) {
   EXPECT_EQ(answer(recorded({.seconds = 60.0},
                             [](double time_s) { return std::fmod(time_s, 20.0) < 0.3 ? 5.8 : 5.0; })),
