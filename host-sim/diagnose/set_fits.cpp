@@ -191,6 +191,13 @@ std::optional<Figures> SetFits::finer_start(std::size_t effect, const Figures& b
     const std::vector<Figures> sizes = sizes_of(effect, start, {1.0, 3.0, 10.0, 30.0, 100.0});
     return sizes[least_error(coarse_, base.on | bit(effect), sizes, base.start)];
   }
+  if (effect == effects::kIdExhaustBackpressure) {
+    // half straight and no manifold, where an orifice's ran away with one
+    x[1] = 0.0;
+    x[2] = 0.5;
+    const std::vector<Figures> sizes = sizes_of(effect, start, {1.0, 3.0, 10.0, 20.0, 40.0, 60.0, 100.0});
+    return sizes[least_error(coarse_, base.on | bit(effect), sizes, base.start)];
+  }
   return {};
 }
 
