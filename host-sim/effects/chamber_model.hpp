@@ -374,11 +374,11 @@ N ChamberModel<N>::tick(double command_V, const double* volume_m3) {
   for (int i = 0; i < timing_.steps; ++i) {
     const Openings open = openings_over(command_V, i);
     const double logged = 0.5 * (volume_m3[i] + volume_m3[i + 1]);
-    const double rate = (volume_m3[i + 1] - volume_m3[i]) / step_s_;
-    const N volume = on(kIdVolumeError) ? volume_error_.volume(logged) : N(logged);
+    typename VolumeError<N>::Motion actual{N(logged), N((volume_m3[i + 1] - volume_m3[i]) / step_s_)};
+    if (on(kIdVolumeError)) actual = volume_error_.step(volume_m3[i], volume_m3[i + 1], step_s_);
     if (on(kIdChamberLeak)) leak_.at(logged);
     const N begin = read_Pa();
-    N mean = step(open, volume, rate / volume);
+    N mean = step(open, actual.volume_m3, actual.rate_m3_s / actual.volume_m3);
     N from = begin;  // of the reading
     N end = read_Pa();
     if (on(kIdSensorLag)) {

@@ -178,11 +178,39 @@ TEST(VolumeError, IsTheModelWithTheOtherVolume) {
   }
 }
 
+// A first-order sensor in closed form: of v = m + a sin(w t) it says m + a sin(w t - atan(w tau))/sqrt(1 + (w tau)^2) once it has settled.
+TEST(VolumeError, UndoesTheLagOfAPositionSensor) {
+  constexpr std::size_t kRows = 800;
+  constexpr int kSteps = 4;
+  constexpr double kMean_m3 = 200e-6, kSwing_m3 = 60e-6, kOmega = 2.0 * std::numbers::pi * 0.9, kLag_s = 0.03;
+  Drive actual = drive_of(jumping_command_V(kRows), swinging_volume(), kSteps);
+  Drive logged = actual;
+  const double slower = std::atan(kOmega * kLag_s),
+               smaller = 1.0 / std::sqrt(1.0 + std::pow(kOmega * kLag_s, 2));
+  for (std::size_t i = 0; i < actual.volume_m3.size(); ++i) {
+    const double angle = kOmega * 0.01 / kSteps * static_cast<double>(i);
+    actual.volume_m3[i] = kMean_m3 + kSwing_m3 * std::sin(angle);
+    logged.volume_m3[i] = kMean_m3 + kSwing_m3 * smaller * std::sin(angle - slower);
+  }
+  const std::vector<double> expected = run(0, nominal(), actual, 3e5);
+  const std::vector<double> late = run(0, nominal(), logged, 3e5);
+  const std::vector<double> undone =
+      run(only(kIdVolumeError), with(nominal(), kIdVolumeError, {0.0, kLag_s}), logged, 3e5);
+  double late_squares = 0.0, undone_squares = 0.0;
+  for (std::size_t k = 0; k < kRows; ++k) {
+    late_squares += std::pow(late[k] - expected[k], 2);
+    undone_squares += std::pow(undone[k] - expected[k], 2);
+  }
+  EXPECT_GT(std::sqrt(late_squares / kRows), 3e3) << "Pa";
+  EXPECT_LT(std::sqrt(undone_squares / late_squares), 0.03);
+}
+
 TEST(VolumeError, LeavesATenthOfTheLoggedVolume) {
-  const double offset_mL = -5000.0;
+  const double figures[] = {-5000.0, 0.0};
   VolumeError<double> error;
-  error.prepare(&offset_mL);
+  error.prepare(figures);
   EXPECT_DOUBLE_EQ(error.volume(200e-6), 20e-6);
+  EXPECT_DOUBLE_EQ(error.step(200e-6, 220e-6, 0.01).volume_m3, 21e-6);
 }
 
 }  // namespace
