@@ -62,10 +62,9 @@ bool Trial::valid() const {
 }
 double Trial::evidence(double correlated_rows) const {
   if (!valid()) return -std::numeric_limits<double>::infinity();
-  const auto rows = static_cast<double>(fit.rows + heldout_rows);
-  const double pieces = std::clamp(rows / correlated_rows, kLeastPieces, kMostPieces);
-  return -0.5 * pieces * std::log(joint_squares / rows) -
-         0.5 * static_cast<double>(variables) * std::log(pieces);
+  const double mean_square = joint_squares / static_cast<double>(fit.rows + heldout_rows);
+  const double pieces = std::clamp(static_cast<double>(rows) / correlated_rows, kLeastPieces, kMostPieces);
+  return -0.5 * pieces * std::log(mean_square) - 0.5 * static_cast<double>(variables) * std::log(pieces);
 }
 
 Trial tried(const Split& rows, Fit fit) {
@@ -79,7 +78,10 @@ Trial tried(const Split& rows, Fit fit) {
         score(run(scene, held.record, fit.on, fit.figures, start.back()), held.record, held.first);
     trial.heldout_squares += s.squares;
     trial.heldout_rows += s.rows;
+    trial.rows +=
+        held.continues >= 0 ? s.rows : held.record.rows() - std::max(held.first, held.record.settled_rows);
   }
+  trial.rows += fit.rows;
   trial.joint_squares =
       joint_squares(scene, fit, rows.heldout_as_fitted, start, rows.heldout.front().continues >= 0);
   trial.variables = fit.variables.size() + fit.warmths + fit.nulls * effects::kOwnNull;

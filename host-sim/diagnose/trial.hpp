@@ -1,9 +1,9 @@
 // What a set of effects achieves: fitted to the rows that are fitted, judged by those held out.
 //
-//   evidence = -N/(2 c) ln(S/N) - k/2 ln(N/c)
+//   evidence = -N/(2 c) ln(S/n) - k/2 ln(N/c)
 //
 // S sum of squared errors over fitted and held-out rows of the fit to both (joint_squares: figures that the fitted rows leave
-// unknown must not decide what the held-out rows say), N their number, c rows for one independent piece of information in
+// unknown must not decide what the held-out rows say), n their number, N all rows there are, c rows for one independent piece of information in
 // the error, N/c held within 20 to 200, k variables of the trial: Schwarz's criterion for a free run, whose errors are correlated.
 // Differences of evidence are logarithms of odds. The held-out rows have a veto besides: an effect that, fitted without
 // them, does not lower their error does not enter.
@@ -53,6 +53,8 @@ struct Trial {
   Fit fit;
   double heldout_squares = 0.0;
   std::size_t heldout_rows = 0;
+  /// N above, of every trial the same: also of a null that wanders, whose way half of the rows held out show.
+  std::size_t rows = 0;
   double joint_squares = 0.0;  ///< over fitted and held-out rows of the fit to both
   /// Of figures and warmths: the start pressures, which every trial has, do not count.
   std::size_t variables = 0;
