@@ -129,20 +129,6 @@ Recipe recipe_of(const SetRequest& request, std::size_t index) {
   // A third of the machines are smaller or larger than the population was drawn for.
   Random sizes(recipe.seed, 4);
   if (sizes.chance(1.0 / 3.0)) recipe.size = sizes.log_uniform(0.03, 5.0);
-  // What acts on a moving volume alone would be no departure at rest.
-  const bool needs_motion =
-      std::any_of(recipe.effects.begin(), recipe.effects.end(),
-                  [](const std::string& id) { return departure_kind(id).needs_moving_volume; });
-  if (needs_motion && recipe.tier != 1) {
-    if (request.tier == "all") {
-      recipe.tier = 1;
-    } else if (request.effect.empty()) {
-      recipe.effects = {"neighbour"};
-    } else {
-      throw std::invalid_argument(
-          fmt::format("effect {} shows with a moving volume only, expected tier 1", request.effect));
-    }
-  }
   return recipe;
 }
 

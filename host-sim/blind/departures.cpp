@@ -167,6 +167,10 @@ Drawn draw_heat_transfer(Random& random, const Scale& scale, Departures& into) {
 }
 
 Drawn draw_volume_error(Random& random, const Scale& scale, Departures& into) {
+  if (random.chance(0.25)) {
+    into.volume_lag = VolumeLag{random.log_uniform(5e-3, 0.15)};
+    return {"volume_error", "position sensor late", {{"time_s", into.volume_lag->time_s}}};
+  }
   double share = random.log_uniform(0.001, 0.3);
   if (random.chance(0.4)) share = -0.5 * share;
   into.volume_error = VolumeError{share * scale.volume_m3};
@@ -227,9 +231,13 @@ Drawn draw_missed_steps(Random& random, const Scale&, Departures& into) {
           {{"step_V", into.missed_steps->step_V}, {"missed", into.missed_steps->missed}}};
 }
 
-Drawn draw_volume_lag(Random& random, const Scale&, Departures& into) {
-  into.volume_lag = VolumeLag{random.log_uniform(5e-3, 0.15)};
-  return {"volume_lag", "position sensor late", {{"time_s", into.volume_lag->time_s}}};
+Drawn draw_volume_tremor(Random& random, const Scale& scale, Departures& into) {
+  const double amplitude_m3 = scale.volume_m3 * random.log_uniform(0.001, 0.03);
+  const double frequency_Hz = random.uniform(3.0, 15.0);
+  into.volume_tremor = VolumeTremor{amplitude_m3, frequency_Hz, random.angle()};
+  return {"volume_tremor",
+          "vibration that the position sensor misses",
+          {{"amplitude_m3", amplitude_m3}, {"frequency_Hz", frequency_Hz}}};
 }
 
 Drawn draw_lifting_seal(Random& random, const Scale& scale, Departures& into) {
@@ -259,43 +267,42 @@ AreaShape area_shape(double reach_V, const std::array<double, 7>& values) {
 
 const std::vector<DepartureKind>& departure_kinds() {
   static const std::vector<DepartureKind> kinds{
-      {"spool_lag", "command", true, false, draw_spool_lag, [](Departures& d) { d.spool_lag.reset(); }},
-      {"dead_time", "command", true, false, draw_dead_time, [](Departures& d) { d.dead_time.reset(); }},
-      {"valve_hysteresis", "command", true, false, draw_hysteresis,
+      {"spool_lag", "command", true, draw_spool_lag, [](Departures& d) { d.spool_lag.reset(); }},
+      {"dead_time", "command", true, draw_dead_time, [](Departures& d) { d.dead_time.reset(); }},
+      {"valve_hysteresis", "command", true, draw_hysteresis,
        [](Departures& d) {
          d.bouc_wen.reset();
          d.lugre.reset();
        }},
-      {"area_shape", "valve_area", true, false, draw_area_shape, [](Departures& d) { d.area_shape.reset(); }},
-      {"null_drift", "command", true, false, draw_null_drift, [](Departures& d) { d.null_drift.reset(); }},
-      {"flow_function", "mass_flow", true, false, draw_flow_function,
+      {"area_shape", "valve_area", true, draw_area_shape, [](Departures& d) { d.area_shape.reset(); }},
+      {"null_drift", "command", true, draw_null_drift, [](Departures& d) { d.null_drift.reset(); }},
+      {"flow_function", "mass_flow", true, draw_flow_function,
        [](Departures& d) { d.flow_function.reset(); }},
-      {"supply_droop", "supply", true, false, draw_supply_droop,
+      {"supply_droop", "supply", true, draw_supply_droop,
        [](Departures& d) {
          d.reservoir.reset();
          d.regulator.reset();
        }},
-      {"exhaust_backpressure", "mass_flow", true, false, draw_exhaust_backpressure,
+      {"exhaust_backpressure", "mass_flow", true, draw_exhaust_backpressure,
        [](Departures& d) { d.silencer.reset(); }},
-      {"chamber_leak", "mass_flow", true, false, draw_chamber_leak,
-       [](Departures& d) { d.chamber_leak.reset(); }},
-      {"tube_dynamics", "mass_flow", true, false, draw_tube, [](Departures& d) { d.tube.reset(); }},
-      {"heat_transfer", "energy", true, false, draw_heat_transfer,
-       [](Departures& d) { d.wall_heat.reset(); }},
-      {"volume_error", "energy", true, false, draw_volume_error,
-       [](Departures& d) { d.volume_error.reset(); }},
-      {"sensor_lag", "sensor", true, false, draw_sensor_lag, [](Departures& d) { d.sensor_lag.reset(); }},
-      {"sensor_bias", "sensor", true, false, draw_sensor_bias, [](Departures& d) { d.sensor_bias.reset(); }},
-      {"supply_pulsation", "supply", false, false, draw_supply_pulsation,
+      {"chamber_leak", "mass_flow", true, draw_chamber_leak, [](Departures& d) { d.chamber_leak.reset(); }},
+      {"tube_dynamics", "mass_flow", true, draw_tube, [](Departures& d) { d.tube.reset(); }},
+      {"heat_transfer", "energy", true, draw_heat_transfer, [](Departures& d) { d.wall_heat.reset(); }},
+      {"volume_error", "energy", true, draw_volume_error,
+       [](Departures& d) {
+         d.volume_error.reset();
+         d.volume_lag.reset();
+       }},
+      {"sensor_lag", "sensor", true, draw_sensor_lag, [](Departures& d) { d.sensor_lag.reset(); }},
+      {"sensor_bias", "sensor", true, draw_sensor_bias, [](Departures& d) { d.sensor_bias.reset(); }},
+      {"supply_pulsation", "supply", false, draw_supply_pulsation,
        [](Departures& d) { d.supply_pulsation.reset(); }},
-      {"sticking_flapper", "mass_flow", false, false, draw_sticking_flapper,
+      {"sticking_flapper", "mass_flow", false, draw_sticking_flapper,
        [](Departures& d) { d.sticking_flapper.reset(); }},
-      {"neighbour", "supply", false, false, draw_neighbour, [](Departures& d) { d.neighbour.reset(); }},
-      {"missed_steps", "command", false, false, draw_missed_steps,
-       [](Departures& d) { d.missed_steps.reset(); }},
-      {"volume_lag", "energy", false, true, draw_volume_lag, [](Departures& d) { d.volume_lag.reset(); }},
-      {"lifting_seal", "mass_flow", false, false, draw_lifting_seal,
-       [](Departures& d) { d.lifting_seal.reset(); }},
+      {"neighbour", "supply", false, draw_neighbour, [](Departures& d) { d.neighbour.reset(); }},
+      {"missed_steps", "command", false, draw_missed_steps, [](Departures& d) { d.missed_steps.reset(); }},
+      {"volume_tremor", "energy", false, draw_volume_tremor, [](Departures& d) { d.volume_tremor.reset(); }},
+      {"lifting_seal", "mass_flow", false, draw_lifting_seal, [](Departures& d) { d.lifting_seal.reset(); }},
   };
   return kinds;
 }

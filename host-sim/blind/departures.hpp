@@ -188,6 +188,13 @@ struct VolumeLag {
   double time_s;
 };
 
+/// What the chamber moves vibrates, faster than the sensor behind the volume column follows.
+struct VolumeTremor {
+  double amplitude_m3;
+  double frequency_Hz;
+  double phase;
+};
+
 /// A seal that lifts now and then: a leak to ambient that is open for random stretches.
 struct LiftingSeal {
   double area_m2;
@@ -219,6 +226,7 @@ struct Departures {
   std::optional<Neighbour> neighbour;
   std::optional<MissedSteps> missed_steps;
   std::optional<VolumeLag> volume_lag;
+  std::optional<VolumeTremor> volume_tremor;
   std::optional<LiftingSeal> lifting_seal;
 };
 
@@ -251,7 +259,6 @@ struct DepartureKind {
   std::string_view id;        ///< of the contract, or of this room for what is in no catalogue
   std::string_view equation;  ///< where it acts, as in the contract
   bool catalogued;
-  bool needs_moving_volume;  ///< at rest it changes nothing at all
   Drawn (*draw)(Random& random, const Scale& scale, Departures& into);
   void (*remove)(Departures& from);
 };

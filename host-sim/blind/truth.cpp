@@ -212,7 +212,13 @@ class Integrator {
   /// The true volume; what the log says is the motion itself.
   Volume volume_at(double time_s) const {
     const double t = time_s + (d_.volume_lag ? d_.volume_lag->time_s : 0.0);
-    const double v = machine_.motion.at(t), rate = machine_.motion.rate(t);
+    double v = machine_.motion.at(t), rate = machine_.motion.rate(t);
+    if (d_.volume_tremor) {
+      const double omega = 2.0 * std::numbers::pi * d_.volume_tremor->frequency_Hz;
+      const double angle = omega * time_s + d_.volume_tremor->phase;
+      v += d_.volume_tremor->amplitude_m3 * std::sin(angle);
+      rate += d_.volume_tremor->amplitude_m3 * omega * std::cos(angle);
+    }
     if (!d_.volume_error) return {v, rate};
     const double offset = d_.volume_error->offset_m3;
     const double bend = 0.1 * offset;

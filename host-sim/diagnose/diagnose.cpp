@@ -148,7 +148,7 @@ class Diagnosis {
     if (before != nullptr) before_Pa_ = before->with_effects_Pa;
     double sum = 0.0;
     for (const NamedLog& of : logs) {
-      scene_.records.push_back(make_record(of.name, of.log, heldout.empty() ? kFittedShare : 1.0));
+      add_record(scene_, make_record(of.name, of.log, heldout.empty() ? kFittedShare : 1.0));
       sum += white_noise(of.log.pressure_Pa) / static_cast<double>(logs.size());
     }
     set_noise(sum > 0.0 ? sum : scene_.noise_Pa);

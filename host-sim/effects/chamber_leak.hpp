@@ -2,7 +2,7 @@
 //
 //   m = G (v/v_0)^e (p - P_a) (1 + d (p - P_a)/(2 P_a)),   which is  G (p^2 - P_a^2)/(2 P_a)  with d = 1, e = 0
 //
-// p chamber, P_a ambient [Pa]; v volume, v_0 that of the first row [m3]; G conductance of a laminar gap at ambient density
+// p chamber, P_a ambient [Pa]; v volume, v_0 its mean over the first log [m3]; G conductance of a laminar gap at ambient density
 // [kg/(s Pa)]; d share of the gas's density in it: 1 in a gap, 0 a flow straight in the gauge pressure, between that of a gap
 // and that of a hole; e how the gap grows along the stroke, as in a worn bore. Assumptions: isothermal laminar gap flow; v
 // from v_0/20 to 20 v_0. Vanishes at G = 0. A leak through a hole, with the flow function of the ports, adds
@@ -35,17 +35,17 @@ inline constexpr Effect kChamberLeak{"chamber_leak",
 template <class N>
 class ChamberLeak {
  public:
-  void prepare(const N* x, const N& ambient_Pa, double start_volume_m3) {
+  void prepare(const N* x, const N& ambient_Pa, double mean_volume_m3, double volume_m3) {
     ambient_Pa_ = ambient_Pa;
     conductance_ = x[0] * 1e-9;
     per_gauge_ = x[1] * (0.5 / ambient_Pa);
     power_ = x[2];
-    per_start_1_m3_ = 1.0 / start_volume_m3;
-    at(start_volume_m3);
+    per_mean_1_m3_ = 1.0 / mean_volume_m3;
+    at(volume_m3);
   }
   /// The chamber has this volume now.
   void at(double volume_m3) {
-    now_ = conductance_ * power(N(std::clamp(volume_m3 * per_start_1_m3_, 0.05, 20.0)), power_);
+    now_ = conductance_ * power(N(std::clamp(volume_m3 * per_mean_1_m3_, 0.05, 20.0)), power_);
   }
   N flow(const N& pressure_Pa) const {
     const N gauge = pressure_Pa - ambient_Pa_;
@@ -57,7 +57,7 @@ class ChamberLeak {
 
  private:
   N ambient_Pa_{}, conductance_{}, per_gauge_{}, power_{}, now_{};
-  double per_start_1_m3_ = 0.0;
+  double per_mean_1_m3_ = 0.0;
 };
 
 }  // namespace plenum::host::effects

@@ -23,6 +23,8 @@ struct Surroundings {
   double supply_Pa = 700000.0;
   double ambient_Pa = 101325.0;
   double discharge_coefficient = 0.72;
+  double volume_m3 =
+      kSizedForVolume_m3;  ///< in the mean, of every log the same: effects bend with the volume about it
 };
 
 struct Timing {
@@ -134,9 +136,9 @@ ChamberModel<N>::ChamberModel(const Surroundings& around, const Timing& timing, 
   flow_function_.prepare(x(kIdFlowFunction));
   supply_droop_.prepare(x(kIdSupplyDroop), step_s_, supply_Pa_);
   backpressure_.prepare(x(kIdExhaustBackpressure), gas_J_kg_, around.gas.kappa, step_s_, ambient_Pa_);
-  leak_.prepare(x(kIdChamberLeak), ambient_Pa_, volume_m3);
+  leak_.prepare(x(kIdChamberLeak), ambient_Pa_, around.volume_m3, volume_m3);
   tube_.prepare(x(kIdTubeDynamics), gas_J_kg_, around.gas.kappa, step_s_, start_Pa);
-  volume_error_.prepare(x(kIdVolumeError));
+  volume_error_.prepare(x(kIdVolumeError), around.volume_m3);
   const N volume = on_ & (1U << kIdVolumeError) ? volume_error_.volume(volume_m3) : N(volume_m3);
   heat_.prepare(x(kIdHeatTransfer), around.gas.specific_gas_constant_J_kg_K(), around.ambient_Pa,
                 (start_Pa - start_warmth_Pa) * volume * (1.0 / gas_J_kg_));
@@ -375,7 +377,7 @@ N ChamberModel<N>::tick(double command_V, const double* volume_m3) {
     const Openings open = openings_over(command_V, i);
     const double logged = 0.5 * (volume_m3[i] + volume_m3[i + 1]);
     typename VolumeError<N>::Motion actual{N(logged), N((volume_m3[i + 1] - volume_m3[i]) / step_s_)};
-    if (on(kIdVolumeError)) actual = volume_error_.step(volume_m3[i], volume_m3[i + 1], step_s_);
+    if (on(kIdVolumeError)) actual = volume_error_.step(volume_m3 + i, i + 1 < timing_.steps, step_s_);
     if (on(kIdChamberLeak)) leak_.at(logged);
     const N begin = read_Pa();
     N mean = step(open, actual.volume_m3, actual.rate_m3_s / actual.volume_m3);

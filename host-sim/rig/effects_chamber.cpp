@@ -41,7 +41,8 @@ EffectsChamber::EffectsChamber(const plant::Valve& valve, const plant::ChamberCo
       model_({.gas = config.gas,
               .supply_Pa = config.supply_Pa,
               .ambient_Pa = config.ambient_Pa,
-              .discharge_coefficient = sheet_of(valve).discharge_coefficient},
+              .discharge_coefficient = sheet_of(valve).discharge_coefficient,
+              .volume_m3 = volume.mean_m3()},
              {.tick_s = tick_s, .average_s = tick_s, .steps = kSteps}, effects.on, figures_->data(),
              config.initial_pressure_Pa, config.initial_command_V, volume.at(0.0).volume_m3) {
   if (config.spool) throw std::invalid_argument("a chamber with effects has its spool among them: spool_lag");

@@ -112,7 +112,7 @@ void save_model(const Options& options, const trace::RigDescription& found,
                            logs.back().log.time_s.back() - logs.back().log.time_s.front());
   identify::chamber::Scene scene = identify::chamber::make_scene(found);
   for (const trace::NamedLog& log : logs)
-    scene.records.push_back(identify::chamber::make_record(log.name, log.log, 1.0));
+    identify::chamber::add_record(scene, identify::chamber::make_record(log.name, log.log, 1.0));
   model.file.fit["rms_one_step_kPa"] = 1e-3 * identify::chamber::tick_change_rms_Pa(scene);
   trace::write_model(options.save_model, model.file);
   options.output.print("model: {}{}\n", options.save_model,

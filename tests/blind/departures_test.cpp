@@ -94,6 +94,10 @@ TEST(Departures, AtTheValueWhereTheyVanishNoBitChanges) {
          d.neighbour = Neighbour{0.0, 1.0, 0.3, 0.0};
        }},
       {"volume_lag", [](Departures& d) { d.volume_lag = VolumeLag{0.0}; }},
+      {"volume_tremor",
+       [](Departures& d) {
+         d.volume_tremor = VolumeTremor{0.0, 7.0, 1.0};
+       }},
       {"lifting_seal",
        [](Departures& d) {
          d.lifting_seal = LiftingSeal{0.0, 0.5, 0.3, 1};

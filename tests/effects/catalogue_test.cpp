@@ -120,15 +120,17 @@ TEST(Catalogue, ValueAndCoordinateOfAParameterTurnIntoEachOther) {
 }
 
 TEST(Catalogue, NamesCarryTheirUnitUnlessTheyAreRatios) {
-  const std::set<std::string_view> ratios{
-      "damping",        "inlet_slope",     "inlet_curve",        "inlet_bend",
-      "exhaust_bend",   "exhaust_slope",   "exhaust_curve",      "critical_ratio",
-      "subsonic_index", "cracking_ratio",  "discharge_slope",    "exponent",
-      "gain_error",     "pressure_power",  "orifice_share",      "rounding",
-      "reach",          "letting_go",      "straight_share",     "coil_rise",
-      "outflow_share",  "relieving_share", "density_share",      "volume_power",
-      "sensor_share",   "coil_return",     "exhaust_ratio_more", "delay_rise",
-      "followed_share"};
+  const std::set<std::string_view> ratios{"damping",         "inlet_slope",     "inlet_curve",
+                                          "inlet_bend",      "exhaust_bend",    "exhaust_slope",
+                                          "exhaust_curve",   "critical_ratio",  "subsonic_index",
+                                          "cracking_ratio",  "discharge_slope", "exponent",
+                                          "gain_error",      "pressure_power",  "orifice_share",
+                                          "rounding",        "reach",           "letting_go",
+                                          "straight_share",  "coil_rise",       "outflow_share",
+                                          "relieving_share", "density_share",   "volume_power",
+                                          "sensor_share",    "coil_return",     "exhaust_ratio_more",
+                                          "delay_rise",      "followed_share",  "bow",
+                                          "s_shape"};
   const std::set<std::string_view> units{"_Hz",  "_s",   "_V",  "_kPa_s_per_g", "_g_s_MPa", "_m",    "_mm",
                                          "_mm2", "_W_K", "_mL", "_kPa",         "_V_s",     "_kPa_V"};
   for (const Effect* effect : catalogue()) {

@@ -102,6 +102,7 @@ TEST(ChamberModel, ErrorFallsWithTheSquareOfTheStepWhateverTheEffect) {
                         {kIdHeatTransfer, {0.5, 1.3, 0.8, 30.0}},
                         {kIdHeatTransfer, {0.5, 1.3, 0.8, 30.0, 1.0}},
                         {kIdVolumeError, {30.0}},
+                        {kIdVolumeError, {30.0, 0.3, -0.5, 0.02}},
                         {kIdSensorLag, {0.02}},
                         {kIdSensorLag, {0.02, 0.7}},
                         {kIdSensorBias, {5.0, 0.02}}};

@@ -178,6 +178,25 @@ TEST(VolumeError, IsTheModelWithTheOtherVolume) {
   }
 }
 
+TEST(VolumeError, BentIsTheModelWithTheBentVolume) {
+  const std::vector<double> command_V = jumping_command_V(800);
+  const Drive logged = drive_of(command_V, swinging_volume(), 4);
+  const double mean_m3 = Surroundings{}.volume_m3;
+  for (const auto& [bow, s_shape] : {std::pair{-0.8, 0.0}, {0.3, 0.0}, {0.2, -0.9}}) {
+    Drive actual = logged;
+    for (double& volume : actual.volume_m3) {
+      const double way = volume / mean_m3 - 1.0;
+      volume += 20e-6 + mean_m3 * (bow * std::pow(way, 2) + s_shape * std::pow(way, 3));
+    }
+    const std::vector<double> with_error =
+        run(only(kIdVolumeError), with(nominal(), kIdVolumeError, {20.0, bow, s_shape, 0.0}), logged, 3e5);
+    const std::vector<double> other = run(0, nominal(), actual, 3e5);
+    for (std::size_t k = 0; k < other.size(); ++k) {
+      ASSERT_NEAR(with_error[k], other[k], 20.0) << "Pa, row " << k << ", bow " << bow;
+    }
+  }
+}
+
 // A first-order sensor in closed form: of v = m + a sin(w t) it says m + a sin(w t - atan(w tau))/sqrt(1 + (w tau)^2) once it has settled.
 TEST(VolumeError, UndoesTheLagOfAPositionSensor) {
   constexpr std::size_t kRows = 800;
@@ -195,7 +214,7 @@ TEST(VolumeError, UndoesTheLagOfAPositionSensor) {
   const std::vector<double> expected = run(0, nominal(), actual, 3e5);
   const std::vector<double> late = run(0, nominal(), logged, 3e5);
   const std::vector<double> undone =
-      run(only(kIdVolumeError), with(nominal(), kIdVolumeError, {0.0, kLag_s}), logged, 3e5);
+      run(only(kIdVolumeError), with(nominal(), kIdVolumeError, {0.0, 0.0, 0.0, kLag_s}), logged, 3e5);
   double late_squares = 0.0, undone_squares = 0.0;
   for (std::size_t k = 0; k < kRows; ++k) {
     late_squares += std::pow(late[k] - expected[k], 2);
@@ -206,11 +225,12 @@ TEST(VolumeError, UndoesTheLagOfAPositionSensor) {
 }
 
 TEST(VolumeError, LeavesATenthOfTheLoggedVolume) {
-  const double figures[] = {-5000.0, 0.0};
+  const double logged_m3[] = {200e-6, 220e-6};
+  const double figures[] = {-5000.0, 0.0, 0.0, 0.0};
   VolumeError<double> error;
-  error.prepare(figures);
+  error.prepare(figures, 200e-6);
   EXPECT_DOUBLE_EQ(error.volume(200e-6), 20e-6);
-  EXPECT_DOUBLE_EQ(error.step(200e-6, 220e-6, 0.01).volume_m3, 21e-6);
+  EXPECT_DOUBLE_EQ(error.step(logged_m3, false, 0.01).volume_m3, 21e-6);
 }
 
 }  // namespace

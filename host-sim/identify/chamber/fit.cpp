@@ -101,6 +101,11 @@ effects::Size size_of(const Scene& scene) {
   return size;
 }
 
+void add_record(Scene& scene, Record record) {
+  scene.records.push_back(std::move(record));
+  scene.around.volume_m3 = size_of(scene).volume * effects::kSizedForVolume_m3;
+}
+
 Figures figures_without(const Scene& scene, Figures figures, std::size_t effect) {
   const std::size_t first = effects::kFirstFigure[effect];
   if (effect == effects::kIdVolumeError) {

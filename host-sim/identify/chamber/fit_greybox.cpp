@@ -86,7 +86,7 @@ FitOptions options_of(EffectSet refined, int most_iterations) {
 
 Scene scene_of(const std::vector<trace::Log>& logs, const trace::RigDescription& rig, double fitted_share) {
   Scene scene = make_scene(rig);
-  for (const trace::Log& log : logs) scene.records.push_back(make_record({}, log, fitted_share));
+  for (const trace::Log& log : logs) add_record(scene, make_record({}, log, fitted_share));
   return scene;
 }
 
