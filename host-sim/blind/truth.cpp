@@ -202,7 +202,7 @@ class Integrator {
     double rate;
   };
 
-  bool rigid() const { return !machine_.motion.moves(); }
+  bool rigid() const { return !machine_.motion.moves() && !d_.volume_tremor; }
 
   /// Of the chamber's gas at the wall's temperature.
   double mass_at_wall_kg(double pressure_Pa) const {

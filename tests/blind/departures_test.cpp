@@ -284,6 +284,21 @@ TEST(Departures, SilencerAloneEmptiesAChamberByItsLaw) {
   }
 }
 
+TEST(Departures, TremorSqueezesASealedChamberAdiabaticallyAndTheColumnMissesIt) {
+  Machine shaken = sealed();
+  constexpr double kShare = 0.03, kFrequency_Hz = 7.0;
+  shaken.departures.volume_tremor = VolumeTremor{kShare * shaken.motion.mean_m3, kFrequency_Hz, 0.0};
+  const Rows rows = simulate(shaken, 100, constant(5.0));
+  const auto volume_share = [&](std::size_t k) {
+    return 1.0 + kShare * std::sin(2.0 * std::numbers::pi * kFrequency_Hz * 0.01 * static_cast<double>(k));
+  };
+  for (std::size_t k = 0; k < rows.pressure_Pa.size(); ++k) {
+    EXPECT_NEAR(rows.pressure_Pa[k] * std::pow(volume_share(k), 1.4) / rows.pressure_Pa[0], 1.0, 1e-4)
+        << "row " << k;
+    EXPECT_EQ(rows.volume_m3[k], shaken.motion.mean_m3);
+  }
+}
+
 TEST(Departures, AWallOfAnyConductanceMakesCompressionIsothermal) {
   Machine cooled = sealed();
   cooled.motion.tones[0] = {0.3, 0.2, 0.0};
