@@ -61,11 +61,11 @@ constexpr std::array<FaultSpec, kFaults> kFaultSpecs = {{
      "CAN cable, termination, bit rate"},
     {Fault::model_drift, "model drift", 0xFF0B, kOwn, Reaction::none, Scope::chamber, Clears::by_itself,
      "log of the chamber (2301h), diagnosed: what has changed of valve, supply, hose or sensor; drift_alarm_ratio"},
-    {Fault::pdo_length, "PDO too short", 0x8210, kComm, Reaction::none, Scope::board, Clears::by_itself,
+    {Fault::pdo_short, "PDO too short", 0x8210, kComm, Reaction::none, Scope::board, Clears::by_itself,
      "mapping of the RPDO (1600h..) here and in the master: a PDO shorter than it changes nothing"},
     {Fault::sync_refused, "SYNC that 1019h does not allow", 0x8240, kComm, Reaction::none, Scope::board, Clears::by_itself,
      "1019h here and in the master: with it a SYNC counts, and one that does not changes nothing"},
-    {Fault::pdo_exceeded, "PDO longer than mapped", 0x8220, kComm, Reaction::none, Scope::board, Clears::by_itself,
+    {Fault::pdo_long, "PDO longer than mapped", 0x8220, kComm, Reaction::none, Scope::board, Clears::by_itself,
      "mapping of the RPDO (1600h..) here and in the master: of a PDO longer than it the beginning counts"},
 }};
 // clang-format on

@@ -40,9 +40,9 @@ enum class Fault : std::uint8_t {
   can_overrun,
   can_passive,
   model_drift,
-  pdo_length,
+  pdo_short,
   sync_refused,
-  pdo_exceeded,
+  pdo_long,
 };
 
 inline constexpr std::size_t kFaults = 27;

@@ -110,8 +110,8 @@ FaultSet BoardMonitor::step(const config::BoardSettings& settings, const Input& 
   causes |= if_so(in.store_failing, Fault::store_failing);
   causes |= if_so(in.frames_lost, Fault::can_overrun);
   causes |= if_so(in.error_passive, Fault::can_passive);
-  causes |= if_so(in.pdo_short, Fault::pdo_length);
-  causes |= if_so(in.pdo_long, Fault::pdo_exceeded);
+  causes |= if_so(in.pdo_short, Fault::pdo_short);
+  causes |= if_so(in.pdo_long, Fault::pdo_long);
   causes |= if_so(in.sync_misfits, Fault::sync_refused);
   return causes;
 }

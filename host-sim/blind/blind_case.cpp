@@ -86,6 +86,7 @@ Scale scale_of(const trace::RigDescription& rig, const Motion& motion, double si
           rig.ambient.pressure_Pa,
           rig.gas.temperature_K,
           motion.mean_m3,
+          motion.moves(),
           0.5 * (rig.valve.inlet_area_per_V_m2 + rig.valve.exhaust_area_per_V_m2),
           rig.valve.discharge_coefficient,
           flow};

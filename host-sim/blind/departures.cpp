@@ -167,7 +167,8 @@ Drawn draw_heat_transfer(Random& random, const Scale& scale, Departures& into) {
 }
 
 Drawn draw_volume_error(Random& random, const Scale& scale, Departures& into) {
-  if (random.chance(0.25)) {
+  const bool late = random.chance(0.25);
+  if (late && scale.moves) {  // at rest it would be no departure
     into.volume_lag = VolumeLag{random.log_uniform(5e-3, 0.15)};
     return {"volume_error", "position sensor late", {{"time_s", into.volume_lag->time_s}}};
   }

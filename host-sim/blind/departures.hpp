@@ -137,6 +137,11 @@ struct VolumeError {
   double offset_m3;
 };
 
+/// The position sensor behind the volume column lags: the true volume is ahead by this time.
+struct VolumeLag {
+  double time_s;
+};
+
 // ---- sensor
 
 /// p_s'' = w^2 (p - p_s) - 2 zeta w p_s', or of first order (zeta = 0 means that). Vanishes as tau = 1/w -> 0.
@@ -183,11 +188,6 @@ struct MissedSteps {
   unsigned long long seed;
 };
 
-/// The position sensor behind the volume column lags: the true volume is ahead by this time.
-struct VolumeLag {
-  double time_s;
-};
-
 /// What the chamber moves vibrates, faster than the sensor behind the volume column follows.
 struct VolumeTremor {
   double amplitude_m3;
@@ -219,13 +219,13 @@ struct Departures {
   std::optional<Regulator> regulator;
   std::optional<WallHeat> wall_heat;
   std::optional<VolumeError> volume_error;
+  std::optional<VolumeLag> volume_lag;
   std::optional<SensorLag> sensor_lag;
   std::optional<SensorBias> sensor_bias;
   std::optional<SupplyPulsation> supply_pulsation;
   std::optional<StickingFlapper> sticking_flapper;
   std::optional<Neighbour> neighbour;
   std::optional<MissedSteps> missed_steps;
-  std::optional<VolumeLag> volume_lag;
   std::optional<VolumeTremor> volume_tremor;
   std::optional<LiftingSeal> lifting_seal;
 };
@@ -237,6 +237,7 @@ struct Scale {
   double ambient_Pa;
   double temperature_K;
   double volume_m3;      ///< mean
+  bool moves;            ///< the volume
   double area_per_V_m2;  ///< mean of both ports
   double discharge_coefficient;
   double flow_kg_s_m2;  ///< choked flow from supply per area, coefficient included

@@ -214,7 +214,7 @@ class Integrator {
     const double t = time_s + (d_.volume_lag ? d_.volume_lag->time_s : 0.0);
     double v = machine_.motion.at(t), rate = machine_.motion.rate(t);
     if (d_.volume_tremor) {
-      const double omega = 2.0 * std::numbers::pi * d_.volume_tremor->frequency_Hz;
+      const double omega = kTau * d_.volume_tremor->frequency_Hz;
       const double angle = omega * time_s + d_.volume_tremor->phase;
       v += d_.volume_tremor->amplitude_m3 * std::sin(angle);
       rate += d_.volume_tremor->amplitude_m3 * omega * std::cos(angle);

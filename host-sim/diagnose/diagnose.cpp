@@ -230,6 +230,7 @@ class Diagnosis {
     Trial both = changed;  // over the same rows as the trials of the search
     both.joint_squares += was.squares;
     both.fit.rows += was.rows;
+    both.rows += was.rows;
     both.variables += was.variables.size() + was.warmths;
     const double evidence = both.evidence(search_.correlated_rows);
     const bool closed = search_.best.on != 0 && search_.best.heldout_Pa() < kAtFloor * report_.noise_floor_Pa;

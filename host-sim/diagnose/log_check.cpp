@@ -73,7 +73,8 @@ constexpr double kAboveSupply = 1.5;
 
 /// The pressure of each row, were it `gain` p + `reference_Pa`, if the chamber still had the least (or the
 /// greatest) volume that it had before: one that is closed goes below ambient as it grows, and above the supply
-/// as it shrinks. A chamber that the log finds below ambient (or above the supply) may have had any volume before.
+/// as it shrinks. One that the log finds below ambient (or above the supply) may have had the
+/// least (or greatest) volume of the whole log before.
 struct VolumeFree {
   std::vector<double> low_Pa;
   std::vector<double> high_Pa;

@@ -172,6 +172,10 @@ SetFits::Look SetFits::look(const Fit& base, double base_squares, std::size_t ef
 std::optional<Figures> SetFits::finer_start(std::size_t effect, const Figures& best, const Fit& base) const {
   Figures start = best;
   double* const x = start.data() + effects::kFirstFigure[effect];
+  const auto least_of = [&](const std::vector<Figures>& sizes) -> std::optional<Figures> {
+    if (sizes.empty()) return {};
+    return sizes[least_error(coarse_, base.on | bit(effect), sizes, base.start)];
+  };
   if (effect == effects::kIdSpoolLag) {
     // as late by its coil alone, the spool without mass
     x[3] += x[0] * x[1] / std::numbers::pi;
@@ -188,15 +192,13 @@ std::optional<Figures> SetFits::finer_start(std::size_t effect, const Figures& b
     // straight in the gauge pressure: beside a gap's, of which there is little, the valve's own leaks took it
     if (base.on == 0) std::copy_n(scene_.nominal.begin(), effects::kValveFigures, start.begin());
     x[1] = 0.0;
-    const std::vector<Figures> sizes = sizes_of(effect, start, {1.0, 3.0, 10.0, 30.0, 100.0});
-    return sizes[least_error(coarse_, base.on | bit(effect), sizes, base.start)];
+    return least_of(sizes_of(effect, start, {1.0, 3.0, 10.0, 30.0, 100.0}));
   }
   if (effect == effects::kIdExhaustBackpressure) {
     // half straight and no manifold, where an orifice's ran away with one
     x[1] = 0.0;
     x[2] = 0.5;
-    const std::vector<Figures> sizes = sizes_of(effect, start, {1.0, 3.0, 10.0, 20.0, 40.0, 60.0, 100.0});
-    return sizes[least_error(coarse_, base.on | bit(effect), sizes, base.start)];
+    return least_of(sizes_of(effect, start, {1.0, 3.0, 10.0, 20.0, 40.0, 60.0, 100.0}));
   }
   return {};
 }

@@ -24,7 +24,7 @@ struct Surroundings {
   double ambient_Pa = 101325.0;
   double discharge_coefficient = 0.72;
   double volume_m3 =
-      kSizedForVolume_m3;  ///< in the mean, of every log the same: effects bend with the volume about it
+      kSizedForVolume_m3;  ///< in the mean over the first log, for all logs of a fit: effects bend about it
 };
 
 struct Timing {

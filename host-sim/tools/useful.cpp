@@ -62,7 +62,7 @@ void require_useful(const FitError& error,
                     "command another sign, expected more volts for more pressure?",
                     found, turned_ratio));
   }
-  if (ratio >= kUseful) {
+  if (!(ratio < kUseful)) {
     throw identify::CannotIdentify(
         fmt::format("{}, expected less: has the command another time or unit, or does something else move "
                     "the pressure?",

@@ -66,8 +66,8 @@ Json fits_of(const std::filesystem::path& folder, double seconds) {
   const auto rig = trace::read_rig(folder / "rig.toml");
   const auto log = trace::read_log(folder / "log.csv", rig);
   chamber::Scene scene = chamber::make_scene(rig);
-  scene.records.push_back(
-      chamber::make_record("log.csv", log, seconds / (log.period_s * static_cast<double>(log.size()))));
+  chamber::add_record(scene, chamber::make_record(
+                                 "log.csv", log, seconds / (log.period_s * static_cast<double>(log.size()))));
   scene.records.front().settled_rows = 1;  // every row
   const chamber::Record& record = scene.records.front();
   const std::vector<effects::Start> begin{{record.measured_Pa.front()}};

@@ -137,9 +137,25 @@ TEST(Departures, NearTheValueWhereTheyVanishLittleChanges) {
   }
 }
 
+TEST(Departures, AVolumeIsDrawnLateOnlyWhereItMoves) {
+  Scale scale{1.0, 600e3, 101325.0, 293.15, 150e-6, true, 1.5e-6, 0.72, 1000.0};
+  for (const bool moves : {false, true}) {
+    scale.moves = moves;
+    int late = 0;
+    for (std::uint64_t seed = 0; seed < 200; ++seed) {
+      Random random(seed);
+      Departures d;
+      departure_kind("volume_error").draw(random, scale, d);
+      ASSERT_NE(d.volume_lag.has_value(), d.volume_error.has_value());
+      late += d.volume_lag ? 1 : 0;
+    }
+    EXPECT_EQ(late > 0, moves) << late;
+  }
+}
+
 TEST(Departures, EachOneThatIsDrawnShows) {
   const Rows nominal = stage().run({});
-  const Scale scale{1.0, 600e3, 101325.0, 293.15, 150e-6, 1.5e-6, 0.72, 1000.0};
+  const Scale scale{1.0, 600e3, 101325.0, 293.15, 150e-6, true, 1.5e-6, 0.72, 1000.0};
   for (const DepartureKind& kind : departure_kinds()) {
     Random random(5);
     Departures d;
@@ -152,7 +168,7 @@ TEST(Departures, EachOneThatIsDrawnShows) {
 }
 
 TEST(Departures, HalvingTheStepMovesNoRowByMoreThanAFewPascals) {
-  const Scale scale{1.0, 600e3, 101325.0, 293.15, 150e-6, 1.5e-6, 0.72, 1000.0};
+  const Scale scale{1.0, 600e3, 101325.0, 293.15, 150e-6, true, 1.5e-6, 0.72, 1000.0};
   const auto check = [](const Departures& d, std::string_view name) {
     const double moved = largest_difference(stage().run(d), stage().run(d, 0.5 * kStep_s));
     EXPECT_LT(moved, 5.0) << "Pa, " << name;

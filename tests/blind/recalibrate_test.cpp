@@ -79,7 +79,7 @@ TEST(Recalibration, NeverLeavesMoreThanThereWas) {
     const DepartureKind& kind = departure_kinds()[i];
     Random random(9);
     Machine machine = on.nominal;
-    kind.draw(random, {1.0, 600e3, 101325.0, 293.15, 150e-6, 1.5e-6, 0.72, 1000.0}, machine.departures);
+    kind.draw(random, {1.0, 600e3, 101325.0, 293.15, 150e-6, true, 1.5e-6, 0.72, 1000.0}, machine.departures);
     // A quarter of a pascal is what the coarser step costs.
     EXPECT_LE(on.rest_Pa(machine), on.gap_Pa(machine) + 0.25) << "Pa, " << kind.id;
   }

@@ -178,11 +178,17 @@ TEST(LogCheck, AcceptsASealedChamberThatDipsBelowAmbientAsItGrows) {
   }
 }
 
-TEST(LogCheck, AcceptsAChamberThatTheLogFindsBelowAmbientAsItHadGrownBefore) {
+TEST(LogCheck, AcceptsAChamberThatTheLogFindsBeyondItsPressuresAsItHadMovedBefore) {
   const auto sealed_at_first = [steps = random_steps()](double time_s) mutable {
     return time_s < 2.0 ? 5.0 : steps(time_s);
   };
-  EXPECT_EQ(answer(recorded({.swing = 0.4, .swing_Hz = 0.2, .start_Pa = 50e3}, sealed_at_first)), "");
+  const Log below = recorded({.swing = 0.4, .swing_Hz = 0.2, .start_Pa = 50e3}, sealed_at_first);
+  EXPECT_EQ(answer(below), "");
+  const Log above = recorded({.swing = 0.4, .swing_Hz = 0.2, .start_Pa = 1150e3}, sealed_at_first);
+  EXPECT_EQ(answer(above), "");
+  const Log gauge =
+      scaled_pressure(recorded({.swing = 0.4, .swing_Hz = 0.2}, sealed_at_first), 1.0, -101325.0);
+  EXPECT_THAT(answer(gauge), HasSubstr("looks like gauge pressure"));
 }
 
 TEST(LogCheck, AcceptsLongSealedHolds) {

@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "tests/identify/chamber/chamber_scene.hpp"
+
 namespace plenum::host::diagnose {
 namespace {
 
@@ -35,6 +37,29 @@ TEST(Evidence, DiffersByTheLogarithmOfTheErrorsForEachPieceWhateverTheUnit) {
     EXPECT_NEAR(trial_of(3000, 1e4 * unit).evidence(kCorrelatedRows) -
                     trial_of(1500, 4e4 * unit).evidence(kCorrelatedRows),
                 0.5 * pieces * std::log(4.0), 1e-9);
+  }
+}
+
+// The same rows, of which a null that wanders has some shown: whether they continue the fitted log or are another's.
+TEST(Evidence, CountsAllRowsOfATrialWhoeverIsShownSomeOfThem) {
+  const auto with_heldout = [](bool continues) {
+    Scene scene = identify::chamber::chamber_scene(identify::chamber::jumping_V(1500), 30e-6);
+    HeldOut held{.record = scene.records[0], .first = continues ? std::size_t{900} : std::size_t{1}};
+    if (continues) {
+      held.continues = 0;
+      scene.records[0].fitted_rows = 900;
+    }
+    return split_of(scene, {held});
+  };
+  for (const bool continues : {false, true}) {
+    const Split plain = with_heldout(continues);
+    const Split shown = followed(plain);
+    const effects::EffectSet null = bit(effects::kIdNullDrift);
+    const Trial whole = tried(plain, fit(plain.fitted, 0, plain.fitted.nominal, {}, {.most_iterations = 2}));
+    const Trial half = tried(
+        shown, fit(shown.fitted, null, shown.fitted.nominal, {}, {.most_iterations = 2, .refined = null}));
+    EXPECT_EQ(half.rows, whole.rows) << continues;
+    EXPECT_LT(half.heldout_rows, whole.heldout_rows) << continues;
   }
 }
 

@@ -230,7 +230,9 @@ TEST(VolumeError, LeavesATenthOfTheLoggedVolume) {
   VolumeError<double> error;
   error.prepare(figures, 200e-6);
   EXPECT_DOUBLE_EQ(error.volume(200e-6), 20e-6);
-  EXPECT_DOUBLE_EQ(error.step(logged_m3, false, 0.01).volume_m3, 21e-6);
+  const VolumeError<double>::Motion least = error.step(logged_m3, false, 0.01);
+  EXPECT_DOUBLE_EQ(least.volume_m3, 21e-6);
+  EXPECT_DOUBLE_EQ(least.rate_m3_s, 0.1 * 20e-6 / 0.01);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include <limits>
 #include <string>
 
 #include "host-sim/identify/cannot_identify.hpp"
@@ -53,6 +54,11 @@ TEST(Useful, ACommandOfAnotherSignIsToldBeforeTheModelIsWorthNothing) {
 
 TEST(Useful, AModelNoBetterThanHoldingIsNone) {
   EXPECT_THAT(refusal(0.95, 0.9), AllOf(HasSubstr("0.95 times"), HasSubstr("means"), Not(HasSubstr("sign"))));
+}
+
+TEST(Useful, AModelWhoseErrorIsNoNumberIsNone) {
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THAT(refusal(none, none), HasSubstr("another time or unit"));
 }
 
 TEST(Useful, AMirrorImageThatGivesNoModelSaysNothingOfTheSign) {

@@ -113,6 +113,11 @@ TEST(Rpdo, TakesTheBeginningOfALongerOne) {
   bench.send("405 07 00 FF FF FF FF FF FF");
   EXPECT_EQ(bench.image.control_word, 7);
   EXPECT_EQ(bench.node.counters().rejected, 0U);
+  EXPECT_EQ(bench.answer("605 2F 02 14 02 01 00 00 00"), "585 60 02 14 02 00 00 00 00") << "synchronous";
+  bench.send("405 03 00 FF");
+  EXPECT_EQ(bench.image.control_word, 7);
+  bench.send("080");
+  EXPECT_EQ(bench.image.control_word, 3);
 }
 
 TEST(Rpdo, IgnoresANonFiniteRealAndCountsIt) {

@@ -27,9 +27,9 @@ FaultReport raise(FaultRegister& faults, Fault fault, std::size_t chamber = 0) {
 TEST(FaultTable, HasTheEmergencyCodesOfTheBusContract) {
   const std::map<Fault, std::uint16_t> fixed = {{Fault::can_overrun, 0x8110},
                                                 {Fault::can_passive, 0x8120},
-                                                {Fault::pdo_length, 0x8210},
+                                                {Fault::pdo_short, 0x8210},
                                                 {Fault::sync_refused, 0x8240},
-                                                {Fault::pdo_exceeded, 0x8220},
+                                                {Fault::pdo_long, 0x8220},
                                                 {Fault::heartbeat_lost, 0x8130},
                                                 {Fault::bus_off, 0x8140},
                                                 {Fault::setpoint_timeout, 0x8250},

@@ -229,8 +229,8 @@ TEST(BoardMonitor, PassesLinesAndBusStatesOnAtOnce) {
   EXPECT_EQ(BoardMonitor{}.step({}, in),
             only(Fault::configuration_refused) | only(Fault::emergency_stop) | only(Fault::hardware) |
                 only(Fault::bus_off) | only(Fault::can_passive) | only(Fault::can_overrun) |
-                only(Fault::heartbeat_lost) | only(Fault::setpoint_timeout) | only(Fault::pdo_length) |
-                only(Fault::pdo_exceeded) | only(Fault::sync_refused));
+                only(Fault::heartbeat_lost) | only(Fault::setpoint_timeout) | only(Fault::pdo_short) |
+                only(Fault::pdo_long) | only(Fault::sync_refused));
 }
 
 TEST(BoardMonitor, RaisesLateTicksOnEndInTheTickOfTheirLimit) {

@@ -37,7 +37,7 @@ inline Scene chamber_scene(const std::vector<double>& command_V, double swing_m3
   record.measured_Pa.resize(command_V.size());
   record.fitted_rows = command_V.size();
   record.measured_Pa = run(scene, record, 0, scene.nominal, {3e5});
-  scene.records.push_back(std::move(record));
+  add_record(scene, std::move(record));
   return scene;
 }
 

@@ -46,6 +46,29 @@ TEST(ChamberFit, AnEffectOfTheRigIsInEveryRun) {
   EXPECT_NE(run(plain, plain.records[0], 0, plain.nominal, {3e5}), expected);
 }
 
+TEST(ChamberFit, FiguresBendAboutTheMeanVolumeOfTheFirstLogWhateverTheNext) {
+  Scene scene = chamber_scene(jumping_V(600), 30e-6);
+  const double mean_m3 = scene.around.volume_m3;
+  EXPECT_NEAR(mean_m3, 150e-6, 5e-6);
+  Record larger = scene.records[0];
+  for (double& volume_m3 : larger.drive.volume_m3) volume_m3 *= 3.0;
+  add_record(scene, larger);
+  EXPECT_EQ(scene.around.volume_m3, mean_m3);
+  // a bow adds nothing to a chamber at rest at that volume, and the square of its way elsewhere
+  effects::Figures bowed = scene.nominal;
+  bowed[effects::kFirstFigure[effects::kIdVolumeError] + 1] = 0.5;
+  Record rests = scene.records[0];
+  const auto at_volume = [&](double volume_m3, effects::EffectSet on, const effects::Figures& figures) {
+    std::fill(rests.drive.volume_m3.begin(), rests.drive.volume_m3.end(), volume_m3);
+    return run(scene, rests, on, figures, {3e5});
+  };
+  const EffectSet on = EffectSet{1} << effects::kIdVolumeError;
+  EXPECT_EQ(at_volume(mean_m3, on, bowed), at_volume(mean_m3, 0, scene.nominal));
+  const std::vector<double> bent = at_volume(1.2 * mean_m3, on, bowed);
+  const std::vector<double> actual = at_volume((1.2 + 0.5 * 0.04) * mean_m3, 0, scene.nominal);
+  for (std::size_t k = 0; k < bent.size(); ++k) ASSERT_NEAR(bent[k], actual[k], 1e-3) << "Pa, row " << k;
+}
+
 TEST(ChamberFit, AVolumeThatRestsIsTakenOutWithoutAChange) {
   const Scene scene = chamber_scene(jumping_V(600), 0.0);
   const EffectSet volume_error = EffectSet{1} << effects::kIdVolumeError;
