@@ -91,8 +91,8 @@ struct ProcessImage {
   std::uint8_t setpoints_came = 0;  ///< bit c: that of chamber c was written since the last tick
   bool setpoint_lost = false;   ///< the event timer of an RPDO (1400h:5) ran out while 6040h asks for ACTIVE
   bool heartbeat_lost = false;  ///< a node of 1016h has fallen silent
-  bool pdo_short = false;  ///< within the last ten seconds a PDO has come that is shorter than its mapping
-  bool pdo_long = false;   ///< likewise one that is longer
+  bool pdo_short = false;     ///< within the last ten seconds a PDO has come that is shorter than its mapping
+  bool pdo_long = false;      ///< likewise one that is longer
   bool sync_misfits = false;  ///< likewise a SYNC with a counter that 1019h does not allow, or without
   VolumeCode volume_code;
   config::Twice<std::uint8_t> preview_ticks{
