@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "host-sim/blind/true_volume.hpp"
+
 namespace plenum::host::blind {
 namespace {
 
@@ -136,7 +138,8 @@ class Integrator {
         rig_(machine.rig),
         gas_(gas_at(rig_.gas.temperature_K)),
         elasticity_(kKappa * kGasConstant_J_kg_K * rig_.gas.temperature_K),
-        law_(d_.flow_function ? &*d_.flow_function : nullptr) {
+        law_(d_.flow_function ? &*d_.flow_function : nullptr),
+        true_volume_(machine) {
     const auto claim = [this](bool wanted, std::size_t count = 1) {
       const std::size_t first = wanted ? states_ : kAbsent;
       if (wanted) states_ += count;
@@ -153,7 +156,7 @@ class Integrator {
   }
 
   void start(double pressure_Pa, double command_V, double time_s) {
-    volume_ = volume_at(time_s);
+    volume_ = true_volume_.at(time_s);
     y_.fill(0.0);
     y_[chamber_] = pressure_Pa;
     command_V_ = command_V;
@@ -173,8 +176,8 @@ class Integrator {
   /// One step of `h` seconds from `time_s` under one command.
   void step(double time_s, double h, double command_V) {
     prepare(time_s, h, command_V);
-    const Volume middle = rigid() ? volume_ : volume_at(time_s + 0.5 * h);
-    const Volume end = rigid() ? volume_ : volume_at(time_s + h);
+    const TrueVolume::Moment middle = true_volume_.rigid() ? volume_ : true_volume_.at(time_s + 0.5 * h);
+    const TrueVolume::Moment end = true_volume_.rigid() ? volume_ : true_volume_.at(time_s + h);
     State k1, k2, k3, k4, y;
     slope(y_, volume_, k1);
     for (std::size_t i = 0; i < states_; ++i) y[i] = y_[i] + 0.5 * h * k1[i];
@@ -197,34 +200,9 @@ class Integrator {
   }
 
  private:
-  struct Volume {
-    double value;
-    double rate;
-  };
-
-  bool rigid() const { return !machine_.motion.moves() && !d_.volume_tremor; }
-
   /// Of the chamber's gas at the wall's temperature.
   double mass_at_wall_kg(double pressure_Pa) const {
-    return pressure_Pa * volume_.value / (kGasConstant_J_kg_K * rig_.gas.temperature_K);
-  }
-
-  /// The true volume; what the log says is the motion itself.
-  Volume volume_at(double time_s) const {
-    const double t = time_s + (d_.volume_lag ? d_.volume_lag->time_s : 0.0);
-    double v = machine_.motion.at(t), rate = machine_.motion.rate(t);
-    if (d_.volume_tremor) {
-      const double omega = kTau * d_.volume_tremor->frequency_Hz;
-      const double angle = omega * time_s + d_.volume_tremor->phase;
-      v += d_.volume_tremor->amplitude_m3 * std::sin(angle);
-      rate += d_.volume_tremor->amplitude_m3 * omega * std::cos(angle);
-    }
-    if (!d_.volume_error) return {v, rate};
-    const double offset = d_.volume_error->offset_m3;
-    const double bend = 0.1 * offset;
-    const double turn = v / machine_.motion.mean_m3 - 1.0;
-    return {v + offset + bend * std::sin(3.0 * turn),
-            rate * (1.0 + 3.0 * bend / machine_.motion.mean_m3 * std::cos(3.0 * turn))};
+    return pressure_Pa * volume_.value_m3 / (kGasConstant_J_kg_K * rig_.gas.temperature_K);
   }
 
   /// What is held over a step: sources, drift, and laws without a rate of their own.
@@ -300,7 +278,7 @@ class Integrator {
     return stepper_V_;
   }
 
-  void slope(const State& y, const Volume& volume, State& dy) const {
+  void slope(const State& y, const TrueVolume::Moment& volume, State& dy) const {
     const double p = y[chamber_];
     double x = held_V_;
     if (spool_ != kAbsent) x = spool_slope(y, x, dy);
@@ -321,10 +299,11 @@ class Integrator {
 
     double into_chamber = line_ == kAbsent ? in - out : line_slope(y, in - out, p, dy);
     if (d_.chamber_leak || seal_m2_ > 0.0) into_chamber -= leak(p);
-    double rate = elasticity_ / volume.value * into_chamber - kKappa * volume.rate / volume.value * p;
+    double rate =
+        elasticity_ / volume.value_m3 * into_chamber - kKappa * volume.rate_m3_s / volume.value_m3 * p;
     if (mass_ != kAbsent) {
       dy[mass_] = into_chamber;
-      rate += (kKappa - 1.0) / volume.value * heat_W(p, volume.value, y[mass_]);
+      rate += (kKappa - 1.0) / volume.value_m3 * heat_W(p, volume.value_m3, y[mass_]);
     }
     dy[chamber_] = rate;
     if (sensor_ != kAbsent) sensor_slope(y, p, dy);
@@ -465,7 +444,8 @@ class Integrator {
   std::size_t states_ = 0;
   std::size_t chamber_, spool_, supply_, manifold_, mass_, sensor_, line_;
   State y_{};
-  Volume volume_{};
+  TrueVolume true_volume_;
+  TrueVolume::Moment volume_{};
 
   double command_V_ = 0.0;  // last step's
   double hysteresis_V_ = 0.0;

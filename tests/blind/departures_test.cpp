@@ -9,6 +9,7 @@
 #include <string>
 
 #include "host-sim/blind/blind_case.hpp"
+#include "tests/blind/middling_scale.hpp"
 
 namespace plenum::host::blind {
 namespace {
@@ -138,7 +139,7 @@ TEST(Departures, NearTheValueWhereTheyVanishLittleChanges) {
 }
 
 TEST(Departures, AVolumeIsDrawnLateOnlyWhereItMoves) {
-  Scale scale{1.0, 600e3, 101325.0, 293.15, 150e-6, true, 1.5e-6, 0.72, 1000.0};
+  Scale scale = kMiddlingScale;
   for (const bool moves : {false, true}) {
     scale.moves = moves;
     int late = 0;
@@ -155,11 +156,10 @@ TEST(Departures, AVolumeIsDrawnLateOnlyWhereItMoves) {
 
 TEST(Departures, EachOneThatIsDrawnShows) {
   const Rows nominal = stage().run({});
-  const Scale scale{1.0, 600e3, 101325.0, 293.15, 150e-6, true, 1.5e-6, 0.72, 1000.0};
   for (const DepartureKind& kind : departure_kinds()) {
     Random random(5);
     Departures d;
-    const Drawn drawn = kind.draw(random, scale, d);
+    const Drawn drawn = kind.draw(random, kMiddlingScale, d);
     EXPECT_EQ(drawn.id, kind.id);
     EXPECT_GT(largest_difference(stage().run(d), nominal), 1e-3) << "Pa, " << kind.id;
     kind.remove(d);
@@ -168,7 +168,6 @@ TEST(Departures, EachOneThatIsDrawnShows) {
 }
 
 TEST(Departures, HalvingTheStepMovesNoRowByMoreThanAFewPascals) {
-  const Scale scale{1.0, 600e3, 101325.0, 293.15, 150e-6, true, 1.5e-6, 0.72, 1000.0};
   const auto check = [](const Departures& d, std::string_view name) {
     const double moved = largest_difference(stage().run(d), stage().run(d, 0.5 * kStep_s));
     EXPECT_LT(moved, 5.0) << "Pa, " << name;
@@ -177,7 +176,7 @@ TEST(Departures, HalvingTheStepMovesNoRowByMoreThanAFewPascals) {
   for (const DepartureKind& kind : departure_kinds()) {
     Random random(5);
     Departures d;
-    kind.draw(random, scale, d);
+    kind.draw(random, kMiddlingScale, d);
     check(d, kind.id);
   }
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "host-sim/blind/blind_case.hpp"
+#include "tests/blind/middling_scale.hpp"
 
 namespace plenum::host::blind {
 namespace {
@@ -79,7 +80,7 @@ TEST(Recalibration, NeverLeavesMoreThanThereWas) {
     const DepartureKind& kind = departure_kinds()[i];
     Random random(9);
     Machine machine = on.nominal;
-    kind.draw(random, {1.0, 600e3, 101325.0, 293.15, 150e-6, true, 1.5e-6, 0.72, 1000.0}, machine.departures);
+    kind.draw(random, kMiddlingScale, machine.departures);
     // A quarter of a pascal is what the coarser step costs.
     EXPECT_LE(on.rest_Pa(machine), on.gap_Pa(machine) + 0.25) << "Pa, " << kind.id;
   }
