@@ -329,13 +329,14 @@ void Node::receive_sync(const CanFrame& frame) noexcept {
 
 void Node::receive_pdo(Rpdo& rpdo, const CanFrame& frame) noexcept {
   const Mapping& mapping = rpdo.parameters().mapping;
-  // CiA 301: of a PDO longer than its mapping the beginning is taken, as masters that pad their frames expect
-  if (frame.length < mapping.bytes) pdo_short_.happens();
+  const bool too_short = frame.length < mapping.bytes;
+  if (too_short) pdo_short_.happens();
   // checked on arrival: a bad frame must not displace the good one that waits for its SYNC
-  if (mapping.count == 0 || frame.length < mapping.bytes || !admissible(mapping, frame.data)) {
+  if (mapping.count == 0 || too_short || !admissible(mapping, frame.data)) {
     ++device_.counters.rejected;
     return;
   }
+  // CiA 301: of a longer one the beginning is taken, as masters that pad their frames expect
   if (frame.length > mapping.bytes) pdo_long_.happens();
   ++device_.counters.received;
   rpdo.data = frame.data;
