@@ -13,7 +13,6 @@ namespace {
 
 using effects::EffectSet;
 using effects::Figures;
-using effects::kEffects;
 using identify::chamber::figures_without;
 using identify::chamber::FitOptions;
 using identify::chamber::kStretch_s;
@@ -121,10 +120,10 @@ SetFits::Look SetFits::look(const Fit& base, double base_squares, std::size_t ef
     starts = sizes_of(effect, base.figures, {0.3, 3.0, 30.0, -1.0});
   } else {
     // that which errs least beside the others as they stand, and a typical one: heat has two minima
-    const std::vector<Figures> sizes =
-        sizes_of(effect, base.figures, {0.1, 0.3, 3.0, 10.0, 30.0, -0.3, -1.0, -5.0});
+    const std::optional<Figures> least = least_erring(
+        on, sizes_of(effect, base.figures, {0.1, 0.3, 3.0, 10.0, 30.0, -0.3, -1.0, -5.0}), base.start);
     starts = sizes_of(effect, base.figures, {1.0});
-    if (!sizes.empty()) starts.push_back(sizes[least_error(coarse_, on, sizes, base.start)]);
+    if (least) starts.push_back(*least);
   }
   FitOptions options = brief(base.refined);
   const auto shows = [&](const Fit& found) {
@@ -172,9 +171,8 @@ SetFits::Look SetFits::look(const Fit& base, double base_squares, std::size_t ef
 std::optional<Figures> SetFits::finer_start(std::size_t effect, const Figures& best, const Fit& base) const {
   Figures start = best;
   double* const x = start.data() + effects::kFirstFigure[effect];
-  const auto least_of = [&](const std::vector<Figures>& sizes) -> std::optional<Figures> {
-    if (sizes.empty()) return {};
-    return sizes[least_error(coarse_, base.on | bit(effect), sizes, base.start)];
+  const auto least_of = [&](std::initializer_list<double> sizes) {
+    return least_erring(base.on | bit(effect), sizes_of(effect, start, sizes), base.start);
   };
   if (effect == effects::kIdSpoolLag) {
     // as late by its coil alone, the spool without mass
@@ -192,13 +190,13 @@ std::optional<Figures> SetFits::finer_start(std::size_t effect, const Figures& b
     // straight in the gauge pressure: beside a gap's, of which there is little, the valve's own leaks took it
     if (base.on == 0) std::copy_n(scene_.nominal.begin(), effects::kValveFigures, start.begin());
     x[1] = 0.0;
-    return least_of(sizes_of(effect, start, {1.0, 3.0, 10.0, 30.0, 100.0}));
+    return least_of({1.0, 3.0, 10.0, 30.0, 100.0});
   }
   if (effect == effects::kIdExhaustBackpressure) {
     // half straight and no manifold, where an orifice's ran away with one
     x[1] = 0.0;
     x[2] = 0.5;
-    return least_of(sizes_of(effect, start, {1.0, 3.0, 10.0, 20.0, 40.0, 60.0, 100.0}));
+    return least_of({1.0, 3.0, 10.0, 20.0, 40.0, 60.0, 100.0});
   }
   return {};
 }
@@ -291,6 +289,12 @@ std::vector<Figures> SetFits::sizes_of(std::size_t effect, const Figures& figure
     if (start[at] >= first.least() && start[at] <= first.greatest()) all.push_back(start);
   }
   return all;
+}
+
+std::optional<Figures> SetFits::least_erring(EffectSet on, const std::vector<Figures>& figures,
+                                             const std::vector<effects::Start>& start) const {
+  if (figures.empty()) return {};
+  return figures[least_error(coarse_, on, figures, start)];
 }
 
 const Split& SetFits::split(EffectSet refined) const {

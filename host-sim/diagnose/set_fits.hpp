@@ -75,6 +75,10 @@ class SetFits {
   /// it is allowed; a decrease that would leave its range is three tenths of one.
   std::vector<effects::Figures> sizes_of(std::size_t effect, const effects::Figures& figures,
                                          std::initializer_list<double> sizes) const;
+  /// Which of these errs least at a look, as it stands; none of none.
+  std::optional<effects::Figures> least_erring(effects::EffectSet on,
+                                               const std::vector<effects::Figures>& figures,
+                                               const std::vector<effects::Start>& start) const;
   const Split& split(effects::EffectSet refined) const;
 
   const Scene& scene_;

@@ -3,10 +3,10 @@
 //   evidence = -N/(2 c) ln(S/n) - k/2 ln(N/c)
 //
 // S sum of squared errors over fitted and held-out rows of the fit to both (joint_squares: figures that the fitted rows leave
-// unknown must not decide what the held-out rows say), n their number, N all rows there are, c rows for one independent piece of information in
-// the error, N/c held within 20 to 200, k variables of the trial: Schwarz's criterion for a free run, whose errors are correlated.
-// Differences of evidence are logarithms of odds. The held-out rows have a veto besides: an effect that, fitted without
-// them, does not lower their error does not enter.
+// unknown must not decide what the held-out rows say), n their number, N all rows there are, c rows for one independent piece
+// of information in the error, N/c held within 20 to 200, k variables of the trial: Schwarz's criterion for a free run, whose
+// errors are correlated. Differences of evidence are logarithms of odds. The held-out rows have a veto besides: an effect
+// that, fitted without them, does not lower their error does not enter.
 #pragma once
 
 #include <vector>

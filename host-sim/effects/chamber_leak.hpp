@@ -2,12 +2,13 @@
 //
 //   m = G (v/v_0)^e (p - P_a) (1 + d (p - P_a)/(2 P_a)),   which is  G (p^2 - P_a^2)/(2 P_a)  with d = 1, e = 0
 //
-// p chamber, P_a ambient [Pa]; v volume, v_0 its mean over the first log [m3]; G conductance of a laminar gap at ambient density
-// [kg/(s Pa)]; d share of the gas's density in it: 1 in a gap, 0 a flow straight in the gauge pressure, between that of a gap
-// and that of a hole; e how the gap grows along the stroke, as in a worn bore. Assumptions: isothermal laminar gap flow; v
-// from v_0/20 to 20 v_0; v_0 is not kept with the figures, so that a rig which is saved with e is one of logs of the same mean volume. Vanishes at G = 0. A leak through a hole, with the flow function of the ports, adds
-// to the exhaust's area at every command: that is an L_r and a threshold u_r that are larger, and calibration takes it.
-// Source: compressible Poiseuille flow; leak curves of plastic and metal parts.
+// p chamber, P_a ambient [Pa]; v volume, v_0 its mean over the first log [m3]; G conductance of a laminar gap at ambient
+// density [kg/(s Pa)]; d share of the gas's density in it: 1 in a gap, 0 a flow straight in the gauge pressure, between that of
+// a gap and that of a hole; e how the gap grows along the stroke, as in a worn bore. Assumptions: isothermal laminar gap flow;
+// v from v_0/20 to 20 v_0; v_0 is not kept with the figures, so that a rig which is saved with e is one of logs of the same mean
+// volume. Vanishes at G = 0. A leak through a hole, with the flow function of the ports, adds to the exhaust's area at every
+// command: that is an L_r and a threshold u_r that are larger, and calibration takes it. Source: compressible Poiseuille flow;
+// leak curves of plastic and metal parts.
 #pragma once
 
 #include <algorithm>

@@ -23,8 +23,8 @@ struct Surroundings {
   double supply_Pa = 700000.0;
   double ambient_Pa = 101325.0;
   double discharge_coefficient = 0.72;
-  double volume_m3 =
-      kSizedForVolume_m3;  ///< in the mean over the first log, for all logs of a fit: effects bend about it
+  /// In the mean over the first log, for all logs of a fit: what effects bend about.
+  double volume_m3 = kSizedForVolume_m3;
 };
 
 struct Timing {
@@ -376,8 +376,10 @@ N ChamberModel<N>::tick(double command_V, const double* volume_m3) {
   for (int i = 0; i < timing_.steps; ++i) {
     const Openings open = openings_over(command_V, i);
     const double logged = 0.5 * (volume_m3[i] + volume_m3[i + 1]);
-    typename VolumeError<N>::Motion actual{N(logged), N((volume_m3[i + 1] - volume_m3[i]) / step_s_)};
-    if (on(kIdVolumeError)) actual = volume_error_.step(volume_m3 + i, i + 1 < timing_.steps, step_s_);
+    const typename VolumeError<N>::Motion actual =
+        on(kIdVolumeError)
+            ? volume_error_.step(volume_m3 + i, i + 1 < timing_.steps, step_s_)
+            : typename VolumeError<N>::Motion{N(logged), N((volume_m3[i + 1] - volume_m3[i]) / step_s_)};
     if (on(kIdChamberLeak)) leak_.at(logged);
     const N begin = read_Pa();
     N mean = step(open, actual.volume_m3, actual.rate_m3_s / actual.volume_m3);

@@ -3,13 +3,14 @@
 //
 //   v = v_log + D + (q w^2 + s w^3) v_0 + tau v_log',   w = (v_log - v_0)/v_0
 //
-// v volume, v_0 the logged one's mean over the first log [m3]; D offset [m3]; q bow and s S-shape of the scale [-], of a potentiometer
-// or a linkage; tau time constant of the position sensor [s], whose first order the last term undoes exactly.
-// A relative error of the volume is exactly a change of both flow gains, at rest and moving, and has no figure here. Assumptions: all
-// constant; v_0 is not kept with the figures, so that a rig which is saved with a bow is one of logs of the same mean volume; the gas of the
-// first row is that of a chamber at rest. Vanishes at D = q = s = tau = 0. The chamber keeps at least a tenth of the logged volume. Numerical treatment: v_log' at a
-// step's end is extrapolated from the chords of it and of the step before. Source: dead volume of "Pneumatic actuators" (5);
-// Doebelin, Measurement Systems, 3 (linearity, first-order instruments).
+// v volume, v_0 the logged one's mean over the first log [m3]; D offset [m3]; q bow and s S-shape of the scale [-], of a
+// potentiometer or a linkage; tau time constant of the position sensor [s], whose first order the last term undoes exactly. A
+// relative error of the volume is exactly a change of both flow gains, at rest and moving, and has no figure here.
+// Assumptions: all constant; v_0 is not kept with the figures, so that a rig which is saved with a bow is one of logs of the
+// same mean volume; the gas of the first row is that of a chamber at rest. Vanishes at D = q = s = tau = 0. The chamber keeps
+// at least a tenth of the logged volume. Numerical treatment: v_log' at a step's end is extrapolated from the chords of it and
+// of the step before. Source: dead volume of "Pneumatic actuators" (5); Doebelin, Measurement Systems, 3 (linearity,
+// first-order instruments).
 #pragma once
 
 #include <array>
@@ -53,7 +54,7 @@ class VolumeError {
     moves_ = false;
   }
   /// Of a chamber at rest.
-  N volume(double logged_m3) const { return larger(straight(logged_m3), N(0.1 * logged_m3)); }
+  N volume(double logged_m3) const { return larger(straight(logged_m3), N(kKept * logged_m3)); }
   /// A step passes, in which the logged volume goes from the first of these to the second, and where `another` step of the tick
   /// follows, in that to the third.
   Motion step(const double* logged_m3, bool another, double step_s) {
@@ -69,13 +70,15 @@ class VolumeError {
     rate_m3_s_ = rate_m3_s;
     const N later_m3 = lag_s_ * (0.5 * (begin_m3_s + end_m3_s_));
     const double way = middle_m3 / mean_m3_ - 1.0;
-    const N volume_m3 = straight(middle_m3) + later_m3, least_m3(0.1 * middle_m3);
+    const N volume_m3 = straight(middle_m3) + later_m3, least_m3(kKept * middle_m3);
     const N actual_m3_s = rate_m3_s * (1.0 + way * (2.0 * bow_ + 3.0 * way * s_shape_)) +
                           lag_s_ * ((end_m3_s_ - begin_m3_s) / step_s);
-    return {larger(volume_m3, least_m3), select(volume_m3 > least_m3, actual_m3_s, N(0.1 * rate_m3_s))};
+    return {larger(volume_m3, least_m3), select(volume_m3 > least_m3, actual_m3_s, N(kKept * rate_m3_s))};
   }
 
  private:
+  static constexpr double kKept = 0.1;  ///< of the logged volume, at least
+
   N straight(double logged_m3) const {
     const double way = logged_m3 / mean_m3_ - 1.0;
     return logged_m3 + offset_m3_ + mean_m3_ * way * way * (bow_ + way * s_shape_);

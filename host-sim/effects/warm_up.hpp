@@ -2,7 +2,8 @@
 //
 //   (1 - e^(-t/tau)) / (1 - e^(-T/tau)),   T = 60 s;   t/T for an infinite tau
 //
-// Carried from tick to tick. Shared by null_drift and sensor_bias.
+// t time since the first row of a log, tau time constant, T reference [s]. Carried from tick to tick. Shared by null_drift and
+// sensor_bias. Source: first-order thermal response; Doebelin, Measurement Systems, 3.
 #pragma once
 
 #include <cmath>

@@ -93,23 +93,23 @@ effects::Size size_of(const Scene& scene) {
   effects::Size size;
   size.valve = 0.5 * (scene.nominal[effects::kInletGain] + scene.nominal[effects::kExhaustGain]) /
                effects::kSizedForGain_m2_V;
-  if (!scene.records.empty()) {
-    const std::vector<double>& volume_m3 = scene.records.front().drive.volume_m3;
-    size.volume = std::accumulate(volume_m3.begin(), volume_m3.end(), 0.0) /
-                  static_cast<double>(volume_m3.size()) / effects::kSizedForVolume_m3;
-  }
+  size.volume = scene.around.volume_m3 / effects::kSizedForVolume_m3;
   return size;
 }
 
 void add_record(Scene& scene, Record record) {
+  if (scene.records.empty()) {
+    const std::vector<double>& volume_m3 = record.drive.volume_m3;
+    scene.around.volume_m3 =
+        std::accumulate(volume_m3.begin(), volume_m3.end(), 0.0) / static_cast<double>(volume_m3.size());
+  }
   scene.records.push_back(std::move(record));
-  scene.around.volume_m3 = size_of(scene).volume * effects::kSizedForVolume_m3;
 }
 
 Figures figures_without(const Scene& scene, Figures figures, std::size_t effect) {
   const std::size_t first = effects::kFirstFigure[effect];
   if (effect == effects::kIdVolumeError) {
-    const double logged_mL = size_of(scene).volume * effects::kSizedForVolume_m3 * 1e6;
+    const double logged_mL = 1e6 * scene.around.volume_m3;
     const double share = (logged_mL + scene.nominal[first]) / (logged_mL + figures[first]);
     for (const std::size_t area : {effects::kInletGain, effects::kExhaustGain, effects::kInletLeak,
                                    effects::kExhaustLeak, effects::kTransition}) {

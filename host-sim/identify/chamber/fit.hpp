@@ -60,7 +60,7 @@ Scene make_scene(const trace::RigDescription& rig);
 
 /// How large its chamber is: its ports as the rig says, its volume as in the first record.
 effects::Size size_of(const Scene& scene);
-/// One more log; the mean volume of the first is what figures that bend with the volume refer to.
+/// One more log; the mean volume of the first is the chamber's size, and what figures that bend with the volume refer to.
 void add_record(Scene& scene, Record record);
 
 /// `figures` with those of `effect` at the values the rig says. Of a volume the valve takes up what it can, which at rest is all: a

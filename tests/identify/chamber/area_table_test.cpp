@@ -22,7 +22,7 @@ Scene scene_of(const plant::ThinPlateValveConfig& valve, double average_s = 0.01
   Scene scene = make_scene({});
   trace::Log log = record_under_pid(random, chamber, 2.0, 8.0, kRows);
   log.pressure_average_s = average_s;
-  scene.records.push_back(make_record("log", log, 1.0));
+  add_record(scene, make_record("log", log, 1.0));
   return scene;
 }
 
