@@ -10,6 +10,7 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "host-sim/diagnose/latent_filter.hpp"
 #include "host-sim/diagnose/latent_terms.hpp"
 #include "host-sim/identify/in_parallel.hpp"
 
@@ -19,10 +20,6 @@ namespace {
 using effects::Equation;
 using effects::Figures;
 using effects::kValveFigures;
-
-struct Noise {
-  double size = 0.0, memory_s = 0.0;
-};
 
 constexpr std::size_t kLeastRows = 50;
 /// A form that no term holds leaves hundreds of nats at the wrong equation's advantage: with this the answers given with
@@ -54,24 +51,18 @@ class Suspect {
           Equation equation)
       : scene_(scene),
         rig_(scene, records),
-        records_(records),
         equation_(equation),
         of_equation_(terms_of(equation, rig_)),
         disturbance_(of_equation_->disturbance()),
         terms_(of_equation_->terms()),
         figures_(recalibrated),
-        term_(terms_.size(), 0.0) {
+        term_(terms_.size(), 0.0),
+        spread_{scene.noise_Pa, kStartSpread * scene.around.supply_Pa} {
     for (const Record* record : records) {
-      Track t;
-      const std::size_t ticks = record->rows() - 1;
-      for (std::size_t k = 0; k < ticks; ++k) {
-        t.about.pressure.push_back(record->measured_Pa[k]);
-        t.about.middle_Pa.push_back(record->measured_Pa[k]);
-      }
-      t.about.d.assign(ticks, 0.0);
-      t.begin_Pa = record->measured_Pa.front();
-      tracks_.push_back(std::move(t));
+      tracks_.emplace_back(*record);
+      tracks_.back().columns = columns();
     }
+    actions_.resize(records.size());
   }
 
   LatentEquation examine() {
@@ -109,7 +100,6 @@ class Suspect {
       }
       if (at < begun + kWorthAPass) break;
     }
-    smooth();
     log_likelihood_ = at - evaluate().occam;
     return answer();
   }
@@ -119,27 +109,19 @@ class Suspect {
   static constexpr int kAttempts = 3;
   static constexpr double kWorthAPass = 5.0;  // [nat]
 
-  struct Track {
-    double begin_Pa = 0.0;
-    About about;
-    std::vector<double> smooth_d;  // the next to take the inputs at
-    std::vector<double> at_Pa;     // the filter's pressure, about which each tick is linear
+  /// What acts in the ticks of a record.
+  struct Actions {
     std::vector<Inputs> inputs;
-    std::vector<Action> act;  // [tick][term]
-    std::vector<Action> disturb;
+    std::vector<Action> terms;  // [tick][term]
+    std::vector<Action> disturbance;
     std::vector<std::array<double, 4>> figure_inlet,
         figure_exhaust;  // [part of a tick]: of an area by a figure
-    std::vector<Linear> linear;
-    std::vector<double> sensor;  // what the sensor adds
-    std::vector<Outcome> by_d;
-    std::vector<double> columns;  // [tick][end, reading][figures, terms]
-    std::vector<double> rough;    // [Pa] of a tick that no equation is to blame for
   };
 
   struct Point {
     Figures figures{};
     std::vector<double> term;
-    Noise noise;
+    MarkovNoise noise;
     std::vector<About> about;  // a record
   };
 
@@ -160,8 +142,9 @@ class Suspect {
 
   std::size_t columns() const { return kValveFigures + terms_.size(); }
 
-  Background background(const Record& record, const Track& t) const {
-    const std::size_t ticks = t.about.pressure.size();
+  Background background(const Track& t) const {
+    const Record& record = *t.record;
+    const std::size_t ticks = t.ticks();
     Background b;
     b.record = &record;
     b.about = &t.about;
@@ -182,31 +165,31 @@ class Suspect {
     return b;
   }
 
-  void act(const Record& record, Track& t) const {
-    const std::size_t ticks = t.about.pressure.size();
+  void act(const Track& t, Actions& acts) const {
+    const std::size_t ticks = t.ticks();
     const double Pa = scene_.around.ambient_Pa;
     const std::size_t n = terms_.size();
-    t.act.assign(ticks * n, {});
-    t.disturb.assign(ticks, {});
-    t.inputs.assign(ticks, {});
-    t.figure_inlet.assign(ticks * kParts, {});
-    t.figure_exhaust.assign(ticks * kParts, {});
-    const Background b = background(record, t);
+    acts.terms.assign(ticks * n, {});
+    acts.disturbance.assign(ticks, {});
+    acts.inputs.assign(ticks, {});
+    acts.figure_inlet.assign(ticks * kParts, {});
+    acts.figure_exhaust.assign(ticks * kParts, {});
+    const Background b = background(t);
     of_equation_->begin(b);
     for (std::size_t k = 0; k < ticks; ++k) {
-      Inputs& base = t.inputs[k];
+      Inputs& base = acts.inputs[k];
       base[kSupply] = scene_.around.supply_Pa;
       base[kBehind] = Pa;
       for (std::size_t part = 0; part < kParts; ++part) {
         base[kInlet + part] = b.at[k].inlet.area;
         base[kExhaust + part] = b.at[k].exhaust.area;
-        t.figure_inlet[k * kParts + part] = b.at[k].inlet.by;
-        t.figure_exhaust[k * kParts + part] = b.at[k].exhaust.by;
+        acts.figure_inlet[k * kParts + part] = b.at[k].inlet.by;
+        acts.figure_exhaust[k * kParts + part] = b.at[k].exhaust.by;
       }
-      Action* const a = t.act.data() + k * n;
-      of_equation_->act(
-          b, k,
-          {a, t.disturb[k], term_, t.figure_inlet.data() + k * kParts, t.figure_exhaust.data() + k * kParts});
+      Action* const a = acts.terms.data() + k * n;
+      of_equation_->act(b, k,
+                        {a, acts.disturbance[k], term_, acts.figure_inlet.data() + k * kParts,
+                         acts.figure_exhaust.data() + k * kParts});
       for (std::size_t j = 0; j < n; ++j) {
         for (std::size_t c = 0; c < kInputs; ++c) base[c] += term_[j] * a[j].input[c];
       }
@@ -229,59 +212,68 @@ class Suspect {
     for (std::size_t r = 0; r < tracks_.size(); ++r) tracks_[r].about = point.about[r];
   }
 
-  /// Runs the filter at the present figures and terms and takes each tick linear about it; returns likelihood().
-  double sweep() {
-    double sum = 0.0;
-    for (std::size_t r = 0; r < records_.size(); ++r) sum += sweep(*records_[r], tracks_[r]);
-    const double l = -0.5 * (sum + beyond_expected().cwiseQuotient(spreads()).squaredNorm());
+  /// Of the innovations, `cost` being the sum of theirs, and of what figures and terms are beyond what was expected of them.
+  double likelihood(double cost) const {
+    const double l = -0.5 * (cost + beyond_expected().cwiseQuotient(spreads()).squaredNorm());
     return std::isfinite(l) ? l : -std::numeric_limits<double>::infinity();
   }
-  double sweep(const Record& record, Track& t) const {
-    act(record, t);
-    const std::size_t ticks = t.about.pressure.size();
-    const effects::Timing& timing = record.drive.timing;
-    const auto steps = static_cast<std::size_t>(timing.steps);
+  /// With another noise, each tick linear as it is.
+  double likelihood(const MarkovNoise& noise) const {
+    double cost = 0.0;
+    for (const Track& t : tracks_) cost += cost_of(t, noise, spread_);
+    return likelihood(cost);
+  }
+  /// Runs the filter at the present figures and terms and takes each tick linear about it.
+  double sweep() {
+    double cost = 0.0;
+    for (std::size_t r = 0; r < tracks_.size(); ++r) cost += sweep(tracks_[r], actions_[r]);
+    return likelihood(cost);
+  }
+  double sweep(Track& t, Actions& acts) const {
+    act(t, acts);
+    const std::size_t ticks = t.ticks();
+    const Record& record = *t.record;
+    const auto steps = static_cast<std::size_t>(record.drive.timing.steps);
     const std::size_t m = terms_.size();
-    const std::size_t n = columns();
-    const double keep = std::exp(-timing.tick_s / noise_.memory_s);
     t.linear.resize(ticks);
     t.sensor.assign(ticks, 0.0);
     t.at_Pa.resize(ticks);
-    t.columns.assign(ticks * n * 2, 0.0);
+    t.tangent.assign(ticks * columns() * 2, 0.0);
     t.rough.resize(ticks);
     t.by_d.resize(ticks);
-    Filter s = begin(t, noise_);
-    double sum = 0.0;
+    LatentFilter filter(t, noise_, spread_);
+    double cost = 0.0;
     for (std::size_t k = 0; k < ticks; ++k) {
       Linear& l = t.linear[k];
-      s.x = std::clamp(s.x, 5e3, 2.0 * scene_.around.supply_Pa);
-      t.at_Pa[k] = s.x;
-      l = rig_.chamber.tick(s.x, t.inputs[k], record.drive.volume_m3.data() + k * steps, timing);
-      Action* const a = t.act.data() + k * m;
-      const double own = of_equation_->derive(k, s.x, l.at, a, term_);
+      filter.hold_pressure(5e3, 2.0 * scene_.around.supply_Pa);
+      const double begin_Pa = filter.state().x;
+      t.at_Pa[k] = begin_Pa;
+      l = rig_.chamber.tick(begin_Pa, acts.inputs[k], record.drive.volume_m3.data() + k * steps,
+                            record.drive.timing);
+      Action* const a = acts.terms.data() + k * m;
+      const double own = of_equation_->derive(k, begin_Pa, l.at, a, term_);
       for (std::size_t j = 0; j < m; ++j) t.sensor[k] += term_[j] * a[j].reading;
       l.by_pressure.reading *= own;
       for (Outcome& o : l.by_input) o.reading *= own;
-      fill_columns(t, k);
-      const Update u = update(s, record, t, k);
-      if (k + 1 >= record.settled_rows) sum += std::log(u.S) + u.innovation * u.innovation / u.S;
-      advance(s, t, k, keep, noise_);
+      fill_tangents(t, acts, k);
+      const LatentFilter::Update u = filter.update(k);
+      if (k + 1 >= record.settled_rows) cost += u.cost();
+      filter.advance(k);
     }
-    return sum;
+    return cost;
   }
 
-  void fill_columns(Track& t, std::size_t k) const {
-    const std::size_t n = columns();
+  void fill_tangents(Track& t, const Actions& acts, std::size_t k) const {
     const Linear& l = t.linear[k];
-    double* end = t.columns.data() + k * n * 2;
-    double* reading = end + n;
+    double* const end = t.end_by(k);
+    double* const reading = t.reading_by(k);
     const auto add = [&](std::size_t column, std::size_t input, double by) {
       end[column] += by * l.by_input[input].end;
       reading[column] += by * l.by_input[input].reading;
     };
     for (std::size_t part = 0; part < kParts; ++part) {
-      const std::array<double, 4>& in = t.figure_inlet[k * kParts + part];
-      const std::array<double, 4>& ex = t.figure_exhaust[k * kParts + part];
+      const std::array<double, 4>& in = acts.figure_inlet[k * kParts + part];
+      const std::array<double, 4>& ex = acts.figure_exhaust[k * kParts + part];
       add(effects::kOpenAbove, kInlet + part, in[0]);
       add(effects::kInletGain, kInlet + part, in[1]);
       add(effects::kInletLeak, kInlet + part, in[2]);
@@ -292,17 +284,18 @@ class Suspect {
       add(effects::kTransition, kExhaust + part, ex[3]);
     }
     for (std::size_t j = 0; j < terms_.size(); ++j) {
-      const Action& a = t.act[k * terms_.size() + j];
+      const Action& a = acts.terms[k * terms_.size() + j];
       for (std::size_t c = 0; c < kInputs; ++c) {
         if (a.input[c] != 0.0) add(kValveFigures + j, c, a.input[c]);
       }
       reading[kValveFigures + j] += a.reading;
     }
+    const Action& disturbed = acts.disturbance[k];
     Outcome& d = t.by_d[k];
-    d = {0.0, t.disturb[k].reading};
+    d = {0.0, disturbed.reading};
     for (std::size_t c = 0; c < kInputs; ++c) {
-      d.end += t.disturb[k].input[c] * l.by_input[c].end;
-      d.reading += t.disturb[k].input[c] * l.by_input[c].reading;
+      d.end += disturbed.input[c] * l.by_input[c].end;
+      d.reading += disturbed.input[c] * l.by_input[c].reading;
     }
     t.rough[k] = kRough_Pa + kRoughShare * std::abs(l.at.end - t.at_Pa[k]);
   }
@@ -324,52 +317,10 @@ class Suspect {
     return s;
   }
 
-  struct Filter {
-    double x = 0.0, d = 0.0;
-    double xx = 0.0, xd = 0.0, dd = 0.0;  // covariance
-  };
-  Filter begin(const Track& t, const Noise& noise) const {
-    const double spread = kStartSpread * scene_.around.supply_Pa;
-    return {t.begin_Pa, 0.0, spread * spread, 0.0, noise.size * noise.size};
-  }
-
   System evaluate() const {
     const auto n = static_cast<Eigen::Index>(columns());
     Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(n + 1, n + 1);
-    constexpr Eigen::Index kBatch = 64;
-    Eigen::MatrixXd batch = Eigen::MatrixXd::Zero(n + 1, kBatch);
-    Eigen::VectorXd xs(n), ds(n), c(n), x_new(n);
-    for (std::size_t r = 0; r < records_.size(); ++r) {
-      const Record& record = *records_[r];
-      const Track& t = tracks_[r];
-      const double keep = std::exp(-record.drive.timing.tick_s / noise_.memory_s);
-      Filter s = begin(t, noise_);
-      xs.setZero();
-      ds.setZero();
-      Eigen::Index at = 0;
-      for (std::size_t k = 0; k < t.about.pressure.size(); ++k) {
-        const Eigen::Map<const Eigen::VectorXd> end(t.columns.data() + k * columns() * 2, n);
-        const Eigen::Map<const Eigen::VectorXd> reading(t.columns.data() + k * columns() * 2 + columns(), n);
-        const Update u = update(s, record, t, k);
-        c.noalias() = u.C * xs + u.E * ds + reading;
-        if (k + 1 >= record.settled_rows) {
-          const double w = 1.0 / std::sqrt(u.S);
-          batch.col(at).head(n) = w * c;
-          batch(n, at) = w * u.innovation;
-          if (++at == kBatch) {
-            gram.selfadjointView<Eigen::Upper>().rankUpdate(batch);
-            at = 0;
-          }
-        }
-        xs.noalias() -= u.Kx * c;
-        ds.noalias() -= u.Kd * c;
-        advance(s, t, k, keep, noise_);
-        x_new.noalias() = t.linear[k].by_pressure.end * xs + t.by_d[k].end * ds + end;
-        xs.swap(x_new);
-        ds *= keep;
-      }
-      if (at > 0) gram.selfadjointView<Eigen::Upper>().rankUpdate(batch.leftCols(at));
-    }
+    for (const Track& t : tracks_) add_gram(t, noise_, spread_, gram);
     gram = Eigen::MatrixXd(gram.selfadjointView<Eigen::Upper>());
     const Eigen::VectorXd precision = spreads().array().square().inverse();
     const Eigen::VectorXd beyond = beyond_expected();
@@ -391,42 +342,14 @@ class Suspect {
     return system;
   }
 
-  void advance(Filter& s, const Track& t, std::size_t k, double keep, const Noise& noise) const {
-    const Linear& l = t.linear[k];
-    const double A = l.by_pressure.end;
-    const double G = t.by_d[k].end;
-    const double x = l.at.end + A * (s.x - t.at_Pa[k]) + G * (s.d - t.about.d[k]);
-    const double xx = A * A * s.xx + 2.0 * A * G * s.xd + G * G * s.dd + t.rough[k] * t.rough[k];
-    const double xd = keep * (A * s.xd + G * s.dd);
-    s = {x, keep * s.d, xx, xd, keep * keep * s.dd + (1.0 - keep * keep) * noise.size * noise.size};
-  }
-
-  /// Of the innovations, and of what figures and terms are beyond what was expected of them.
-  double likelihood(const Noise& noise) const {
-    double sum = 0.0;
-    for (std::size_t r = 0; r < records_.size(); ++r) {
-      const Record& record = *records_[r];
-      const Track& t = tracks_[r];
-      const double keep = std::exp(-record.drive.timing.tick_s / noise.memory_s);
-      Filter s = begin(t, noise);
-      for (std::size_t k = 0; k < t.about.pressure.size(); ++k) {
-        const Update u = update(s, record, t, k);
-        if (k + 1 >= record.settled_rows) sum += std::log(u.S) + u.innovation * u.innovation / u.S;
-        advance(s, t, k, keep, noise);
-      }
-    }
-    const double l = -0.5 * (sum + beyond_expected().cwiseQuotient(spreads()).squaredNorm());
-    return std::isfinite(l) ? l : -std::numeric_limits<double>::infinity();
-  }
-
   /// Size and memory of the disturbance, or its size alone `near` the present one.
   void choose_noise(bool near) {
     double best = -std::numeric_limits<double>::infinity();
-    const Noise present = noise_;
-    Noise chosen = present;
+    const MarkovNoise present = noise_;
+    MarkovNoise chosen = present;
     for (const double memory : kMemories_s) {
       for (int i = -8; i <= 3; ++i) {
-        const Noise noise{disturbance_.start_size * std::pow(10.0, 0.5 * i), memory};
+        const MarkovNoise noise{disturbance_.start_size * std::pow(10.0, 0.5 * i), memory};
         const double ratio = noise.size / present.size;
         if (near && (memory != present.memory_s || ratio > 3.5 || ratio < 0.28)) continue;
         const double l = likelihood(noise);
@@ -450,79 +373,20 @@ class Suspect {
       term_[j] += change[static_cast<Eigen::Index>(kValveFigures + j)];
   }
 
-  struct Update {
-    double C = 0.0, E = 0.0, S = 0.0, Kx = 0.0, Kd = 0.0, innovation = 0.0;
-  };
-  /// Takes in the reading at the end of tick k.
-  Update update(Filter& s, const Record& record, const Track& t, std::size_t k) const {
-    const Linear& l = t.linear[k];
-    Update u;
-    u.C = l.by_pressure.reading;
-    u.E = t.by_d[k].reading;
-    const double rough = 0.5 * t.rough[k];
-    u.S = u.C * u.C * s.xx + 2.0 * u.C * u.E * s.xd + u.E * u.E * s.dd + scene_.noise_Pa * scene_.noise_Pa +
-          rough * rough;
-    u.Kx = (u.C * s.xx + u.E * s.xd) / u.S;
-    u.Kd = (u.C * s.xd + u.E * s.dd) / u.S;
-    u.innovation = record.measured_Pa[k + 1] -
-                   (l.at.reading + t.sensor[k] + u.C * (s.x - t.at_Pa[k]) + u.E * (s.d - t.about.d[k]));
-    s.x += u.Kx * u.innovation;
-    s.d += u.Kd * u.innovation;
-    s.xx -= u.Kx * u.Kx * u.S;
-    s.xd -= u.Kx * u.Kd * u.S;
-    s.dd -= u.Kd * u.Kd * u.S;
-    return u;
-  }
-
   /// The terms are taken at what the filter expects now, and a slow drift of the command, which is more than the
   /// areas' slopes can follow, where it is now.
   void renew() {
     const bool drifts = disturbance_.may_drift && noise_.memory_s >= 1.0;
-    if (drifts) smooth();
     for (Track& t : tracks_) {
-      for (std::size_t k = 0; k < t.about.pressure.size(); ++k) {
+      for (std::size_t k = 0; k < t.ticks(); ++k) {
         t.about.pressure[k] = t.at_Pa[k];
         t.about.middle_Pa[k] = 0.5 * (t.at_Pa[k] + std::max(t.linear[k].at.end, 5e3));
-        t.about.d[k] = drifts ? t.smooth_d[k] : 0.0;
       }
-    }
-  }
-
-  void smooth() {
-    for (std::size_t r = 0; r < records_.size(); ++r) smooth(*records_[r], tracks_[r]);
-  }
-  void smooth(const Record& record, Track& t) const {
-    const std::size_t ticks = t.about.pressure.size();
-    const double keep = std::exp(-record.drive.timing.tick_s / noise_.memory_s);
-    std::vector<Filter> filtered(ticks), predicted(ticks);
-    Filter s = begin(t, noise_);
-    for (std::size_t k = 0; k < ticks; ++k) {
-      predicted[k] = s;
-      update(s, record, t, k);
-      filtered[k] = s;
-      advance(s, t, k, keep, noise_);
-    }
-    t.smooth_d.resize(ticks);
-    double x = filtered.back().x;
-    double d = filtered.back().d;
-    for (std::size_t k = ticks; k-- > 0;) {
-      const Filter& f = filtered[k];
-      if (k + 1 < ticks) {
-        const double A = t.linear[k].by_pressure.end;
-        const double G = t.by_d[k].end;
-        const Filter& p = predicted[k + 1];
-        Eigen::Matrix2d before, next, move;
-        before << f.xx, f.xd, f.xd, f.dd;
-        next << p.xx, p.xd, p.xd, p.dd;
-        move << A, G, 0.0, keep;
-        next.diagonal().array() *= 1.0 + 1e-9;
-        const Eigen::Matrix2d gain = before * move.transpose() * next.inverse();
-        const Eigen::Vector2d jump(x - p.x, d - p.d);
-        const Eigen::Vector2d back = gain * jump;
-        x = f.x + back[0];
-        d = f.d + back[1];
+      if (drifts) {
+        t.about.d = smoothed_disturbance(t, noise_, spread_);
+      } else {
+        t.about.d.assign(t.ticks(), 0.0);
       }
-      t.smooth_d[k] = d;
     }
   }
 
@@ -542,14 +406,16 @@ class Suspect {
     }
     std::vector<double> part(groups.size()), without(groups.size(), 0.0);
     double all = 0.0, rest = 0.0, count = 0.0;
-    for (const Track& t : tracks_) {
-      std::vector<double> whole(t.smooth_d.size());
+    for (std::size_t r = 0; r < tracks_.size(); ++r) {
+      const std::vector<double> smooth = smoothed_disturbance(tracks_[r], noise_, spread_);
+      const Actions& acts = actions_[r];
+      std::vector<double> whole(smooth.size());
       for (std::size_t k = 0; k < whole.size(); ++k) {
         std::fill(part.begin(), part.end(), 0.0);
-        part[0] = t.smooth_d[k] * t.disturb[k].own;
+        part[0] = smooth[k] * acts.disturbance[k].own;
         rest += part[0] * part[0];
         for (std::size_t j = 0; j < terms_.size(); ++j)
-          part[group_of[j]] += term_[j] * t.act[k * terms_.size() + j].own;
+          part[group_of[j]] += term_[j] * acts.terms[k * terms_.size() + j].own;
         const double sum = std::accumulate(part.begin(), part.end(), 0.0);
         whole[k] = unit * sum;
         all += sum * sum;
@@ -574,15 +440,16 @@ class Suspect {
 
   const Scene& scene_;
   LatentScene rig_;
-  const std::vector<const Record*>& records_;
   Equation equation_;
   std::unique_ptr<LatentTerms> of_equation_;
   DisturbanceScale disturbance_;
   std::vector<Term> terms_;
   Figures figures_;
   std::vector<double> term_;
-  Noise noise_;
+  MarkovNoise noise_;
+  LatentFilter::Spread spread_;
   std::vector<Track> tracks_;
+  std::vector<Actions> actions_;  ///< a track
   double log_likelihood_ = 0.0;
 };
 
