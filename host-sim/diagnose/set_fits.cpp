@@ -19,9 +19,8 @@ using identify::chamber::kStretch_s;
 
 /// Of the effects put in another's place beside the rest, those whose fit is finished.
 constexpr std::size_t kFinishedInPlace = 3;
-/// Short fits are run this long, in so few steps a tick.
+/// Short fits are run this long, in half as many steps a tick.
 constexpr double kLook_s = 40.0;
-constexpr int kLookSteps = 2;
 constexpr double kWander_s = 65.0;  ///< the null's spline ends before
 /// Of what the plain drift leaves above the noise: a way of the null that follows whatever it is given closes less of another cause.
 constexpr double kWanderCloses = 0.9;
@@ -42,7 +41,7 @@ Scene coarse(const Scene& scene, double seconds) {
       volume_m3[row] = fine.volume_m3[row * static_cast<std::size_t>(fine.timing.steps)];
     }
     effects::Timing timing = fine.timing;
-    timing.steps = kLookSteps;
+    timing.steps = fine.timing.steps / 2;
     record.drive = effects::make_drive(std::span(fine.command_V).first(rows), volume_m3, timing);
     record.drive.supply_Pa = fine.supply_Pa;
     record.measured_Pa.resize(rows);

@@ -25,16 +25,21 @@ constexpr double kCooling_s = 3.0;
 constexpr double kWarmthSpread_Pa = 20000.0;  // of gas that is a tenth warmer than the wall, at 0.2 MPa
 
 /// A measured volume, or supply, without its noise, which compression would turn into pressure noise row by row: least squares of a
-/// cubic over 9 rows (Savitzky and Golay 1964), where the noise is above a ten-thousandth. It halves the noise; a swing of
-/// 1.5 Hz loses 1e-4 of its amplitude at 100 Hz.
-std::vector<double> calmed(const std::vector<double>& logged) {
-  constexpr std::ptrdiff_t kHalf = 4;
-  constexpr std::array<double, kHalf + 1> kWeights{59.0, 54.0, 39.0, 14.0, -21.0};
-  constexpr double kSum = 231.0;
+/// cubic over 0.08 s (Savitzky and Golay 1964), where the noise is above a ten-thousandth. At 100 Hz, over 9 rows, it halves the noise;
+/// a swing of 1.5 Hz loses 1e-4 of its amplitude. Over the three rows of 25 Hz a cubic is what was logged.
+std::vector<double> calmed(const std::vector<double>& logged, double tick_s) {
+  constexpr double kHalf_s = 0.04;
   constexpr double kWorthIt = 1e-4;
-  if (white_noise(logged) < kWorthIt * logged.front()) return logged;
-  std::vector<double> calm = logged;
   const auto rows = static_cast<std::ptrdiff_t>(logged.size());
+  const auto half = std::min<std::ptrdiff_t>(std::lround(kHalf_s / tick_s), rows / 4);
+  if (half < 2 || white_noise(logged) < kWorthIt * logged.front()) return logged;
+  const auto m = static_cast<double>(half);
+  const double sum_of_weights = (2.0 * m - 1.0) * (2.0 * m + 1.0) * (2.0 * m + 3.0) / 3.0;
+  std::vector<double> weights;
+  for (std::ptrdiff_t k = 0; k <= half; ++k) {
+    weights.push_back((3.0 * m * (m + 1.0) - 1.0 - 5.0 * static_cast<double>(k * k)) / sum_of_weights);
+  }
+  std::vector<double> calm = logged;
   const auto at = [&](std::ptrdiff_t i) {  // beyond an end: mirrored in the end's value
     const auto row = [&](std::ptrdiff_t k) { return logged[static_cast<std::size_t>(k)]; };
     if (i < 0) return 2.0 * row(0) - row(-i);
@@ -42,13 +47,21 @@ std::vector<double> calmed(const std::vector<double>& logged) {
     return row(i);
   };
   for (std::ptrdiff_t i = 0; i < rows; ++i) {
-    double sum = kWeights[0] * at(i);
-    for (std::ptrdiff_t k = 1; k <= kHalf; ++k) {
-      sum += kWeights[static_cast<std::size_t>(k)] * (at(i - k) + at(i + k));
+    double sum = weights[0] * at(i);
+    for (std::ptrdiff_t k = 1; k <= half; ++k) {
+      sum += weights[static_cast<std::size_t>(k)] * (at(i - k) + at(i + k));
     }
-    calm[static_cast<std::size_t>(i)] = sum / kSum;
+    calm[static_cast<std::size_t>(i)] = sum;
   }
   return calm;
+}
+
+/// Pairs of steps of 2.5 ms at most, of which a look takes every other: whatever the rate of a log, the model's own error is that at
+/// 100 Hz or less.
+int steps_of(double tick_s) {
+  constexpr double kPair_s = 5e-3;
+  constexpr double kRounding = 1e-6;
+  return 2 * std::max(1, static_cast<int>(std::ceil(tick_s / kPair_s - kRounding)));
 }
 
 }  // namespace
@@ -57,9 +70,10 @@ Record make_record(const std::string& name, const trace::Log& log, double fitted
   const auto rows = static_cast<double>(log.size());
   return {
       name,
-      effects::make_drive(log.command_V, calmed(log.volume_m3),
-                          {.tick_s = log.period_s, .average_s = log.pressure_average_s, .steps = 4},
-                          log.supply_Pa.empty() ? log.supply_Pa : calmed(log.supply_Pa)),
+      effects::make_drive(
+          log.command_V, calmed(log.volume_m3, log.period_s),
+          {.tick_s = log.period_s, .average_s = log.pressure_average_s, .steps = steps_of(log.period_s)},
+          log.supply_Pa.empty() ? log.supply_Pa : calmed(log.supply_Pa, log.period_s)),
       log.pressure_Pa,
       std::max<std::size_t>(1, static_cast<std::size_t>(std::min(kForgetting_s / log.period_s, 0.1 * rows))),
       static_cast<std::size_t>(std::lround(rows * fitted_share))};

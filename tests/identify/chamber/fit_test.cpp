@@ -8,6 +8,7 @@
 #include <limits>
 #include <random>
 
+#include "host-sim/plant/chamber.hpp"
 #include "tests/identify/chamber/chamber_scene.hpp"
 
 namespace plenum::host::identify::chamber {
@@ -44,6 +45,44 @@ TEST(ChamberFit, AnEffectOfTheRigIsInEveryRun) {
       run(plain, plain.records[0], effects::EffectSet{1} << effects::kIdDeadTime, late, {3e5});
   EXPECT_EQ(run(known, plain.records[0], 0, known.nominal, {3e5}), expected);
   EXPECT_NE(run(plain, plain.records[0], 0, plain.nominal, {3e5}), expected);
+}
+
+/// Readings of the error-controlled plant at `rate_Hz`, a new command each quarter of a second, and what the plant was.
+trace::Log plant_log(double rate_Hz) {
+  const plant::VolumeMotion volume(
+      150e-6, {{{.amplitude_m3 = 45e-6, .frequency_Hz = 0.9, .phase_rad = 0.3}, {}, {}}});
+  plant::ChamberConfig config;
+  config.initial_pressure_Pa = 3e5;
+  config.tolerance_Pa = 0.1;
+  plant::ChamberPlant chamber(plant::ThinPlateValve({}), config, volume);
+  std::mt19937 bits(5);
+  trace::Log log;
+  log.period_s = log.pressure_average_s = 1.0 / rate_Hz;
+  log.pressure_Pa = {3e5};
+  for (double t = 0.0; t < 20.0; t += log.period_s) {
+    const bool jumps = std::floor(4.0 * t) > std::floor(4.0 * (t - log.period_s));
+    log.time_s.push_back(t);
+    log.command_V.push_back(jumps ? 3.0 + 4.0 * static_cast<double>(bits()) / 4294967296.0
+                                  : log.command_V.back());
+    log.volume_m3.push_back(volume.at(t).volume_m3);
+    log.pressure_Pa.push_back(chamber.advance(log.command_V.back(), log.period_s).mean_Pa);
+  }
+  log.pressure_Pa.pop_back();
+  return log;
+}
+
+TEST(ChamberFit, ALogOfAnyRateIsRunAsExactlyAsOneOf100Hz) {
+  for (const double rate_Hz : {25.0, 40.0, 50.0, 100.0, 200.0, 500.0}) {
+    const trace::Log log = plant_log(rate_Hz);
+    const Scene scene = make_scene({});
+    const Record record = make_record("log", log, 1.0);
+    const std::vector<double> reading_Pa = run(scene, record, 0, scene.nominal, {3e5});
+    double squares = 0.0;
+    for (std::size_t row = 1; row < log.size(); ++row) {
+      squares += std::pow(reading_Pa[row] - log.pressure_Pa[row], 2);
+    }
+    EXPECT_LT(std::sqrt(squares / static_cast<double>(log.size())), 25.0) << "Pa RMS at " << rate_Hz << " Hz";
+  }
 }
 
 TEST(ChamberFit, FiguresBendAboutTheMeanVolumeOfTheFirstLogWhateverTheNext) {
