@@ -57,7 +57,7 @@ class ChamberModel {
  private:
   /// Of a step: the means of the areas, and how much sooner than evenly they are open, int (1/2 - s) area ds, 0 <= s <= 1.
   struct Openings {
-    N inlet_m2, exhaust_m2;
+    N inlet_m2{}, exhaust_m2{};
     N inlet_sooner_m2{}, exhaust_sooner_m2{};
   };
   struct Flow {
@@ -80,6 +80,12 @@ class ChamberModel {
     return plate(chamber_Pa, behind_Pa, true);
   }
   Flow plate(const N& first_Pa, const N& second_Pa, bool exhaust) const;
+  /// From the first of two pressures to the second, of a flow from the higher to the lower and its slopes in these.
+  template <class Mask>
+  static Flow directed(const Mask& backwards, const N& flow, const N& by_up, const N& by_down) {
+    return {select(backwards, -flow, flow), select(backwards, -by_down, by_up),
+            select(backwards, -by_up, by_down)};
+  }
   Balance balance(const N& pressure_Pa, const Openings& open, const N& supply_Pa, const N& behind_Pa) const;
   N step(const Openings& open, const N& volume_m3, const N& squeeze_1_s);
   /// Where the sensor sits.
@@ -201,7 +207,7 @@ typename ChamberModel<N>::Openings ChamberModel<N>::openings(const N& command_V)
 }
 
 /// phi(p_1, p_2) of (1b) over a square metre, with its slopes. Within 1e-4 of equal pressures the root of (1c) goes
-/// over into its chord.
+/// over into its chord. Where every lane is choked, as an exhaust is most of the time, nothing of (1c) is calculated.
 template <class N>
 typename ChamberModel<N>::Flow ChamberModel<N>::plate(const N& first_Pa, const N& second_Pa,
                                                       bool exhaust) const {
@@ -210,6 +216,10 @@ typename ChamberModel<N>::Flow ChamberModel<N>::plate(const N& first_Pa, const N
   const N up = larger(first_Pa, second_Pa);
   const N ratio = smaller(first_Pa, second_Pa) / up;
   const N r = larger(on(kIdFlowFunction) ? flow_function_.ratio(ratio, exhaust) : ratio, N(critical_));
+  if (!any(r > N(critical_))) {
+    const N G = on(kIdFlowFunction) ? choked_ * flow_function_.discharge(ratio) : N(choked_);
+    return directed(backwards, alpha_ * up * G, alpha_ * G, N(0.0));
+  }
   // G = q^5 w, q = r^(1/7), w = sqrt(1 - q^2)
   N s = 1.3417914215325433 + r * (-0.6825335151030851 + r * (0.48550449020479086 - r * 0.14480858119683884));
   const N s2 = s * s;
@@ -231,11 +241,7 @@ typename ChamberModel<N>::Flow ChamberModel<N>::plate(const N& first_Pa, const N
     G = G * factor;
     by_ratio = by_ratio * factor;
   }
-  const N flow = alpha_ * up * G;
-  const N by_down = alpha_ * by_ratio;
-  const N by_up = alpha_ * (G - ratio * by_ratio);
-  return {select(backwards, -flow, flow), select(backwards, -by_down, by_up),
-          select(backwards, -by_up, by_down)};
+  return directed(backwards, alpha_ * up * G, alpha_ * (G - ratio * by_ratio), alpha_ * by_ratio);
 }
 
 /// Net mass flow [kg/s] through valve and leak, its slope in the pressure at the valve, and the ports' flows.
@@ -373,8 +379,10 @@ N ChamberModel<N>::tick(double command_V, const double* volume_m3) {
   N sum(0.0);
   N reading(0.0);
   const double averaged = std::min(timing_.average_s / step_s_, static_cast<double>(timing_.steps));  // steps
+  const bool opens_on = on(kIdDeadTime) || on(kIdSpoolLag);  // within the tick
+  Openings open;
   for (int i = 0; i < timing_.steps; ++i) {
-    const Openings open = openings_over(command_V, i);
+    if (i == 0 || opens_on) open = openings_over(command_V, i);
     const double logged = 0.5 * (volume_m3[i] + volume_m3[i + 1]);
     const typename VolumeError<N>::Motion actual =
         on(kIdVolumeError)

@@ -54,15 +54,14 @@ class FlowFunction {
   }
   /// What the flow is multiplied with; `share`: thin plate's flow at ratio() over its choked flow.
   N factor(const N& share, const N& r) const {
-    N power{};
-    for (int i = 0; i < kLanesOf<N>; ++i) {
-      const double s = lane(share, i);
-      set_lane(power, i, s > 0.0 ? std::pow(s, lane(index_, i) - 1.0) : 0.0);
-    }
-    return power * (1.0 + slope_ * (kThinPlateCritical - r));
+    return discharge(r) * power(larger(share, N(kLeastShare)), index_ - 1.0);
   }
+  /// The same of choked flow, whose share is 1.
+  N discharge(const N& r) const { return 1.0 + slope_ * (kThinPlateCritical - r); }
 
  private:
+  /// Below it the flow is straight in the share.
+  static constexpr double kLeastShare = 1e-6;
   struct Port {
     N critical{}, stretch{};
   };

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+#include <vector>
+
 namespace plenum::host::effects {
 namespace {
 
@@ -42,11 +45,16 @@ TEST(Exponential, AgreesWithTheLibraryFromFarBelowZeroToTwo) {
   }
 }
 
+Lanes<0> lanes_of(const std::vector<double>& values, std::size_t first) {
+  Lanes<0> lanes;
+  for (std::size_t i = 0; i < kLanes; ++i) set_lane(lanes, static_cast<int>(i), values[first + i]);
+  return lanes;
+}
+
 TEST(Exponential, OfALaneIsThatOfItsNumber) {
   const std::vector<double> z = arguments();
   for (std::size_t first = 0; first + kLanes <= z.size(); first += kLanes) {
-    Lanes<0> lanes;
-    for (int i = 0; i < kLanes; ++i) set_lane(lanes, i, z[first + static_cast<std::size_t>(i)]);
+    const Lanes<0> lanes = lanes_of(z, first);
     const Exponential<Lanes<0>> eight = exponential(lanes);
     for (int i = 0; i < kLanes; ++i) {
       const Exponential<double> one = exponential(lane(lanes, i));
@@ -57,10 +65,44 @@ TEST(Exponential, OfALaneIsThatOfItsNumber) {
   }
 }
 
-TEST(Power, AgreesWithTheLibraryOverFourHundredfold) {
-  for (double x = 0.05; x <= 20.0; x *= 1.1) {
-    for (const double a : {-0.6, 0.0, 0.35, 0.5, 1.0, 1.3}) {
-      EXPECT_NEAR(power(x, a) / std::pow(x, a), 1.0, 1e-7) << x << "^" << a;
+TEST(Logarithm, AgreesWithTheLibraryOverAllNormalNumbers) {
+  std::vector<double> x{1.0,
+                        0.5,
+                        2.0,
+                        std::sqrt(0.5),
+                        std::sqrt(2.0),
+                        std::numeric_limits<double>::min(),
+                        std::numeric_limits<double>::max(),
+                        1.0 - 1e-16};
+  for (double up = 1.0; up < 1e300; up *= 1.13) {
+    x.push_back(up);
+    x.push_back(1.0 / up);
+  }
+  for (std::size_t first = 0; first + kLanes <= x.size(); first += kLanes) {
+    const Lanes<0> ours = logarithm(lanes_of(x, first));
+    for (std::size_t i = 0; i < kLanes; ++i) {
+      const double is = std::log(x[first + i]);
+      EXPECT_NEAR(lane(ours, static_cast<int>(i)), is, 2e-10 * (1.0 + std::abs(is))) << "of " << x[first + i];
+    }
+  }
+}
+
+TEST(Power, AgreesWithTheLibraryUpToE7) {
+  std::vector<double> x;
+  for (double up = 1.0; up <= 1e6; up *= 1.1) {
+    x.push_back(up);
+    x.push_back(1.0 / up);
+  }
+  for (const double a : {-1.0, -0.6, 0.0, 0.35, 0.5, 1.0, 1.3, 2.0}) {
+    for (std::size_t first = 0; first + kLanes <= x.size(); first += kLanes) {
+      const Lanes<0> eight = power(lanes_of(x, first), Lanes<0>(a));
+      for (std::size_t i = 0; i < kLanes; ++i) {
+        const double base = x[first + i], z = a * std::log(base);
+        if (z > 7.0) continue;
+        const double is = z < -24.0 ? 0.0 : std::pow(base, a);
+        EXPECT_NEAR(power(base, a), is, 2e-7 * is + 4e-11) << base << "^" << a;
+        EXPECT_NEAR(lane(eight, static_cast<int>(i)), is, 2e-7 * is + 4e-11) << base << "^" << a;
+      }
     }
   }
 }
@@ -71,6 +113,10 @@ TEST(Lanes, EachTakesItsOwnBranch) {
     set_lane(a, i, i - 3.0);
     set_lane(b, i, 0.5);
   }
+  EXPECT_TRUE(any(a < b));
+  EXPECT_FALSE(any(a < Lanes<0>(-3.0)));
+  EXPECT_TRUE(any(a < Lanes<0>(-2.9))) << "of one lane alone";
+  EXPECT_TRUE(any(a > Lanes<0>(3.9))) << "the last";
   const Lanes<0> chosen = select(a < b, a, 10.0 * b);
   for (int i = 0; i < kLanes; ++i) {
     const double x = i - 3.0;
