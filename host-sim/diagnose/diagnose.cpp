@@ -13,6 +13,7 @@
 #include <stdexcept>
 
 #include "host-sim/diagnose/aliases.hpp"
+#include "host-sim/diagnose/command_check.hpp"
 #include "host-sim/diagnose/found_rig.hpp"
 #include "host-sim/diagnose/latent.hpp"
 #include "host-sim/diagnose/next_experiment.hpp"
@@ -169,6 +170,7 @@ class Diagnosis {
     fitted_.records.insert(fitted_.records.end(), baseline_.begin(), baseline_.end());
     Trial base = recalibrated(fitted_, heldout_);
     lower_noise(base);
+    if (before == nullptr) require_acting_command(scene_, base.fit);
     search_ = search(fitted_, heldout_, std::move(base),
                      {.struck = struck,
                       .threads = options.threads,

@@ -1,0 +1,65 @@
+#include "host-sim/diagnose/command_check.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "host-sim/trace/input_error.hpp"
+
+namespace plenum::host::diagnose {
+namespace {
+
+using identify::chamber::Fit;
+using identify::chamber::Record;
+using identify::chamber::Scene;
+
+/// Of the noise: who errs by less is not asked.
+constexpr double kNearNoise = 5.0;
+/// Of the squares that the log's own command leaves: a machine's effects change what an altered command leaves by less.
+constexpr double kFarBetter = 0.25;
+constexpr std::size_t kMostRowsLate = 2;
+
+template <class Alter>
+double rms_Pa_of(Scene scene, Alter&& alter) {
+  for (Record& record : scene.records) alter(record.drive.command_V);
+  return fit(scene, 0, scene.nominal, {}).rms_Pa();
+}
+
+}  // namespace
+
+void require_acting_command(const Scene& scene, const Fit& recalibrated) {
+  const double as_logged_Pa = recalibrated.rms_Pa();
+  if (as_logged_Pa < kNearNoise * scene.noise_Pa) return;
+  struct Found {
+    double rms_Pa;
+    std::string what, expected;
+  };
+  const double twice_null_V = scene.nominal[effects::kOpenAbove] + scene.nominal[effects::kExhaustBelow];
+  Found best{rms_Pa_of(scene,
+                       [&](std::vector<double>& command_V) {
+                         for (double& u : command_V) u = twice_null_V - u;
+                       }),
+             fmt::format("to have the other sign: by {:g} V less the command", twice_null_V),
+             "a command that fills the chamber where it is above valve.open_above_V"};
+  for (std::size_t late = 1; late <= kMostRowsLate; ++late) {
+    const double rms_Pa = rms_Pa_of(scene, [&](std::vector<double>& command_V) {
+      const double last_V = command_V.back();
+      command_V.erase(command_V.begin(), command_V.begin() + static_cast<std::ptrdiff_t>(late));
+      command_V.insert(command_V.end(), late, last_V);
+    });
+    if (rms_Pa < best.rms_Pa) {
+      const std::string rows = late == 1 ? "one row" : fmt::format("{} rows", late);
+      best = {rms_Pa, fmt::format("to be {} late: {} earlier", rows, rows),
+              "in each row the command held from its time to the next row's"};
+    }
+  }
+  if (best.rms_Pa * best.rms_Pa > kFarBetter * as_logged_Pa * as_logged_Pa) return;
+  throw trace::InputError(fmt::format(
+      "{}: column command_V seems {} the valve recalibrated errs by {:.3g} kPa, as logged by {:.3g} kPa; "
+      "expected {}",
+      scene.records.front().name, best.what, 1e-3 * best.rms_Pa, 1e-3 * as_logged_Pa, best.expected));
+}
+
+}  // namespace plenum::host::diagnose

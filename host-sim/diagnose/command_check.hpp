@@ -1,0 +1,15 @@
+// Whether the command of a log is the one that acted. A column of the other sign, or written a row late, has no effect of the
+// catalogue as its cause, and would get one: nothing else makes a chamber answer before it is asked.
+#pragma once
+
+#include "host-sim/identify/chamber/fit.hpp"
+
+namespace plenum::host::diagnose {
+
+/// `recalibrated`: of the scene's records, without effects. Throws trace::InputError naming the log, the column and what was found where
+/// the valve's figures explain the same pressures far better by commands mirrored about the valve's null, or one or two rows earlier.
+/// Does nothing where the recalibrated model is near the noise.
+void require_acting_command(const identify::chamber::Scene& scene,
+                            const identify::chamber::Fit& recalibrated);
+
+}  // namespace plenum::host::diagnose

@@ -1,0 +1,79 @@
+// A command column that is not what acted, and effects that must not be taken for one.
+#include "host-sim/diagnose/command_check.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "host-sim/trace/input_error.hpp"
+#include "tests/identify/chamber/chamber_scene.hpp"
+
+namespace plenum::host::diagnose {
+namespace {
+
+using identify::chamber::chamber_scene;
+using identify::chamber::jumping_V;
+using identify::chamber::Scene;
+
+std::string refusal(const Scene& scene) {
+  try {
+    require_acting_command(scene, fit(scene, 0, scene.nominal, {}));
+  } catch (const trace::InputError& error) {
+    return error.what();
+  }
+  return {};
+}
+
+bool says(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+/// A chamber of 2000 rows whose readings its own commands have made.
+Scene recorded() {
+  Scene scene = chamber_scene(jumping_V(2000), 30e-6);
+  scene.noise_Pa = 50.0;
+  return scene;
+}
+
+TEST(ActingCommand, IsTakenAsItIsLogged) {
+  EXPECT_EQ(refusal(recorded()), "");
+}
+
+TEST(ActingCommand, OfAnotherSignIsRefused) {
+  Scene scene = recorded();
+  for (double& u : scene.records[0].drive.command_V) u = 10.0 - u;
+  const std::string said = refusal(scene);
+  EXPECT_TRUE(says(said, "chamber: column command_V seems to have the other sign")) << said;
+}
+
+TEST(ActingCommand, WrittenARowOrTwoLateIsRefused) {
+  for (const std::size_t late : {1U, 2U}) {
+    Scene scene = recorded();
+    std::vector<double>& command_V = scene.records[0].drive.command_V;
+    command_V.insert(command_V.begin(), late, command_V.front());
+    command_V.resize(command_V.size() - late);
+    const std::string said = refusal(scene);
+    EXPECT_TRUE(says(said, late == 1 ? "to be one row late" : "to be 2 rows late")) << said;
+  }
+}
+
+TEST(ActingCommand, IsTakenFromAMachineThatIsLateSticksOrLags) {
+  struct Effect {
+    effects::Id id;
+    double first;
+  };
+  for (const Effect& effect : {Effect{effects::kIdDeadTime, 0.03}, Effect{effects::kIdValveHysteresis, 0.3},
+                               Effect{effects::kIdSpoolLag, 0.1}, Effect{effects::kIdSensorLag, 0.05},
+                               Effect{effects::kIdNullDrift, 0.4}}) {
+    Scene scene = recorded();
+    effects::Figures figures = scene.nominal;
+    figures[effects::kFirstFigure[effect.id]] = effect.first;
+    scene.records[0].measured_Pa =
+        run(scene, scene.records[0], effects::EffectSet{1} << effect.id, figures, {3e5});
+    EXPECT_EQ(refusal(scene), "") << effects::kCatalogue[effect.id]->id;
+    EXPECT_GT(fit(scene, 0, scene.nominal, {}).rms_Pa(), 5.0 * scene.noise_Pa) << "else nothing was asked";
+  }
+}
+
+}  // namespace
+}  // namespace plenum::host::diagnose
