@@ -113,7 +113,7 @@ void save_model(const Options& options, const trace::RigDescription& found,
   identify::chamber::Scene scene = identify::chamber::make_scene(found);
   for (const trace::NamedLog& log : logs)
     identify::chamber::add_record(scene, identify::chamber::make_record(log.name, log.log, 1.0));
-  model.file.fit["rms_one_step_kPa"] = 1e-3 * identify::chamber::tick_change_rms_Pa(scene);
+  model.file.fit["rms_one_step_kPa"] = 1e-3 * identify::chamber::next_tick_rms_Pa(scene, 0, scene.nominal);
   trace::write_model(options.save_model, model.file);
   options.output.print("model: {}{}\n", options.save_model,
                        model.left_out.empty() ? "" : ", without " + listed(model.left_out, "and"));

@@ -430,7 +430,7 @@ GreyboxFit fit_greybox(const std::vector<trace::Log>& logs, const trace::RigDesc
   }
   put_figures(last, correlation_rows(errors), result);
   result.noise_kPa = 1e-3 * white_noise(errors);
-  result.rms_next_tick_kPa = 1e-3 * next_tick_rms_Pa(scene, last.on, last.figures);
+  result.rms_next_tick_kPa = 1e-3 * next_tick_rms_Pa(scene, last.on, last.figures, last.start);
   result.rms_free_run_kPa = 1e-3 * last.rms_Pa();
   result.rms_heldout_kPa = chooser.heldout_kPa(last.on, last.refined, last.figures);
   result.tried = chooser.tried();

@@ -38,7 +38,7 @@ struct GreyboxFit {
   std::vector<TriedEffects> tried;  ///< in order; the first without any
   std::vector<std::string> kept;    ///< ids of effects
   double noise_kPa = 0.0;           ///< white part of the errors of the last fit
-  double rms_next_tick_kPa = 0.0;   ///< from each row's pressure to the next
+  double rms_next_tick_kPa = 0.0;   ///< next_tick.hpp
   double rms_free_run_kPa = 0.0;    ///< whole logs, each from an estimated start
   double rms_heldout_kPa = 0.0;     ///< of the effects kept, over rows they were not fitted to
   std::size_t rows = 0;

@@ -29,6 +29,18 @@ TEST(NextTick, OfASealedChamberErrsByTheNoiseOfBothRows) {
   EXPECT_NEAR(next_tick_rms_Pa(scene, 0, sealed), std::sqrt(2.0) * kNoise_Pa, 0.05 * kNoise_Pa);
 }
 
+/// The row before the next says nothing of where a spool is on its way: from that row alone a spool of 10 Hz would miss kilopascals.
+TEST(NextTick, OfAModelWithMemoryThatMadeTheRecordIsExact) {
+  Scene scene = chamber_scene(jumping_V(400), 30e-6);
+  constexpr effects::EffectSet kSpool = effects::EffectSet{1} << effects::kIdSpoolLag;
+  effects::Figures lagging = scene.nominal;
+  lagging[effects::kFirstFigure[effects::kIdSpoolLag]] = 0.1;  // s
+  Record& record = scene.records.front();
+  record.measured_Pa = run(scene, record, kSpool, lagging, {3e5});
+  EXPECT_LT(next_tick_rms_Pa(scene, kSpool, lagging), 0.5);
+  EXPECT_GT(next_tick_rms_Pa(scene, 0, scene.nominal), 1000.0);
+}
+
 TEST(NextTick, ShowsAGainThatIsTooLargeInProportion) {
   const Scene scene = chamber_scene(jumping_V(400), 30e-6);
   const auto with_gain = [&](double factor) {
