@@ -18,20 +18,20 @@ constexpr std::size_t kNoiseWindow = 100;   // ticks
 constexpr std::size_t kAnswerWindow = 100;  // ticks
 
 constexpr std::array kCriteria{
-    Criterion{"latency_p999_us", "Ticks begun late, 999 of 1000", "us", 500.0},
-    Criterion{"latency_max_us", "Ticks begun late, the worst", "us", 2000.0},
-    Criterion{"jitter_us", "Jitter of the loop, median to 999 of 1000", "us", 500.0},
+    Criterion{"latency_p999_us", "Tick latency, 99.9th percentile", "us", 500.0},
+    Criterion{"latency_max_us", "Tick latency, the worst", "us", 2000.0},
+    Criterion{"jitter_us", "Jitter: 99.9th percentile minus median", "us", 500.0},
     Criterion{"overruns", "Ticks that the board counts as overrun", "ticks", 0.0},
-    Criterion{"tick_rate_error_percent", "Rate of the ticks, off 100 Hz", "%", 1.0},
+    Criterion{"tick_rate_error_percent", "Tick rate, deviation from 100 Hz", "%", 1.0},
     Criterion{"rows_lost", "Rows of the stream that did not come whole", "rows", 0.0},
-    Criterion{"sdo_p99_ms", "SDO round trip, 99 of 100", "ms", 10.0},
+    Criterion{"sdo_p99_ms", "SDO round trip, 99th percentile", "ms", 10.0},
     Criterion{"can_load_percent", "Load of the bus while streaming", "%", 60.0},
     Criterion{"stuck_channels", "Inputs that never change, not by a bit", "", 0.0},
     Criterion{"noise_Pa", "Noise of a pressure at rest, worst chamber", "Pa", 300.0},
     Criterion{"volume_noise_mL", "Noise of a volume at rest, worst chamber", "mL", 0.5},
     Criterion{"supply_noise_Pa", "Noise of the supply pressure at rest", "Pa", 1000.0},
-    Criterion{"moving_latency_p999_us", "While the valves move: ticks begun late, 999 of 1000", "us", 500.0},
-    Criterion{"moving_jitter_us", "While the valves move: jitter, median to 999 of 1000", "us", 500.0},
+    Criterion{"moving_latency_p999_us", "While the valves move: latency, 99.9th percentile", "us", 500.0},
+    Criterion{"moving_jitter_us", "While the valves move: jitter, 99.9th minus median", "us", 500.0},
     Criterion{"moving_overruns", "While the valves move: overruns", "ticks", 0.0},
     Criterion{"chambers_amiss", "Chambers that do not answer their valve", "", 0.0}};
 

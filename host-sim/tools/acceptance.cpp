@@ -53,10 +53,10 @@ AcceptancePlan plan_of(const Options& options) {
 }
 
 void print(const Output& output, std::span<const client::Judged> judged) {
-  output.print("{:<44}  {:>10}  {:>10}  {:<5}  {}\n", "item", "measured", "limit", "", "verdict");
+  output.print("{:<50}  {:>10}  {:>10}  {:<5}  {}\n", "item", "measured", "limit", "", "verdict");
   for (const client::Judged& one : judged) {
     const client::Criterion& criterion = one.criterion;
-    output.print("{:<44}  {:>10}  {:>10}  {:<5}  {}{}\n", criterion.text,
+    output.print("{:<50}  {:>10}  {:>10}  {:<5}  {}{}\n", criterion.text,
                  one.value ? fmt::format("{:.4g}", *one.value) : "-", fmt::format("<= {:g}", criterion.limit),
                  criterion.unit, client::verdict_name(one.verdict),
                  one.remark.empty() ? "" : "  (" + one.remark + ")");

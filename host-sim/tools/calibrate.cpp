@@ -54,8 +54,7 @@ int run(const Options& options) {
 Command add_calibrate(Program& program) {
   const auto options = std::make_shared<Options>();
   Arguments arguments = program.command(
-      "calibrate",
-      "Take the error of a pressure sensor, as `diagnose` found it, out of a board's calibration");
+      "calibrate", "Correct a board's calibration for the sensor error that a diagnosis found");
   options->board.add_to(arguments);
   arguments.option("--chamber", options->chamber, "Whose sensor").within(1, 8).show_default();
   arguments

@@ -195,12 +195,12 @@ int run(const Options& options) {
     demo.chamber[c].excited = std::move(fits[c]);
     demo.chamber[c].excitation = log_of(excited, c, false);
   }
-  stage.done("identified, uploaded over CAN, read back alike: {} models", chambers);
+  stage.done("identified, uploaded over CAN, read back identical: {} models", chambers);
   const Rows followed = record_in_closed_loop(board, options, demo.rig, options.seconds, seed + 1);
   stage.done("recorded {:g} s more, regulated to random references", options.seconds);
   fits = identify_and_upload(board, followed, chambers, demo.rig);
   for (unsigned c = 0; c < chambers; ++c) demo.chamber[c].fit = std::move(fits[c]);
-  stage.done("identified on these, uploaded, read back alike: {} models", chambers);
+  stage.done("identified on these, uploaded, read back identical: {} models", chambers);
 
   const Rows held_out =
       record_in_closed_loop(board, options, demo.rig, std::max(20.0, 0.5 * options.seconds), seed + 2);
@@ -227,7 +227,7 @@ int run(const Options& options) {
       Progress progress("recording, diagnosing and regulating machines with an effect");
       demo.gaps = close_gaps({}, seed, std::ref(progress));
     }
-    stage.done("diagnosed {} machines that have what their data sheet does not tell", demo.gaps.size());
+    stage.done("diagnosed {} machines, each with an effect missing from its data sheet", demo.gaps.size());
   }
   demo_page(demo).write(options.report);
 
@@ -258,9 +258,10 @@ Command add_demo(Program& program) {
   arguments.option("--seconds", options->seconds, "Length of each recording to identify from [s]")
       .within(4.0, 3600.0)
       .show_default();
-  arguments.flag("!--no-gaps", options->gaps,
-                 "Leave out the second half: machines whose data sheet does not tell all, diagnosed and "
-                 "regulated with what is found");
+  arguments.flag(
+      "!--no-gaps", options->gaps,
+      "Leave out the second half: machines with an effect missing from their data sheet, diagnosed and "
+      "regulated with the model found");
   options->rig.add_to(arguments);
   arguments.option("--report", options->report, "Page to write").type_name("FILE.html").show_default();
   options->output.add_to(arguments);

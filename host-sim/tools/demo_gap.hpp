@@ -1,4 +1,4 @@
-// The second half of the demonstration: machines that have what their data sheet does not tell.
+// The second half of the demonstration: machines, each with an effect missing from its data sheet.
 //
 // Each machine is a chamber behind a thin-plate valve with the figures of one data sheet, and one effect of the catalogue. The
 // board excites it; `diagnose` gets the recording and the data sheet, not the effect; what it finds goes to the board as a

@@ -311,11 +311,11 @@ LineChart gap_chart(const DemoGap& gap) {
 }
 
 void add_gaps(report::Page& page, const Demo& demo) {
-  report::Section& section = page.section("What the data sheet does not tell");
+  report::Section& section = page.section("What the data sheet does not state");
   section.paragraph(
       "One chamber each behind a thin-plate valve of the same data sheet, and in each machine one effect "
       "that the "
-      "sheet does not tell. The board excites the chamber for 20 s; the diagnosis gets this recording and "
+      "sheet does not state. The board excites the chamber for 20 s; the diagnosis gets this recording and "
       "the sheet, "
       "finds which effect the model lacks, and how large it is. What it finds goes to the board as a "
       "grey-box model, "
@@ -405,7 +405,7 @@ report::Page demo_page(const Demo& demo) {
         "% of span",
         {},
         "worst chamber, up to 2 s"},
-       {"Models on the board", static_cast<double>(demo.chamber.size()), "", {}, "each read back alike"},
+       {"Models on the board", static_cast<double>(demo.chamber.size()), "", {}, "each read back identical"},
        {"Bus load", to_hundredths(100.0 * demo.bus_load), "%", {}, "of 1 Mbit/s, mean"}});
   add_tracking(page, demo);
   if (!demo.gaps.empty()) add_gaps(page, demo);

@@ -160,15 +160,15 @@ int run(const Options& options) {
 
 Command add_diagnose(Program& program) {
   const auto options = std::make_shared<Options>();
-  Arguments arguments = program.command(
-      "diagnose",
-      "Say where a simulated and a measured chamber part, which effect is missing, and how far it helps");
+  Arguments arguments = program.command("diagnose",
+                                        "Say where simulation and measurement diverge, which effect is "
+                                        "missing, and how much of the gap it closes");
   arguments.option("LOG", options->logs, "Logs of one chamber").type_name("LOG.csv").required();
   options->input.add_to(
-      arguments, "What is known of the rig: where calibration starts (needed, but for ventilator runs)");
+      arguments, "What is known of the rig: where calibration starts (needed, except for ventilator runs)");
   arguments
       .option("--heldout", options->heldout,
-              "Logs that errors are told on (default: the last 40 % of each LOG)")
+              "Logs on which errors are reported (default: the last 40 % of each LOG)")
       .type_name("HELD.csv")
       .one_at_a_time();
   arguments

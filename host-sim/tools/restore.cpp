@@ -108,7 +108,7 @@ int run(const Options& options) {
   const auto beside = options.settings_only ? std::vector<unsigned>() : models_beside(backup, session);
 
   const std::size_t models = options.settings_only ? 0 : backup.models.size();
-  options.output.print("node {}: {} of {} settings and {} models written and read back alike\n",
+  options.output.print("node {}: {} of {} settings and {} models written and read back identical\n",
                        session.node_id(), backup.settings.size() - troubles.size(), backup.settings.size(),
                        models);
   Json list = Json::array();

@@ -68,11 +68,12 @@ int run(const Options& options) {
   client::await_stored(board.session());
   for (const Json& one : list) {
     const Json& bound_kPa = one["fixed_error_kPa"];
-    options.output.print("chamber {}: {}, {} bytes, read back alike; {}\n", one["chamber"].get<unsigned>(),
-                         one["file"].get<std::string>(), one["bytes"].get<std::size_t>(),
-                         bound_kPa.is_null() ? std::string("what fixed point makes of it is not bounded")
-                                             : fmt::format("in fixed point a tick errs by {:.2g} kPa at most",
-                                                           bound_kPa.get<double>()));
+    options.output.print(
+        "chamber {}: {}, {} bytes, read back identical; {}\n", one["chamber"].get<unsigned>(),
+        one["file"].get<std::string>(), one["bytes"].get<std::size_t>(),
+        bound_kPa.is_null()
+            ? std::string("what fixed point makes of it is not bounded")
+            : fmt::format("in fixed point a tick errs by {:.2g} kPa at most", bound_kPa.get<double>()));
   }
   options.output.finish({{"uploaded", list}});
   return kDone;

@@ -40,7 +40,7 @@ class Demo(CommandTest):
         # what comes late no estimate makes up for, nor, in time, for what the play of a valve swallows; a sensor that errs none sees
         for hidden in ("spool_lag", "dead_time", "sensor_lag", "valve_hysteresis", "sensor_bias"):
             self.assertLess(after[hidden], 0.5, hidden)
-        self.assertIn("What the data sheet does not tell", (self.folder / "page.html").read_text(encoding="utf-8"))
+        self.assertIn("What the data sheet does not state", (self.folder / "page.html").read_text(encoding="utf-8"))
 
 
 if __name__ == "__main__":
