@@ -149,6 +149,8 @@ void Node::forget_process() noexcept {
   image.excitation = kFresh.excitation;
   image.volume_code = kFresh.volume_code;
   image.preview_ticks = kFresh.preview_ticks;
+  device_.desk.forget_staged();
+  device_.recorder.forget_orders();
   for (ChamberImage& chamber : image.chamber) {
     chamber.setpoint_Pa = 0.0F;
     chamber.hold_setpoint_Pa = 0.0F;
@@ -274,8 +276,18 @@ void Node::receive_sdo(const CanFrame& frame) noexcept {
     return;
   }
   ++device_.counters.received;
+  const std::uint8_t came = device_.image.setpoints_came;
   SdoServer::Bytes response;
   if (sdo_.request(device_, frame.data, response)) send(cob::kSdoResponse + config_.node_id, response);
+  // a master that streams by PDO is not vouched for by whoever writes a set point besides
+  if (device_.image.setpoints_came != came && !streams_setpoints()) ++device_.image.setpoint_count;
+}
+
+bool Node::streams_setpoints() const noexcept {
+  const std::array<Rpdo, kRpdos>& all = device_.communication.rpdo;
+  return std::any_of(all.begin(), all.end(), [](const Rpdo& one) {
+    return one.watched && carries_setpoint(one.parameters().mapping);
+  });
 }
 
 void Node::send(std::uint32_t id, const SdoServer::Bytes& bytes) noexcept {

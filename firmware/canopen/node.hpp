@@ -99,6 +99,7 @@ class Node {
   void receive_sdo(const ports::CanFrame& frame) noexcept;
   void receive_pdo(Rpdo& rpdo, const ports::CanFrame& frame) noexcept;
   void apply(Rpdo& rpdo) noexcept;
+  bool streams_setpoints() const noexcept;
   void enter(NmtState state) noexcept;
   void ask_for(Reset reset) noexcept;
   void work_off_reset() noexcept;

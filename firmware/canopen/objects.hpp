@@ -20,7 +20,9 @@ inline constexpr std::size_t kErrorHistory = 8;  ///< entries of 1003h
 inline constexpr std::size_t kMaxDomainBytes = config::kMaxSetBytes;
 
 /// Device type: low word 408 (fluid power), high word FFFFh (several modules).
-inline constexpr std::uint32_t kDeviceType = 0xFFFF'0198U;
+inline constexpr std::uint32_t kDeviceType =
+    0xFFFF'0198U;  ///< several modules, each of which says its own at 67FFh + 800h x
+inline constexpr std::uint32_t kModuleType = 0x0198U;
 
 namespace object {
 inline constexpr std::uint16_t kDeviceTypeIndex = 0x1000;

@@ -86,7 +86,8 @@ struct ProcessImage {
   config::Twice<ControlMode> control_mode{ControlMode::pressure_closed_loop};  ///< 6043h
   ExcitationImage excitation;                                                  ///< 2310h
   std::uint32_t sync_count = 0;  ///< counts SYNCs taken while operational: the watchdog's food in excitation
-  /// Goes on each time that every set-point PDO which has come in ACTIVE has come again: the watchdog's food.
+  /// Goes on each time that every set-point PDO which has come in ACTIVE has come again, and where none has with each set point by
+  /// SDO: the watchdog's food.
   std::uint32_t setpoint_count = 0;
   std::uint8_t setpoints_came = 0;  ///< bit c: that of chamber c was written since the last tick
   bool setpoint_lost = false;   ///< the event timer of an RPDO (1400h:5) ran out while 6040h asks for ACTIVE

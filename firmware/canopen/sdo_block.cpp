@@ -58,7 +58,7 @@ bool SdoServer::block_download_segment(Device& device, const Bytes& request, Byt
   }
   if (sequence == sequence_ + 1U) {
     if (size_announced_ && done_ >= size_) return conclude(device, Abort::length_mismatch, response);
-    if (done_ >= most_) return conclude(device, Abort::out_of_memory, response);
+    if (done_ >= most_) return conclude(device, Abort::length_too_high, response);
     // the segment before is whole, now that another follows; how much of the last one counts its end request tells
     if (done_ != 0) crc_ = crc16(std::span(buffer_).subspan(done_ - kSegmentBytes, kSegmentBytes), crc_);
     std::copy_n(request.begin() + 1, kSegmentBytes, buffer_.begin() + static_cast<std::ptrdiff_t>(done_));

@@ -115,6 +115,8 @@ class ModelDesk {
   virtual SetState state(std::uint8_t chamber) const noexcept = 0;
   /// Of `inverse_fails` and `no_authority`: where the image handed in last has failed.
   virtual ModelPoint failing_point(std::uint8_t chamber) const noexcept = 0;
+  /// Every image that is staged or handed in and that no commit has been accepted for, and the upload session.
+  virtual void forget_staged() noexcept = 0;
   /// Who may stage: upload_session.hpp.
   virtual UploadSession& upload_session() noexcept = 0;
   virtual const UploadSession& upload_session() const noexcept = 0;

@@ -107,6 +107,19 @@ void ParameterSlots::refuse_set(std::size_t chamber) noexcept {
   staged_of_set_ = 0;
 }
 
+void ParameterSlots::forget_staged() noexcept {
+  session_.end();
+  handed_in_.waits = false;
+  set_.clear();
+  staged_of_set_ = 0;
+  refused_of_set_ = 0;
+  for (std::size_t chamber = 0; chamber < kChambers; ++chamber) {
+    if (names(pending_, chamber)) continue;
+    discard_staged(slots_[chamber]);
+    slots_[chamber].refusal = {};
+  }
+}
+
 void ParameterSlots::discard_staged(Slot& slot) noexcept {
   slot.staged_set().size = 0;
   slot.proving = false;

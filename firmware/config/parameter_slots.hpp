@@ -74,6 +74,7 @@ class ParameterSlots final : public ModelDesk {
   CommitResult commit(std::uint8_t mask, std::uint32_t crc, std::uint32_t key) noexcept override;
   SetState state(std::uint8_t chamber) const noexcept override;
   ModelPoint failing_point(std::uint8_t chamber) const noexcept override;
+  void forget_staged() noexcept override;
   UploadSession& upload_session() noexcept override { return session_; }
   const UploadSession& upload_session() const noexcept override { return session_; }
 

@@ -44,6 +44,12 @@ class UploadSession {
     return admitted;
   }
 
+  void end() noexcept {
+    owner_ = 0;
+    left_ticks_ = 0;
+    one_image_ = false;
+  }
+
   /// A tick has passed.
   void tick() noexcept {
     if (owner_ != 0 && --left_ticks_ == 0) end();
@@ -53,12 +59,6 @@ class UploadSession {
   std::uint32_t left_ticks() const noexcept { return left_ticks_; }
 
  private:
-  void end() noexcept {
-    owner_ = 0;
-    left_ticks_ = 0;
-    one_image_ = false;
-  }
-
   std::uint32_t owner_ = 0;
   std::uint32_t left_ticks_ = 0;
   bool one_image_ = false;

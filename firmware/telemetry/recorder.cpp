@@ -60,6 +60,12 @@ void Recorder::write(std::uint32_t tick, bool excited, const Samples& samples) n
   if (state_ == State::recording && held_ == length_) state_ = State::frozen;
 }
 
+void Recorder::forget_orders() noexcept {
+  if (state_ == State::recording) order(static_cast<std::uint8_t>(Order::roll));
+  select(0);
+  length_ = kLogTicks;
+}
+
 bool Recorder::order(std::uint8_t what) noexcept {
   if (what > static_cast<std::uint8_t>(Order::record)) return false;
   order_ = static_cast<Order>(what);

@@ -93,6 +93,9 @@ class Recorder {
   /// Returns false, and changes nothing, for an order that is none.
   bool order(std::uint8_t what) noexcept;
   std::uint8_t last_order() const noexcept { return static_cast<std::uint8_t>(order_); }
+  /// A client is gone: chamber and length go back to those of the start, and a recording under way rolls on. A frozen log stays as
+  /// it is, for who comes to read what has happened.
+  void forget_orders() noexcept;
   /// Whose log is read. Returns false for a chamber that the board does not have.
   bool select(std::uint8_t chamber) noexcept;
   std::uint8_t selected() const noexcept { return chamber_; }

@@ -45,6 +45,7 @@ constexpr bool is_restricted(std::uint32_t id) noexcept {
 }
 
 inline Abort write_sync_cob_id(Device& device, Place, std::uint32_t bits) noexcept {
+  bits &= ~cob::kInvalid;  // of 1005h CiA 301 leaves bit 31 open, and older configurations set it
   // no SYNC producer, no 29-bit identifiers
   if ((bits & ~cob::kIdMask) != 0 || is_restricted(bits)) return Abort::value_range;
   device.communication.sync_cob_id = bits;

@@ -153,6 +153,8 @@ inline constexpr Entry kFluidPowerRows[] = {
           fixed<kUnitBar>),
     value(0x63D0, 3, kChambersApart, "Control deviation prefix", integer8, constant, no, kAny,
           fixed<kPrefixMilli>),
+    value(0x67FF, 0, kChambersApart, "Device type of the module", unsigned32, constant, no, kAny,
+          fixed<kModuleType>),
 };
 
 }  // namespace plenum::canopen::dictionary

@@ -77,18 +77,21 @@ inline Abort write_commit_key(Device& device, Place, std::uint32_t key) noexcept
   Communication& communication = device.communication;
   const config::CommitResult result =
       device.desk.commit(communication.commit_mask, communication.commit_crc, key);
-  // one commit for one mask and CRC: a replayed key finds an empty mask
-  communication.commit_mask = 0;
-  communication.commit_crc = 0;
+  // one commit for one mask and CRC: a replayed key finds an empty mask. Who is told to wait need but write the key again.
+  const bool waits = result == config::CommitResult::checking || result == config::CommitResult::not_now;
+  if (!waits) {
+    communication.commit_mask = 0;
+    communication.commit_crc = 0;
+  }
   switch (result) {
     case config::CommitResult::accepted:
       return Abort::none;
     case config::CommitResult::wrong_key:
       return Abort::value_range;
+    case config::CommitResult::nothing_staged:
     case config::CommitResult::wrong_crc:
     case config::CommitResult::doubted:
       return Abort::cannot_store;
-    case config::CommitResult::nothing_staged:
     case config::CommitResult::checking:
     case config::CommitResult::not_now:
       return Abort::device_state;
@@ -225,7 +228,9 @@ inline constexpr Entry kModelRows[] = {
           "Outcome (0 staged, 1 to 8 none: that chamber's refused, 255 under way)", unsigned8, read_only, no,
           kAny, read_set_outcome),
     highest<18>(0x2128, kChambersNext, "State of the parameter set"),
-    value(0x2128, 1, kChambersNext, "State of the set", unsigned8, read_only, no, kAny, read_set_state),
+    value(0x2128, 1, kChambersNext,
+          "State (0 no model, 1 active, 2 staged, 3 committed, 4 refused, 5 checking, 6 doubted)", unsigned8,
+          read_only, no, kAny, read_set_state),
     value(0x2128, 2, kChambersNext, "Reason of refusal", unsigned8, read_only, no, kAny, read_set_state),
     value(0x2128, 3, kChambersNext, "CRC of the active image", unsigned32, read_only, no, kAny,
           read_set_state),

@@ -73,6 +73,10 @@ class FakeDesk final : public config::ModelDesk {
     return {430.0F, 120.0F, 5.5F, 450.0F, 437.5F};
   }
 
+  void forget_staged() noexcept override {
+    for (auto& image : staged) image.clear();
+    session.end();
+  }
   config::UploadSession& upload_session() noexcept override { return session; }
   const config::UploadSession& upload_session() const noexcept override { return session; }
 

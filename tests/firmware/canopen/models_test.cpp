@@ -101,16 +101,38 @@ struct Answer {
   const char* expected;
 };
 
-TEST(CommitObject, TellsWhatHasToWaitFromWhatIsRefused) {
-  for (const Answer& answer : {Answer{config::CommitResult::checking, "585 80 20 21 03 22 00 00 08"},
-                               Answer{config::CommitResult::doubted, "585 80 20 21 03 20 00 00 08"},
-                               Answer{config::CommitResult::not_now, "585 80 20 21 03 22 00 00 08"}}) {
+TEST(CommitObject, TellsWhatHasToWaitFromWhatIsRefusedAndUsesUpMaskAndCrcOfTheLatterAlone) {
+  constexpr const char* kNotYet = "585 80 20 21 03 22 00 00 08";
+  constexpr const char* kRefused = "585 80 20 21 03 20 00 00 08";
+  for (const Answer& answer :
+       {Answer{config::CommitResult::checking, kNotYet}, Answer{config::CommitResult::not_now, kNotYet},
+        Answer{config::CommitResult::doubted, kRefused},
+        Answer{config::CommitResult::nothing_staged, kRefused}}) {
     Bench bench;
     bench.desk.held_back = answer.result;
     bench.answer("605 2F 20 21 01 01 00 00 00");
     EXPECT_EQ(bench.answer("605 23 20 21 03 63 6F 6D 74"), answer.expected);
-    EXPECT_EQ(bench.answer("605 40 20 21 01 00 00 00 00"), "585 4F 20 21 01 00 00 00 00") << "used up";
+    EXPECT_EQ(bench.answer("605 40 20 21 01 00 00 00 00"), std::string_view(answer.expected) == kNotYet
+                                                               ? "585 4F 20 21 01 01 00 00 00"
+                                                               : "585 4F 20 21 01 00 00 00 00");
   }
+}
+
+TEST(CommitObject, TakesTheKeyAloneOnceItMay) {
+  Bench bench;
+  bench.desk.staged[0] = {1, 2, 3, 4};
+  const std::uint32_t crc = config::commit_crc(std::array{config::trailing_crc(bench.desk.staged[0])});
+  bench.answer("605 2F 20 21 01 01 00 00 00");
+  bench.answer(text_of(
+      {.id = 0x605,
+       .length = 8,
+       .data = {0x23, 0x20, 0x21, 2, static_cast<std::uint8_t>(crc), static_cast<std::uint8_t>(crc >> 8),
+                static_cast<std::uint8_t>(crc >> 16), static_cast<std::uint8_t>(crc >> 24)}}));
+  bench.desk.held_back = config::CommitResult::checking;
+  EXPECT_EQ(bench.answer("605 23 20 21 03 63 6F 6D 74"), "585 80 20 21 03 22 00 00 08");
+  bench.desk.held_back = config::CommitResult::accepted;
+  EXPECT_EQ(bench.answer("605 23 20 21 03 63 6F 6D 74"), "585 60 20 21 03 00 00 00 00");
+  EXPECT_EQ(bench.desk.commits, 1);
 }
 
 }  // namespace

@@ -107,6 +107,35 @@ TEST(Network, ResetsTheNodeToWhatTheBusHasNotWritten) {
   EXPECT_EQ(bench.image.status_word, 0x0008) << "the controller's to say";
 }
 
+TEST(Network, ForgetsWithItsResetWhatAMasterHasBegunAndKeepsAFrozenLog) {
+  Bench bench;
+  bench.desk.staged[2] = {1, 2, 3};
+  bench.answer("605 23 21 21 01 07 00 00 00");  // an upload session
+  bench.answer("605 2F 00 23 02 03 00 00 00");  // the log of chamber 4 ...
+  bench.answer("605 2B 00 23 03 02 00 00 00");  // ... of two ticks
+  bench.answer("605 2F 00 23 01 01 00 00 00");
+  bench.send("000 81 05");
+  bench.tick();
+  bench.drain();
+  EXPECT_TRUE(bench.desk.staged[2].empty());
+  EXPECT_EQ(bench.answer("605 40 21 21 01 00 00 00 00"), "585 43 21 21 01 00 00 00 00");
+  EXPECT_EQ(bench.answer("605 40 00 23 02 00 00 00 00"), "585 4F 00 23 02 00 00 00 00");
+  EXPECT_EQ(bench.answer("605 40 00 23 03 00 00 00 00"), "585 4B 00 23 03 00 04 00 00");
+  EXPECT_EQ(bench.answer("605 40 00 23 04 00 00 00 00"), "585 4F 00 23 04 02 00 00 00") << "for who reads it";
+  bench.answer("605 2F 00 23 01 02 00 00 00");  // record
+  bench.send("000 81 05");
+  bench.tick();
+  bench.drain();
+  EXPECT_EQ(bench.answer("605 40 00 23 04 00 00 00 00"), "585 4F 00 23 04 00 00 00 00") << "rolls on";
+}
+
+TEST(Network, LeavesBit31OfTheSyncIdentifierAlone) {
+  Bench bench;
+  EXPECT_EQ(bench.answer("605 23 05 10 00 81 00 00 80"), "585 60 05 10 00 00 00 00 00");
+  EXPECT_EQ(bench.answer("605 40 05 10 00 00 00 00 00"), "585 43 05 10 00 81 00 00 00");
+  EXPECT_EQ(bench.answer("605 23 05 10 00 80 00 00 40"), "585 80 05 10 00 30 00 09 06") << "no SYNC producer";
+}
+
 TEST(Network, ListensToTheSyncIdentifierItIsGiven) {
   Bench bench;
   bench.answer("605 23 05 10 00 81 00 00 00");

@@ -220,6 +220,8 @@ TEST(ObjectDictionary, PutsTheChambersAtTheirStrides) {
   EXPECT_EQ(bench.answer("605 40 D0 6B 01 00 00 00 00"), "585 4B D0 6B 01 F4 01 00 00");
   EXPECT_EQ(bench.answer("605 40 D0 6B 02 00 00 00 00"), "585 4F D0 6B 02 4E 00 00 00");
   EXPECT_EQ(bench.answer("605 40 D0 6B 03 00 00 00 00"), "585 4F D0 6B 03 FD 00 00 00");
+  EXPECT_EQ(bench.answer("605 40 FF 67 00 00 00 00 00"), "585 43 FF 67 00 98 01 00 00") << "a module's type";
+  EXPECT_EQ(bench.answer("605 40 FF 9F 00 00 00 00 00"), "585 43 FF 9F 00 98 01 00 00");
 }
 
 // The codes and reactions as the documents of the board have them, priority by priority.

@@ -350,6 +350,30 @@ TEST(SetpointWatchdog, IsTheEventTimerOfEveryRpdo) {
   EXPECT_FALSE(bench.image.setpoint_lost);
 }
 
+TEST(SetpointWatchdog, IsFedBySetPointsWrittenBySdoWhereNoneComesByPdo) {
+  Bench bench;
+  bench.answer("605 2B 40 60 00 07 00 00 00");  // ACTIVE
+  bench.tick();
+  bench.answer("605 2B 80 63 01 E8 03 00 00");
+  EXPECT_EQ(bench.image.setpoint_count, 1U);
+  bench.image.setpoints_came = 0;               // as the controller does in each tick
+  bench.answer("605 23 51 21 01 00 50 C3 47");  // 2151h:1, 100 kPa
+  EXPECT_EQ(bench.image.setpoint_count, 2U);
+  bench.image.setpoints_came = 0;
+  bench.answer("605 40 80 63 01 00 00 00 00");
+  bench.answer("605 2B 80 63 01 18 FC 00 00");  // below its range
+  bench.answer("605 2B 94 63 01 E8 03 00 00");  // the set point of HOLD
+  EXPECT_EQ(bench.image.setpoint_count, 2U) << "reading, a refused value and another object are no news";
+}
+
+TEST(SetpointWatchdog, IsNotFedBySdoWhileAStreamOfPdosIsDue) {
+  Watched bench;
+  const std::uint32_t streamed = bench.image.setpoint_count;
+  bench.image.setpoints_came = 0;
+  bench.answer("605 2B 80 63 01 E8 03 00 00");
+  EXPECT_EQ(bench.image.setpoint_count, streamed) << "whoever else writes does not vouch for its master";
+}
+
 TEST(SetpointWatchdog, RestsInExcitationButForTheControlWords) {
   Bench bench;
   bench.answer("605 2F 43 60 00 FF 00 00 00");

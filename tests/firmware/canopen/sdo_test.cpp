@@ -142,7 +142,7 @@ TEST(Sdo, AbortsWithTheCodeThatBelongs) {
            Case{"mapping of a living PDO", "605 2F 00 1A 00 00 00 00 00", "585 80 00 1A 00 22 00 00 08"},
            Case{"entry of an active mapping", "605 23 04 1A 01 20 02 50 21", "585 80 04 1A 01 22 00 00 08"},
            Case{"commit with a wrong key", "605 23 20 21 03 00 00 00 00", "585 80 20 21 03 30 00 09 06"},
-           Case{"commit of nothing", "605 23 20 21 03 63 6F 6D 74", "585 80 20 21 03 22 00 00 08"},
+           Case{"commit of nothing", "605 23 20 21 03 63 6F 6D 74", "585 80 20 21 03 20 00 00 08"},
        }) {
     Bench bench;
     EXPECT_EQ(bench.answer(c.request), c.answer) << c.claim;
@@ -328,7 +328,7 @@ TEST(Sdo, CommitsOnceAndRefusesTheReplay) {
   EXPECT_EQ(bench.answer("605 23 20 21 02 A3 E0 E3 9B"), "585 60 20 21 02 00 00 00 00");
   EXPECT_EQ(bench.answer("605 23 20 21 03 63 6F 6D 74"), "585 60 20 21 03 00 00 00 00");
   EXPECT_EQ(bench.desk.commits, 1);
-  EXPECT_EQ(bench.answer("605 23 20 21 03 63 6F 6D 74"), "585 80 20 21 03 22 00 00 08");
+  EXPECT_EQ(bench.answer("605 23 20 21 03 63 6F 6D 74"), "585 80 20 21 03 20 00 00 08");
   EXPECT_EQ(bench.desk.commits, 1);
 }
 

@@ -132,6 +132,27 @@ TEST(ParameterSlots, DropTheStagedSetWhenItsSuccessorIsRefused) {
   EXPECT_EQ(slots.commit(0x01, crc_of({first}), kCommitKey), CommitResult::nothing_staged);
 }
 
+TEST(ParameterSlots, ForgetWhatIsStagedButForWhatACommitHasBeenAcceptedFor) {
+  ParameterSlots slots;
+  const Bytes first = image_with_c7(10.0F), second = image_with_c7(20.0F);
+  ASSERT_TRUE(slots.upload_session().take(7));
+  ASSERT_TRUE(slots.stage(0, first));
+  ASSERT_EQ(slots.commit(0x01, crc_of({first}), kCommitKey), CommitResult::accepted);
+  ASSERT_TRUE(slots.upload_session().take(7));
+  ASSERT_TRUE(slots.stage(1, second));
+  ASSERT_TRUE(slots.upload_session().take(7));
+  ASSERT_EQ(slots.hand_in(2, second), ImageError::none);
+  slots.forget_staged();
+  EXPECT_EQ(slots.upload_session().owner(), 0U);
+  EXPECT_EQ(slots.apply_at_tick_edge(), 0x01U);
+  EXPECT_EQ(active_bytes(slots, 0), first);
+  for (std::uint8_t chamber = 1; chamber <= 2; ++chamber) {
+    EXPECT_EQ(slots.state(chamber).phase, SetPhase::empty) << "chamber " << +chamber;
+    EXPECT_EQ(slots.commit(static_cast<std::uint8_t>(1U << chamber), crc_of({second}), kForceKey),
+              CommitResult::nothing_staged);
+  }
+}
+
 TEST(ParameterSlots, NeverStageAPartOfAnImage) {
   ParameterSlots slots;
   const Bytes image = image_with_c7(10.0F);
