@@ -9,6 +9,7 @@
 #include "host-sim/client/patient_link.hpp"
 #include "host-sim/client/transfer_text.hpp"
 #include "host-sim/rig/rig.hpp"
+#include "host-sim/tools/kept_rig.hpp"
 #include "host-sim/tools/rig_link.hpp"
 #include "host-sim/trace/input_error.hpp"
 
@@ -40,6 +41,9 @@ void BoardChoice::add_to(Arguments& arguments) {
       .show_default();
   arguments.option("--store", store, "Folder that keeps the models of the simulated board").type_name("DIR");
   rig.add_to(arguments);
+  arguments.when_read([this] {
+    if (simulated() && !store.empty()) take_rig(rig, *arguments_, store);
+  });
 }
 
 std::string BoardChoice::name() const {
@@ -62,6 +66,10 @@ void BoardChoice::require_stored() const {
   if (!simulated() || std::filesystem::is_directory(store)) return;
   throw trace::InputError(
       fmt::format("{}: there is no such folder, expected the models of a simulated board", store));
+}
+
+void BoardChoice::keep_rig() const {
+  if (simulated() && !store.empty()) tools::keep_rig(rig, store);
 }
 
 ShownTransfers::ShownTransfers(client::Session& session, std::string doing)

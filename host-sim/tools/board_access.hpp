@@ -20,7 +20,8 @@ struct RigConfig;
 
 namespace plenum::host::tools {
 
-/// --bus, --node, --patience, --store, and the options of the simulated rig, which are refused on any other bus.
+/// --bus, --node, --patience, --store, and the options of the simulated rig, which are refused on any other bus. What they leave
+/// out of the rig is as the store keeps it.
 struct BoardChoice {
   std::string bus = "inproc";
   unsigned node = 1;
@@ -39,6 +40,8 @@ struct BoardChoice {
   /// Throws as require_store(), and InputError when there is no such folder: a simulated board without models is no use
   /// to who names one.
   void require_stored() const;
+  /// What a simulated board has stored is of its rig, which the store keeps beside it. Throws InputError.
+  void keep_rig() const;
 
  private:
   friend class BoardAccess;

@@ -38,6 +38,7 @@ int run(const Options& options) {
   if (options.keep) {
     if (!client::store_settings(session))
       throw client::Refused("the board has no place to keep its settings");
+    options.board.keep_rig();
     options.output.print("kept\n");
   } else {
     options.output.print("in force until the board starts anew; --keep stores it\n");

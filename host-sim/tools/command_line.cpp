@@ -106,6 +106,10 @@ Option Arguments::flag(const std::string& names, bool& value, const std::string&
   return Option(app_->add_flag(names, value, help));
 }
 
+void Arguments::when_read(const std::function<void()>& then) {
+  app_->callback(then);
+}
+
 void Arguments::footer(const std::string& text) {
   app_->footer(text);
 }

@@ -2,6 +2,7 @@
 // that includes CLI11 compiles the whole of it anew.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <utility>
@@ -65,6 +66,8 @@ class Arguments {
   Option option(const std::string& names, T& value, const std::string& help);
   /// Likewise, without a value of its own: makes `value` true, and by a name such as "!--no-spool" false.
   Option flag(const std::string& names, bool& value, const std::string& help);
+  /// Calls `then` as soon as the command line is read, whose variables it may change: may throw std::invalid_argument and InputError.
+  void when_read(const std::function<void()>& then);
   /// What the help ends with.
   void footer(const std::string& text);
   /// Declares a command `name`, which `about` tells; one of them has to be given then.
@@ -93,7 +96,7 @@ class Program : public Arguments {
   Program(const std::string& name, const std::string& about, const std::string& version);
 
   /// Reads the command line. Returns false where it asks for the help or the version, which is printed then. Throws
-  /// std::invalid_argument that says what is wrong with it.
+  /// std::invalid_argument that says what is wrong with it, and what when_read() throws.
   bool parse(int argc, char** argv);
 };
 

@@ -100,6 +100,7 @@ void RigChoice::add_to(Arguments& arguments) {
 }
 
 trace::RigDescription RigChoice::description() const {
+  if (!rig_text.empty()) return trace::parse_rig(rig_text, "rig of the store");
   if (rig_file.empty()) return plant == "mpye" ? mpye_description() : trace::RigDescription{};
   trace::RigDescription description = trace::read_rig(rig_file);
   const auto& sampling = description.sampling;

@@ -23,6 +23,7 @@ class Arguments;
 struct RigChoice {
   std::string plant = "mpye";
   std::string rig_file;
+  std::string rig_text;              ///< what it holds, where the store of the board knows; else empty
   std::vector<std::string> effects;  ///< ID=VALUE, or ID=PARAMETER:VALUE,...
   unsigned boards = 1;
   unsigned chambers = 8;

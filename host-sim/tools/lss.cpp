@@ -80,7 +80,10 @@ int run(const Arguments& arguments, const Options& options) {
     if (options.bit_rate) lss.give_bit_rate(static_cast<std::uint32_t>(*options.bit_rate));
     if (options.node) lss.give_node_id(node_id);
     try {
-      if (options.node || options.bit_rate) lss.store();
+      if (options.node || options.bit_rate) {
+        options.board.keep_rig();
+        lss.store();
+      }
     } catch (const std::runtime_error&) {
       if (options.node) lss.give_node_id(has_id ? session.node_id() : canopen::kUnconfiguredNodeId);
       throw;

@@ -93,6 +93,8 @@ int main(int argc, char** argv) {
   };
   try {
     if (!program.parse(argc, argv)) return printed();
+  } catch (const trace::InputError& error) {
+    return fail(tools::kBadInput, fmt::format("plenum {}", chosen()->arguments.name()), error.what());
   } catch (const std::invalid_argument& error) {
     const auto command = chosen();
     if (command == commands.end() && argc > 1 && argv[1][0] != '-') {

@@ -98,6 +98,7 @@ int run(const Options& options) {
   client::require_compatible(session);
   require_at_rest(session);
   if (!options.partial) require_complete(backup, session, options);
+  options.board.keep_rig();
   if (!options.settings_only && !backup.models.empty()) {
     session.upload_models(backup.models, options.force ? client::Doubted::force : client::Doubted::refuse);
     client::await_stored(session);

@@ -4,6 +4,7 @@
 
 #include "host-sim/tools/command.hpp"
 #include "host-sim/tools/inproc.hpp"
+#include "host-sim/tools/kept_rig.hpp"
 #include "host-sim/tools/output.hpp"
 #include "host-sim/tools/recorded_log.hpp"
 #include "host-sim/tools/rig_link.hpp"
@@ -41,6 +42,16 @@ void require_one_use(const Arguments& arguments, const Options& options) {
   }
 }
 
+/// Of each board, that of node 1 first; none: the boards keep nothing.
+std::vector<std::filesystem::path> stores_of(const Options& options) {
+  if (options.store.empty()) return {};
+  const std::filesystem::path store = options.store;
+  if (options.rig.boards == 1) return {store};
+  std::vector<std::filesystem::path> stores;
+  for (unsigned b = 0; b < options.rig.boards; ++b) stores.push_back(store / fmt::format("node-{}", b + 1));
+  return stores;
+}
+
 int serve_rig(const Options& options) {
   const auto address = client::parse_bus(options.bus);
   const auto* socketcand = std::get_if<client::SocketcandAddress>(&address);
@@ -49,13 +60,11 @@ int serve_rig(const Options& options) {
         fmt::format("--bus {}: cannot be served, expected socketcand:HOST:PORT/CHANNEL", options.bus));
   }
   rig::RigConfig config = options.rig.config();
-  if (!options.store.empty()) {
-    const std::filesystem::path store = options.store;
-    for (rig::BoardConfig& board : config.board) {
-      board.store =
-          config.board.size() == 1 ? store : store / fmt::format("node-{}", board.settings.node.node_id);
-      require_folder(*board.store);
-    }
+  const auto stores = stores_of(options);
+  for (std::size_t b = 0; b < stores.size(); ++b) {
+    require_folder(stores[b]);
+    keep_rig(options.rig, stores[b]);
+    config.board[b].store = stores[b];
   }
   const bool endless = !options.seconds || *options.seconds == 0.0;
   return serve(config, *socketcand,
@@ -150,6 +159,7 @@ Command add_sim(Program& program) {
       "  plenum sim --bus socketcand:127.0.0.1:29536/can0   # for plenum --bus, python-can and others"));
   return {arguments, [arguments, options] {
             require_one_use(arguments, *options);
+            for (const auto& store : stores_of(*options)) take_rig(options->rig, arguments, store);
             return options->bus.empty() ? write_logs(*options) : serve_rig(*options);
           }};
 }

@@ -66,6 +66,7 @@ int run(const Options& options) {
   board.session().upload_models(uploads, options.force ? client::Doubted::force : client::Doubted::refuse);
   // The session has read back and compared; what is left is that the board keeps them.
   client::await_stored(board.session());
+  options.board.keep_rig();
   for (const Json& one : list) {
     const Json& bound_kPa = one["fixed_error_kPa"];
     options.output.print(

@@ -7,7 +7,7 @@ import pty
 import re
 import subprocess
 
-from command import PROGRAM, CommandTest, run
+from command import PROGRAM, CommandTest, model, run
 
 MODEL = {
     "schema": "plenum-model/1", "kind": "tassa9", "chamber": 2,
@@ -320,6 +320,20 @@ class Keeping(BoardCommands):
         self.assertRegex(ran.stderr, "chamber 1: over_pressure_kPa = 910, expected 700 to 76[0-9.]+ with the other settings")
         self.refused(2, "calibrate", "--store", "board", "--offset", 101, says=["--offset", "100"])
         self.refused(2, "calibrate", "--offset", 1, says=["--store"])
+
+    def test_a_simulated_board_stays_of_the_rig_that_its_store_keeps(self):
+        self.write("m.json", model(1))
+        self.done("upload", "--store", "board", "--plant", "thin-plate", "--chambers", 1, "--effect", "spool_lag=10", "m.json")
+        self.write("soft.toml", "[sampling]\nrate_Hz = 100\n[supply]\npressure_Pa = 500000\n")
+        for option, of_store in [("--plant mpye", "thin-plate"), ("--chambers 8", "1"), ("--volume-swing 0.5", "0.2"), ("--no-spool", "--spool"),
+                                 ("--effect spool_lag=9", '["spool_lag=10"]'), ("--rig soft.toml", "other figures")]:
+            self.refused(2, "calibrate", "--store", "board", "--offset", 1, "--keep", *option.split(),
+                         says=[option.split()[0], option.split()[-1], f"board in board has {of_store} (rig.json)", "another --store"])
+        self.done("calibrate", "--store", "board", "--offset", 1, "--keep")
+        self.assertEqual(len(self.json_of("regulate", "--store", "board", "--seed", 2, "--seconds", 1)["chambers"]), 1)
+        self.assertEqual(self.json_of("faults", "--store", "board", "--plant", "thin-plate", "--chambers", 1)["fault"], None)
+        self.write("board/rig.json", "{}")
+        self.refused(2, "faults", "--store", "board", says=["board/rig.json", "expected"])
 
     def test_models_of_another_schema_are_left_alone_only_when_asked(self):
         self.done("backup", "-o", "b.json")
