@@ -1,4 +1,5 @@
 #include <memory>
+#include <stdexcept>
 
 #include "host-sim/client/board_facts.hpp"
 #include "host-sim/client/calibration.hpp"
@@ -23,7 +24,9 @@ Json json_of(const client::PressureCalibration& calibration) {
           {"pressure_offset_kPa", calibration.offset_kPa}};
 }
 
-int run(const Options& options) {
+int run(const Arguments& arguments, const Options& options) {
+  if (!arguments.given("--offset") && !arguments.given("--gain-error"))
+    throw std::invalid_argument("nothing to correct, expected --offset, --gain-error or both");
   options.board.require_store();
   BoardAccess access(options.board);
   client::Session& session = access.session();
@@ -73,7 +76,7 @@ Command add_calibrate(Program& program) {
   options->output.add_to(arguments);
   arguments.footer(example(
       "  plenum calibrate --bus can:can0 --node 5 --chamber 3 --offset 5.07 --gain-error -0.0005 --keep"));
-  return {arguments, [options] { return run(*options); }};
+  return {arguments, [arguments, options] { return run(arguments, *options); }};
 }
 
 }  // namespace plenum::host::tools

@@ -313,13 +313,14 @@ class Keeping(BoardCommands):
         self.assertAlmostEqual(found["after"]["pressure_offset_kPa"], 3 / 1.05, places=4)
         again = self.json_of("calibrate", "--store", "board", *options, "--keep")
         self.assertEqual(again["before"], found["before"], "not kept the first time")
-        kept = self.json_of("calibrate", "--store", "board", "--chamber", 2)
+        kept = self.json_of("calibrate", "--store", "board", "--chamber", 2, "--offset", 0)
         self.assertEqual(kept["before"], found["after"])
         ran = self.plenum("calibrate", "--store", "board", "--gain-error", 0.3)
         self.assertEqual((ran.returncode, ran.stdout), (1, ""))
         self.assertRegex(ran.stderr, "chamber 1: over_pressure_kPa = 910, expected 700 to 76[0-9.]+ with the other settings")
         self.refused(2, "calibrate", "--store", "board", "--offset", 101, says=["--offset", "100"])
         self.refused(2, "calibrate", "--offset", 1, says=["--store"])
+        self.refused(2, "calibrate", "--store", "board", "--keep", says=["nothing to correct", "--offset", "--gain-error"])
 
     def test_a_simulated_board_stays_of_the_rig_that_its_store_keeps(self):
         self.write("m.json", model(1))
