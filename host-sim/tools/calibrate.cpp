@@ -42,9 +42,12 @@ int run(const Arguments& arguments, const Options& options) {
     if (!client::store_settings(session))
       throw client::Refused("the board has no place to keep its settings");
     options.board.keep_rig();
-    options.output.print("kept\n");
+    options.output.print("the board has stored its settings (1010h)\n");
   } else {
-    options.output.print("in force until the board starts anew; --keep stores it\n");
+    options.output.print("{}; --keep stores it\n",
+                         options.board.simulated()
+                             ? "gone with this command, as a simulated board starts anew with each"
+                             : "in force until the board starts anew");
   }
   options.output.finish({{"chamber", options.chamber},
                          {"before", json_of(before)},

@@ -306,6 +306,7 @@ class Keeping(BoardCommands):
 
     def test_what_a_sensor_is_off_goes_into_the_calibration_and_stays_there_when_kept(self):
         options = ["--chamber", 2, "--offset", 2, "--gain-error", 0.05, "--ambient", 100]
+        self.assertIn("gone with this command", self.done("calibrate", "--store", "board", *options))
         found = self.json_of("calibrate", "--store", "board", *options)
         # z = p + 2 + 0.05 (p - 100) = 1.05 p - 3
         self.assertEqual(found["before"], {"pressure_gain_kPa_per_V": 100.0, "pressure_offset_kPa": 0.0})
@@ -315,6 +316,7 @@ class Keeping(BoardCommands):
         self.assertEqual(again["before"], found["before"], "not kept the first time")
         kept = self.json_of("calibrate", "--store", "board", "--chamber", 2, "--offset", 0)
         self.assertEqual(kept["before"], found["after"])
+        self.assertIn("the board has stored its settings (1010h)", self.done("calibrate", "--store", "board", "--offset", 0, "--keep"))
         ran = self.plenum("calibrate", "--store", "board", "--gain-error", 0.3)
         self.assertEqual((ran.returncode, ran.stdout), (1, ""))
         self.assertRegex(ran.stderr, "chamber 1: over_pressure_kPa = 910, expected 700 to 76[0-9.]+ with the other settings")
