@@ -164,6 +164,11 @@ std::string fault_name(const FaultEntry& fault) {
   return name.empty() ? "a fault that this program does not know" : name;
 }
 
+std::string fault_text(const FaultEntry& fault) {
+  const std::string where = fault.chamber == 0 ? "" : fmt::format(", chamber {}", fault.chamber);
+  return fmt::format("{:04X}h {}{}", fault.code, fault_name(fault), where);
+}
+
 std::optional<FaultEntry> read_fault(Session& session) {
   const auto code = session.read<std::uint16_t>(object::kErrorCode, 0);
   if (code == 0) return std::nullopt;

@@ -140,8 +140,8 @@ void require_chambers(unsigned chambers) {
 void require_no_fault(Session& session) {
   const std::optional<FaultEntry> fault = read_fault(session);
   if (!fault || (!fault_specs(*fault).empty() && !reacts(*fault))) return;
-  throw Refused(fmt::format("node {}: fault {:04X}h stands after the run, expected none", session.node_id(),
-                            fault->code));
+  throw Refused(fmt::format("node {}: fault {} stands after the run, expected none: see plenum faults",
+                            session.node_id(), fault_text(*fault)));
 }
 
 /// `count` rows, or as many as there are, after the first `lead`.

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "host-sim/client/abort_text.hpp"
+#include "host-sim/client/board_facts.hpp"
 #include "host-sim/trace/legible.hpp"
 
 namespace plenum::host::client {
@@ -183,12 +184,12 @@ void Session::request_state(std::uint16_t control_word) {
     status = status_word();
   }
   if ((status & kShown) == wanted) return;
-  const std::string found = fmt::format(
-      "node {}: status word {:04X}h, error {:04X}h, within {} s after control word {:04X}h, expected {:X}h "
-      "in "
-      "the low four bits",
-      node_id_, status, read<std::uint16_t>(object::kErrorCode, 0), config_.state_timeout_s, control_word,
-      wanted);
+  const auto fault = read_fault(*this);
+  const std::string found =
+      fmt::format("node {}: is in {}, expected {} within {} s{}", node_id_,
+                  state_name(status, fault ? fault->code : std::uint16_t{0}), state_name(wanted, 0),
+                  config_.state_timeout_s,
+                  fault ? fmt::format(": fault {} stands, see plenum faults", fault_text(*fault)) : "");
   if ((status & word::kReady) == 0) throw Refused(found);
   throw Timeout(found);
 }

@@ -59,11 +59,6 @@ std::string fault_advice(const client::FaultEntry& fault) {
   return advice;
 }
 
-std::string fault_text(const client::FaultEntry& fault) {
-  const std::string where = fault.chamber == 0 ? "" : fmt::format(", chamber {}", fault.chamber);
-  return fmt::format("{} {}{}", hex(fault.code, 4), client::fault_name(fault), where);
-}
-
 Json fault_json(const std::optional<client::FaultEntry>& fault) {
   if (!fault) return nullptr;
   std::string reaction;

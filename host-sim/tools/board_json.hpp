@@ -14,8 +14,6 @@ Json versions_json(const client::Versions& versions);
 /// Null when there is no fault.
 Json fault_json(const std::optional<client::FaultEntry>& fault);
 
-/// "8250h set-point timeout", with its chamber where it has one.
-std::string fault_text(const client::FaultEntry& fault);
 /// One sentence: what to look at, and how it clears; where a code stands for several faults, that of each.
 std::string fault_advice(const client::FaultEntry& fault);
 

@@ -20,7 +20,7 @@ int run(const Options& options) {
   const auto fault = client::read_fault(session);
   const auto history = client::read_fault_history(session);
   if (fault) {
-    options.output.print("stands now: {}\n  {}\n", fault_text(*fault), fault_advice(*fault));
+    options.output.print("stands now: {}\n  {}\n", client::fault_text(*fault), fault_advice(*fault));
     if (client::reacts(*fault)) {
       options.output.print(
           "  until its reset the board keeps the 10 s that led to it: plenum capture --last\n");
@@ -31,7 +31,7 @@ int run(const Options& options) {
   options.output.print("{}\n", history.empty() ? "the history is empty" : "history, the newest first:");
   Json list = Json::array();
   for (const client::FaultEntry& entry : history) {
-    options.output.print("  {}\n    {}\n", fault_text(entry), fault_advice(entry));
+    options.output.print("  {}\n    {}\n", client::fault_text(entry), fault_advice(entry));
     list.push_back(fault_json(entry));
   }
   if (options.clear_history) {

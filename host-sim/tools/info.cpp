@@ -142,7 +142,7 @@ int run(const Options& options) {
                versions.scalar_format == 1 ? "float" : "fixed point");
   output.print("  models of schema {}, {} parameters\n", hex(versions.schema_hash, 8),
                versions.parameter_count);
-  output.print("  {}; {}\n", state, fault ? fault_text(*fault) : "no fault");
+  output.print("  {}; {}\n", state, fault ? client::fault_text(*fault) : "no fault");
   Json result{{"node", session.node_id()},
               {"identity", identity_json(identity)},
               {"versions", versions_json(versions)},

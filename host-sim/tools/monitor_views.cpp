@@ -37,7 +37,8 @@ std::string nmt_of(const client::BoardView& view) {
 /// Empty when there is none. The emergency of a fault that is older than the monitor has not been heard: of that the status
 /// word tells, but for a board that is not ready, with or without a fault.
 std::string fault_of(const client::BoardView& view) {
-  if (view.error_code && *view.error_code != 0) return fault_text({*view.error_code, view.fault_chamber});
+  if (view.error_code && *view.error_code != 0)
+    return client::fault_text({*view.error_code, view.fault_chamber});
   if (view.error_code && !view.silent_s) return "";
   namespace word = canopen::word;
   if (view.status_word && (*view.status_word & word::kReady) != 0) return "";

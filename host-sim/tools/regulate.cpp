@@ -98,7 +98,7 @@ int run(const Options& options) {
         lagging);
   }
   if (const auto fault = client::read_fault(board.session())) {
-    options.output.print("the board reports {}\n  {}\n", fault_text(*fault), fault_advice(*fault));
+    options.output.print("the board reports {}\n  {}\n", client::fault_text(*fault), fault_advice(*fault));
   }
   options.output.print("the first half second is left out; {}recorded in {}\n",
                        stop.asked() ? fmt::format("stopped by hand after {} rows, ", rows.size()) : "",

@@ -38,12 +38,12 @@ int run(const Options& options) {
       } catch (const client::Refused&) {
         const auto left = client::read_fault(session).value_or(*before);
         throw client::Refused(fmt::format("node {}: fault {} still stands, expected its cause to be gone; {}",
-                                          session.node_id(), fault_text(left), fault_advice(left)));
+                                          session.node_id(), client::fault_text(left), fault_advice(left)));
       }
     }
-    options.output.print("{}\n",
-                         before ? fmt::format("{} is cleared; the board is DISABLED", fault_text(*before))
-                                : std::string("no fault stands: nothing to reset"));
+    options.output.print(
+        "{}\n", before ? fmt::format("{} is cleared; the board is DISABLED", client::fault_text(*before))
+                       : std::string("no fault stands: nothing to reset"));
   } else {
     session.nmt(options.restart ? canopen::NmtCommand::reset_node : canopen::NmtCommand::reset_communication);
     session.wait_boot_up(kBoot_s);

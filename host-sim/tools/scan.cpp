@@ -59,7 +59,7 @@ void print_row(const Output& output, const client::ScannedNode& node) {
   output.print("{:>4}  {:<15}  {:<22}  {:<18}  {:<10}  {:<14}  {:>6}  {}{}\n", node.node_id, nmt, node.name,
                identity_text(node.identity), node.software, state,
                fmt::format("{}/{}", board.models, client::kChambers),
-               board.fault ? fault_text(*board.fault) : "-",
+               board.fault ? client::fault_text(*board.fault) : "-",
                board.compatible ? "" : "; models of another release");
 }
 

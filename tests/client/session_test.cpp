@@ -310,7 +310,8 @@ TEST(Session, TellsWhichFaultKeepsTheBoardFromStarting) {
   Session session(world, 5);
   world.image.error_code = 0x8302;
   EXPECT_THAT(message_of<Refused>([&] { session.enable(); }),
-              AllOf(HasSubstr("node 5"), HasSubstr("error 8302h"), HasSubstr("expected")));
+              AllOf(HasSubstr("node 5"), HasSubstr("FAULT_DISABLED"), HasSubstr("expected DISABLED"),
+                    HasSubstr("8302h"), HasSubstr("plenum faults")));
   world.clears = false;
   EXPECT_THROW(session.reset_fault(), Refused);
   world.clears = true;
