@@ -108,6 +108,11 @@ NumberTable parse_numbers(std::string_view text, std::string_view file,
   const std::string_view header = take_line(text, ended);
   table.names = parse_header(header);
   const std::size_t width = table.names.size();
+  if (const auto at = table.names.front().find_first_of(";\t"); width == 1 && at != std::string::npos) {
+    throw InputError(
+        fmt::format("{}: header: columns are separated by {}, expected commas, and decimal points in numbers",
+                    file, table.names.front()[at] == ';' ? "semicolons" : "tabs"));
+  }
   table.columns.resize(width);
   std::vector<char> keep(width);
   const auto expected_rows = static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));

@@ -26,7 +26,7 @@ std::size_t column_of(const NumberTable& table, std::string_view name, std::stri
 /// has no line end: that row is left out, because a number that was cut short cannot be told from a whole one. Throws
 /// InputError naming `file`, the row (1: the first row after the header) and the column for: a cell that is missing, not a
 /// number or not finite; a row longer than the header; a file that ends within a row, or without `notices` without a line
-/// end; a wanted column that appears twice; no header; no rows.
+/// end; a wanted column that appears twice; no header, or one of semicolons or tabs; no rows.
 NumberTable parse_numbers(std::string_view text, std::string_view file,
                           const std::function<bool(std::string_view name)>& wanted,
                           std::vector<std::string>* notices = nullptr);

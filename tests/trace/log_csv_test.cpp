@@ -106,6 +106,13 @@ TEST(LogCsv, TakesCellsInDoubleQuotesAndTheirCommas) {
   EXPECT_EQ(notices.size(), 1U);
 }
 
+TEST(LogCsv, TellsOfSemicolonsAndTabsThatTheySeparateColumns) {
+  EXPECT_THAT(refusal("time_s;command_V;pressure_Pa;volume_m3\n0,01;5,5;101325;0,001\n"),
+              AllOf(HasSubstr("a.csv: header"), HasSubstr("semicolons"), HasSubstr("expected commas"),
+                    HasSubstr("decimal points")));
+  EXPECT_THAT(refusal("time_s\tcommand_V\n0\t5\n"), HasSubstr("tabs"));
+}
+
 TEST(LogCsv, TakesEmptyLinesAtTheEndForNoRows) {
   std::vector<std::string> notices;
   EXPECT_EQ(parse(kHeader + std::string("0,5,1e5,1e-4\n0.01,5,1e5,1e-4\n\r\n \n\n"), &notices).size(), 2U);
