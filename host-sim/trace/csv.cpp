@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 
@@ -87,11 +88,28 @@ double parse_cell(std::string_view cell, std::string_view file, std::size_t row,
   return value;
 }
 
+/// "Pressure [kPa]" is of the quantity of "pressure_Pa".
+bool same_quantity(std::string_view column, std::string_view name) {
+  const std::string_view quantity = name.substr(0, name.rfind('_'));
+  return std::equal(quantity.begin(), quantity.end(), column.substr(0, quantity.size()).begin(),
+                    column.substr(0, quantity.size()).end(), [](char a, char b) {
+                      return std::tolower(static_cast<unsigned char>(a)) ==
+                             std::tolower(static_cast<unsigned char>(b));
+                    });
+}
+
 }  // namespace
 
 std::size_t column_of(const NumberTable& table, std::string_view name, std::string_view file) {
   const auto found = std::find(table.names.begin(), table.names.end(), name);
   if (found == table.names.end()) {
+    const auto like = std::find_if(table.names.begin(), table.names.end(),
+                                   [&](const std::string& other) { return same_quantity(other, name); });
+    if (like != table.names.end()) {
+      throw InputError(
+          fmt::format("{}: header: column '{}' is missing, expected '{}' under that name and in that unit",
+                      file, name, legible(*like)));
+    }
     throw InputError(fmt::format("{}: header: column '{}' is missing, expected among: {}", file, name,
                                  legible_list(table.names)));
   }

@@ -113,6 +113,13 @@ TEST(LogCsv, TellsOfSemicolonsAndTabsThatTheySeparateColumns) {
   EXPECT_THAT(refusal("time_s\tcommand_V\n0\t5\n"), HasSubstr("tabs"));
 }
 
+TEST(LogCsv, NamesTheColumnOfAnotherUnitThatStandsForAMissingOne) {
+  EXPECT_THAT(refusal("time_s,command_V,pressure_kPa,volume_m3\n0,5,101,1e-4\n0.01,5,101,1e-4\n"),
+              AllOf(HasSubstr("'pressure_Pa' is missing"), HasSubstr("'pressure_kPa'"), HasSubstr("unit")));
+  EXPECT_THAT(refusal("Time [s],command_V,pressure_Pa,volume_m3\n0,5,1e5,1e-4\n"),
+              AllOf(HasSubstr("'time_s' is missing"), HasSubstr("'Time [s]'")));
+}
+
 TEST(LogCsv, TakesEmptyLinesAtTheEndForNoRows) {
   std::vector<std::string> notices;
   EXPECT_EQ(parse(kHeader + std::string("0,5,1e5,1e-4\n0.01,5,1e5,1e-4\n\r\n \n\n"), &notices).size(), 2U);
