@@ -479,12 +479,7 @@ std::vector<std::string> notices(const std::vector<NamedLog>& logs, const RigDes
 }
 
 void require_rate(const std::vector<NamedLog>& logs, const RigDescription& rig) {
-  for (const NamedLog& of : logs) {
-    const double rate_Hz = 1.0 / of.log.period_s;
-    if (std::abs(rate_Hz - rig.sampling.rate_Hz) <= trace::kSameRate * rig.sampling.rate_Hz) continue;
-    throw InputError(fmt::format("{}: column time_s: {:.6g} Hz, expected the rig's sampling.rate_Hz = {:.6g}",
-                                 of.name, rate_Hz, rig.sampling.rate_Hz));
-  }
+  for (const NamedLog& of : logs) trace::require_rate(of.log, rig, of.name);
 }
 
 void require_diagnosable(const std::vector<NamedLog>& logs, const RigDescription& rig) {

@@ -56,14 +56,21 @@ Log read_log(const std::filesystem::path& path, std::vector<std::string>* notice
   return parse_log(read_whole_file(path), path.string(), notices);
 }
 
+void require_rate(const Log& log, const RigDescription& rig, std::string_view file) {
+  const double rate_Hz = 1.0 / log.period_s;
+  const double expected_Hz = rig.sampling.rate_Hz;
+  const auto is_it = [&](double one_Hz) { return std::abs(one_Hz - expected_Hz) <= kSameRate * expected_Hz; };
+  if (is_it(rate_Hz)) return;
+  constexpr double kMillisecondsPerSecond = 1e3;
+  throw InputError(fmt::format(
+      "{}: column time_s: {:.6g} Hz, {}expected the rig's sampling.rate_Hz = {:.6g}", file, rate_Hz,
+      is_it(kMillisecondsPerSecond * rate_Hz) ? "looks like milliseconds, " : "", expected_Hz));
+}
+
 Log read_log(const std::filesystem::path& path, const RigDescription& rig,
              std::vector<std::string>* notices) {
   Log log = read_log(path, notices);
-  const double rate_Hz = 1.0 / log.period_s;
-  if (std::abs(rate_Hz - rig.sampling.rate_Hz) > kSameRate * rig.sampling.rate_Hz) {
-    throw InputError(fmt::format("{}: column time_s: {:.6g} Hz, expected the rig's sampling.rate_Hz = {:.6g}",
-                                 path.string(), rate_Hz, rig.sampling.rate_Hz));
-  }
+  require_rate(log, rig, path.string());
   log.pressure_average_s = std::min(rig.sampling.pressure_average_s, log.period_s);  // a clock may be fast
   return log;
 }

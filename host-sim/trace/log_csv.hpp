@@ -21,6 +21,9 @@ Log read_log(const std::filesystem::path& path, std::vector<std::string>* notice
 /// Two rates are the same within this share: recorders' clocks differ, and stamps and figures are rounded.
 inline constexpr double kSameRate = 1e-3;
 
+/// Throws InputError naming `file` for a log of another rate than the rig's.
+void require_rate(const Log& log, const RigDescription& rig, std::string_view file);
+
 /// Reads a log of this rig: the averaging time is the rig's, and the log's rate must be the rig's (kSameRate).
 Log read_log(const std::filesystem::path& path, const RigDescription& rig,
              std::vector<std::string>* notices = nullptr);

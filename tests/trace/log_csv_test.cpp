@@ -247,6 +247,10 @@ TEST(LogCsv, TakesTheAveragingTimeFromTheRigAndRefusesAnotherRate) {
   EXPECT_EQ(read_log(path, rig).pressure_average_s, 0.004);
   rig.sampling.rate_Hz = 200;
   EXPECT_THROW(read_log(path, rig), InputError);
+  std::ofstream(path) << kHeader << kGoodRow << "5,5,1e5,1e-4\n";
+  EXPECT_THAT([&] { read_log(path, rig); },
+              testing::ThrowsMessage<InputError>(
+                  AllOf(HasSubstr("0.2 Hz, looks like milliseconds"), HasSubstr("200"))));
 }
 
 TEST(LogCsv, AveragesOverNoMoreThanATickWhereTheRecordersClockIsFastOrItsStampsAreRounded) {
