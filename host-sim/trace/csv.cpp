@@ -201,10 +201,12 @@ double uniform_period_s(const std::vector<double>& time_s, std::string_view file
   std::nth_element(steps_s.begin(), middle, steps_s.end());
   const double usual_s = *middle;
   for (std::size_t i = 1; i < time_s.size(); ++i) {
-    if (!(std::abs(time_s[i] - time_s[i - 1] - usual_s) <= kUniformTolerance * usual_s)) {
+    const double longer_s = time_s[i] - time_s[i - 1] - usual_s;
+    if (!(std::abs(longer_s) <= kUniformTolerance * usual_s)) {
       throw InputError(
-          fmt::format("{}: row {}, column time_s: {} after {}, expected a step of {:.6g} s as in most rows",
-                      file, i + 1, time_s[i], time_s[i - 1], usual_s));
+          fmt::format("{}: row {}, column time_s: {} after {}, expected a step of {:.6g} s as in most rows{}",
+                      file, i + 1, time_s[i], time_s[i - 1], usual_s,
+                      longer_s > 0.0 ? "; where rows are missing, split the log and give both parts" : ""));
     }
   }
   const double period_s = (time_s.back() - time_s.front()) / static_cast<double>(time_s.size() - 1);

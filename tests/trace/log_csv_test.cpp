@@ -224,7 +224,7 @@ INSTANTIATE_TEST_SUITE_P(
                {"row 3", "time_s", "0.03"}},
         BadLog{"OddFirstStep",
                kHeader + kGoodRow + "0.02,5,1e5,1e-4\n0.03,5,1e5,1e-4\n0.04,5,1e5,1e-4\n",
-               {"row 2", "time_s", "0.02", "0.01 s"}},
+               {"row 2", "time_s", "0.02", "0.01 s", "split the log"}},
         BadLog{"TimeBackwards", kHeader + kGoodRow + "-0.01,5,1e5,1e-4\n", {"row 2", "time_s", "advance"}},
         BadLog{"EmptyLine", kHeader + kGoodRow + "\n0.01,5,1e5,1e-4\n", {"row 2", "time_s", "missing"}},
         BadLog{"Truncated", kHeader + kGoodRow + "0.01,5,1e5,1e-4\n0.02,5,1e5,1", {"row 3", "ends within"}}),
