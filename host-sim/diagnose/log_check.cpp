@@ -253,18 +253,6 @@ std::string names_of(const std::vector<NamedLog>& logs) {
                           : fmt::format("{} and {} more", logs.front().name, logs.size() - 1);
 }
 
-void require_length(const std::vector<NamedLog>& logs) {
-  double total_s = 0.0;
-  std::size_t rows = 0;
-  for (const NamedLog& of : logs) {
-    rows += of.log.size();
-    total_s += static_cast<double>(of.log.size()) * of.log.period_s;
-  }
-  if (total_s >= kShortest_s) return;
-  throw CannotDiagnose(fmt::format("{}: too short: {} rows, {:.3g} s, expected {:g} s at least",
-                                   names_of(logs), rows, total_s, kShortest_s));
-}
-
 void require_excitation(const std::vector<NamedLog>& logs, const RigDescription& rig) {
   constexpr double kResting_V = 0.02;
   double low_V = logs.front().log.command_V.front();
@@ -480,6 +468,18 @@ std::vector<std::string> notices(const std::vector<NamedLog>& logs, const RigDes
 
 void require_rate(const std::vector<NamedLog>& logs, const RigDescription& rig) {
   for (const NamedLog& of : logs) trace::require_rate(of.log, rig, of.name);
+}
+
+void require_length(const std::vector<NamedLog>& logs) {
+  double total_s = 0.0;
+  std::size_t rows = 0;
+  for (const NamedLog& of : logs) {
+    rows += of.log.size();
+    total_s += static_cast<double>(of.log.size()) * of.log.period_s;
+  }
+  if (total_s >= kShortest_s) return;
+  throw CannotDiagnose(fmt::format("{}: too short: {} rows, {:.3g} s, expected {:g} s at least",
+                                   names_of(logs), rows, total_s, kShortest_s));
 }
 
 void require_diagnosable(const std::vector<NamedLog>& logs, const RigDescription& rig) {

@@ -34,7 +34,10 @@ std::vector<std::string> notices(const std::vector<NamedLog>& logs, const trace:
 /// Throws trace::InputError for a log of another rate than the rig's.
 void require_rate(const std::vector<NamedLog>& logs, const trace::RigDescription& rig);
 
-/// As require_units and require_rate; then, of the logs taken together, throws CannotDiagnose: shorter than kShortest_s; a
+/// Throws CannotDiagnose for logs that are shorter than kShortest_s, taken together.
+void require_length(const std::vector<NamedLog>& logs);
+
+/// As require_units and require_rate; then, of the logs taken together, throws CannotDiagnose: as require_length; a
 /// command that rests or opens no port; a pressure that does not move beyond noise; 95 % of the rows saturated
 /// (at supply or ambient, or still although a port is open); a sensor that clips.
 void require_diagnosable(const std::vector<NamedLog>& logs, const trace::RigDescription& rig);

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string_view>
 
+#include "host-sim/diagnose/log_check.hpp"
 #include "host-sim/identify/fit.hpp"
 #include "host-sim/identify/free_run.hpp"
 #include "host-sim/identify/profile.hpp"
@@ -98,6 +99,7 @@ int run_greybox(const Options& options) {
   }
   const trace::RigDescription rig = options.input.rig();
   const auto fitted = options.input.read(options.logs, rig);
+  diagnose::require_length(fitted);
   const auto predicted = options.input.read(options.predict, rig);
   options.input.print_assumed(options.output);
   return identify_greybox({.rig = rig,
@@ -126,6 +128,7 @@ int run(const Options& options) {
                         .fitted = options.input.read(options.logs, rig),
                         .predicted = options.input.read(options.predict, rig),
                         .ventilator = options.input.of_ventilator()};
+  diagnose::require_length(identified.fitted);
   options.input.print_assumed(options.output);
   std::vector<trace::Log> logs;
   for (const NamedLog& of : identified.fitted) logs.push_back(of.log);

@@ -141,6 +141,11 @@ class BadInput(CommandTest):
         self.refused(3, "identify", "still.csv", says=["no excitation", "command"])
         self.refused(3, "identify", "--model", "greybox", "still.csv", says=["no excitation", "command"])
 
+    def test_a_log_that_is_too_short_is_exit_3(self):
+        self.write("short.csv", LOG + "".join(f"{k / 100},{3 + k % 5},{200000 + k},0.001\n" for k in range(100)))
+        for kind in ["tassa9", "greybox"]:
+            self.refused(3, "identify", "--model", kind, "short.csv", says=["short.csv: too short: 100 rows, 1 s, expected 3 s"])
+
     def test_a_log_of_noise_is_exit_3_with_any_model(self):
         draw = random.Random(1)
         commands_V = [draw.uniform(3, 7) for _ in range(200)]
