@@ -162,9 +162,10 @@ Tracking tracking(std::span<const CapturedRow> rows, std::size_t chamber, double
   double settling_s = 0.0;
   for (std::size_t k = kOnsetRows; k < rows.size(); ++k) {
     const double step_Pa = reference(k) - reference(k - 1);
-    if (std::abs(step_Pa) <= kStep * span_Pa) continue;
+    if (std::abs(step_Pa) <= kStep * span_Pa || reference(k - 1) != reference(k - 2)) continue;
     std::size_t end = k + 1;
     while (end < rows.size() && reference(end) == reference(k)) ++end;
+    if (end == k + 1 && end < rows.size()) continue;  // no rest after it: a fast sine
     if (end < rows.size()) {
       end -= std::min(end - k - 1, kPreviewRows);
     } else if (end - k < kOnsetRows) {

@@ -42,8 +42,8 @@ struct Tracking {
   double rmse_Pa = 0.0;
   double worst_Pa = 0.0;
   /// Farthest beyond a step's target, and longest time until the pressure stays within 1 % of span of it,
-  /// over all steps of more than 5 % of span; NaN without such a step, the latter also when one never
-  /// settled.
+  /// over all steps, which lead from rest to rest over more than 5 % of span; NaN without such a step, the latter also
+  /// when one never settled.
   double overshoot_Pa = std::numeric_limits<double>::quiet_NaN();
   double settling_s = std::numeric_limits<double>::quiet_NaN();
 };
