@@ -15,6 +15,7 @@ struct Options {
 };
 
 int run(const Options& options) {
+  options.board.require_store();
   BoardAccess access(options.board);
   const ShownTransfers shown(access.session(), "reading");
   client::require_compatible(access.session());

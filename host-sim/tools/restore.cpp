@@ -91,6 +91,7 @@ std::vector<client::SettingTrouble> write_all(client::Session& session, const Ba
 
 int run(const Options& options) {
   const Backup backup = load_backup(options.file);
+  options.board.require_store();
   BoardAccess access(options.board);
   client::Session& session = access.session();
   const ShownTransfers shown(session, "restoring");

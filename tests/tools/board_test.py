@@ -79,7 +79,7 @@ class Looking(BoardCommands):
         self.assertIn("BO_ 393 Board9_TPDO1: 8 Board9\n", (self.folder / files["dbc"]).read_text())
 
     def test_describe_tells_what_the_board_is_set_to(self):
-        self.done("backup", "-o", "b.json")
+        self.done("backup", "--store", "board", "-o", "b.json")
         content = json.loads((self.folder / "b.json").read_text())
         changed = {HEARTBEAT: 500, ("1804h", 1): 0x681, ("2228h", 2): 2e-8}
         for row in content["settings"]:
@@ -230,6 +230,11 @@ class Keeping(BoardCommands):
         self.done("restore", "--store", "other", "b.json")
         self.assertEqual(self.json_of("diff", "--store", "other", "model-2.json")["alike"], True)
 
+    def test_a_simulated_board_that_keeps_nothing_is_neither_saved_nor_restored(self):
+        self.refused(2, "backup", says=["--store is missing"])
+        self.done("backup", "--store", "board", "-o", "b.json")
+        self.refused(2, "restore", "b.json", says=["--store is missing"])
+
     def test_diff_names_what_differs(self):
         self.upload()
         MODEL2 = json.loads(json.dumps(MODEL))
@@ -245,14 +250,14 @@ class Keeping(BoardCommands):
         self.assertEqual([(one["file"], one["board"]) for one in found["differences"]], [("500", "1000")])
 
     def test_what_a_board_refuses_is_named_and_exit_1(self):
-        self.done("backup", "-o", "b.json")
-        ran = self.plenum("restore", self.changed("b.json", ("1005h", 0), 0x40000080))
+        self.done("backup", "--store", "board", "-o", "b.json")
+        ran = self.plenum("restore", "--store", "board", self.changed("b.json", ("1005h", 0), 0x40000080))
         self.assertEqual((ran.returncode, ran.stderr), (1, ""))
         self.assertRegex(ran.stdout, r"not written: 1005h:0 COB-ID SYNC: .*06090030h")
 
     def test_a_value_beyond_its_range_is_told_with_the_range_and_the_rest_is_written(self):
-        self.done("backup", "-o", "b.json")
-        said = self.json_of("restore", self.changed("b.json", ("2401h", 9), 5000), code=1)
+        self.done("backup", "--store", "board", "-o", "b.json")
+        said = self.json_of("restore", "--store", "board", self.changed("b.json", ("2401h", 9), 5000), code=1)
         refused, = said["not_written"]
         self.assertEqual((refused["index"], refused["sub"], refused["name"]), ("2401h", 9, "pressure_low_kPa"))
         self.assertRegex(refused["reason"], r": is 5000, expected 0 to 2000$")
@@ -291,8 +296,8 @@ class Keeping(BoardCommands):
         self.refused(2, "restore", "missing.json", says=["missing.json", "No such file"])
         self.write("text.json", "PLM1")
         self.refused(2, "restore", "text.json", says=["text.json", "JSON"])
-        self.done("backup", "-o", "b.json")
-        self.refused(2, "restore", "--node", 2, "b.json", says=["node 1", "node 2"])
+        self.done("backup", "--store", "board", "-o", "b.json")
+        self.refused(2, "restore", "--store", "board", "--node", 2, "b.json", says=["node 1", "node 2"])
         content = json.loads((self.folder / "b.json").read_text())
         for change, says in [({"schema": "plenum-model/1"}, ["schema", "plenum-backup/1"]),
                              ({"node": "one"}, ["node", "\"one\""]),
@@ -339,12 +344,12 @@ class Keeping(BoardCommands):
         self.refused(2, "faults", "--store", "board", says=["board/rig.json", "expected"])
 
     def test_models_of_another_schema_are_left_alone_only_when_asked(self):
-        self.done("backup", "-o", "b.json")
+        self.done("backup", "--store", "board", "-o", "b.json")
         content = json.loads((self.folder / "b.json").read_text())
         content["versions"]["schema_hash"] = "12345678h"
         self.write("old.json", json.dumps(content))
-        self.refused(2, "restore", "old.json", says=["old.json", "12345678h", "--settings-only"])
-        self.done("restore", "--settings-only", "old.json")
+        self.refused(2, "restore", "--store", "board", "old.json", says=["old.json", "12345678h", "--settings-only"])
+        self.done("restore", "--store", "board", "--settings-only", "old.json")
 
 
 if __name__ == "__main__":
