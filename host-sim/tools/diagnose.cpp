@@ -18,6 +18,7 @@
 #include "host-sim/tools/command.hpp"
 #include "host-sim/tools/diagnose_report.hpp"
 #include "host-sim/tools/effects.hpp"
+#include "host-sim/tools/fit_origin.hpp"
 #include "host-sim/tools/gap_text.hpp"
 #include "host-sim/tools/log_input.hpp"
 #include "host-sim/tools/output.hpp"
@@ -38,6 +39,7 @@ struct Options {
   std::string report;
   std::string save_rig;
   std::string save_model;
+  std::string date;
   Output output;
 };
 
@@ -105,7 +107,7 @@ void print_calibration(const Options& options, const trace::RigDescription& foun
       found.ambient.pressure_Pa / 1e3);
 }
 
-void save_model(const Options& options, const trace::RigDescription& found,
+void save_model(const Options& options, std::uint32_t date_s, const trace::RigDescription& found,
                 const std::vector<trace::NamedLog>& logs) {
   identify::GreyboxModel model =
       identify::greybox_of(found, chamber_in_name(options.logs.front()), logs.front().log.mean_volume_m3(),
@@ -114,6 +116,7 @@ void save_model(const Options& options, const trace::RigDescription& found,
   for (const trace::NamedLog& log : logs)
     identify::chamber::add_record(scene, identify::chamber::make_record(log.name, log.log, 1.0));
   model.file.fit["rms_one_step_kPa"] = 1e-3 * identify::chamber::next_tick_rms_Pa(scene, 0, scene.nominal);
+  state_origin(model.file, date_s, found);
   trace::write_model(options.save_model, model.file);
   options.output.print("model: {}{}\n", options.save_model,
                        model.left_out.empty() ? "" : ", without " + listed(model.left_out, "and"));
@@ -127,6 +130,7 @@ int run(const Options& options) {
     throw std::invalid_argument("--rig is missing, expected the RIG.toml that the logs are of");
   }
   for (const std::string& id : options.strike) effect_of(id, "--strike");
+  const std::uint32_t date_s = fit_date_s(options.date);
   const trace::RigDescription rig = options.input.rig();
   const auto logs = options.input.read(options.logs, rig);
   const auto heldout = options.input.read(options.heldout, rig);
@@ -151,7 +155,7 @@ int run(const Options& options) {
     trace::write_rig(options.save_rig, report.found);
     options.output.print("rig: {}\n", options.save_rig);
   }
-  if (!options.save_model.empty()) save_model(options, report.found, logs);
+  if (!options.save_model.empty()) save_model(options, date_s, report.found, logs);
   write_report(options.output, options.report, [&] { return diagnose_page(report); });
   return kDone;
 }
@@ -189,6 +193,7 @@ Command add_diagnose(Program& program) {
               "Write the board's grey-box model with the valve as fitted and the effects found that it has "
               "parameters for, and say what becomes of a sensor_bias (default: do not)")
       .type_name("MODEL.json");
+  add_fit_date(arguments, options->date);
   options->output.add_to(arguments);
   arguments.footer(
       example("  plenum diagnose --rig logs/rig.toml logs/chamber-1.csv --json gap.json --report gap.html"));

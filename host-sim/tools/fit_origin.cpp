@@ -45,6 +45,15 @@ std::uint32_t stated_s(const char* where, const std::string& text) {
 
 }  // namespace
 
+void add_fit_date(Arguments& arguments, std::string& date) {
+  arguments
+      .option(
+          "--date", date,
+          "When the model was fitted, to be told in it: 2026-11-24, or seconds since 1970 (default: that of "
+          "SOURCE_DATE_EPOCH, else now)")
+      .type_name("DATE");
+}
+
 std::uint32_t fit_date_s(const std::string& date) {
   if (!date.empty()) return stated_s("--date", date);
   if (const char* epoch = std::getenv("SOURCE_DATE_EPOCH"); epoch != nullptr && *epoch != '\0')

@@ -5,10 +5,14 @@
 #include <optional>
 #include <string>
 
+#include "host-sim/tools/command_line.hpp"
 #include "host-sim/trace/model_json.hpp"
 #include "host-sim/trace/rig_toml.hpp"
 
 namespace plenum::host::tools {
+
+/// Declares --date.
+void add_fit_date(Arguments& arguments, std::string& date);
 
 /// Seconds since 1970 of `date`, "2026-11-24" or a whole number of seconds; where it is empty of the environment's
 /// SOURCE_DATE_EPOCH, so that the same input gives the same file; where there is none of this PC's clock. Throws

@@ -208,12 +208,7 @@ Command add_identify(Program& program) {
   arguments
       .option("--chamber", options->chamber, "Chamber of the board, from 1 (default: N of chamber-N.csv)")
       .within(1, 8);
-  arguments
-      .option(
-          "--date", options->date,
-          "When the model was fitted, to be told in it: 2026-11-24, or seconds since 1970 (default: that of "
-          "SOURCE_DATE_EPOCH, else now)")
-      .type_name("DATE");
+  add_fit_date(arguments, options->date);
   arguments.option("-o,--out", options->out, "Model file to write").type_name("FILE").show_default();
   arguments
       .option("--report", options->report,

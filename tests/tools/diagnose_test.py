@@ -147,7 +147,8 @@ class Diagnose(CommandTest):
     def test_what_is_found_goes_to_the_board_and_the_loop_is_the_better_for_it(self):
         effects = ["--effect", "dead_time=0.03", "--effect", "valve_hysteresis=0.2"]
         of_log = self.simulated(*effects)
-        self.done("diagnose", *of_log, "--save-model", "found.json")
+        self.done("diagnose", *of_log, "--save-model", "found.json", "--date", "2026-11-24")
+        self.assertEqual(json.loads((self.folder / "found.json").read_text())["fit"]["date_s"], 20781 * 86400)
         self.done("identify", *of_log, "-o", "nine.json")
         rmse_kPa = {}
         for model in ["found", "nine"]:
