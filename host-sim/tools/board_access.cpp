@@ -23,6 +23,7 @@ constexpr std::array kSimulatedOnly{"--store", "--plant", "--effect", "--volume-
 }  // namespace
 
 void BoardChoice::add_to(Arguments& arguments) {
+  constexpr const char* kTitle = "Simulated board only";
   arguments_ = arguments;
   arguments
       .option("--bus", bus,
@@ -39,8 +40,10 @@ void BoardChoice::add_to(Arguments& arguments) {
               "whose second is longer than this PC's")
       .within(1.0, 1000.0)
       .show_default();
-  arguments.option("--store", store, "Folder that keeps the models of the simulated board").type_name("DIR");
-  rig.add_to(arguments);
+  arguments.option("--store", store, "Folder that keeps the models of the simulated board")
+      .type_name("DIR")
+      .group(kTitle);
+  rig.add_to(arguments, kTitle);
   arguments.when_read([this] {
     if (simulated() && !store.empty()) take_rig(rig, *arguments_, store);
   });

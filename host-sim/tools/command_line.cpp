@@ -1,12 +1,31 @@
 #include "host-sim/tools/command_line.hpp"
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 
 #include <cstdint>
 #include <optional>
 #include <stdexcept>
+#include <string_view>
+#include <type_traits>
 
 namespace plenum::host::tools {
+namespace {
+
+/// CLI11's, but for what only its own user can read.
+class HelpText : public CLI::Formatter {
+ public:
+  HelpText() { label("SUBCOMMAND", "COMMAND"); }
+  std::string make_option_name(const CLI::Option* option, bool is_positional) const override {
+    constexpr std::string_view kNegated = "{false}";
+    std::string name = Formatter::make_option_name(option, is_positional);
+    if (const std::size_t at = name.find(kNegated); at != std::string::npos) name.erase(at, kNegated.size());
+    return name;
+  }
+};
+
+}  // namespace
 
 Option& Option::type_name(const std::string& name) {
   option_->type_name(name);
@@ -24,22 +43,22 @@ Option& Option::required() {
 }
 
 Option& Option::within(int least, int most) {
-  option_->check(CLI::Range(least, most));
+  option_->check(CLI::Range(least, most, fmt::format("{}..{}", least, most)));
   return *this;
 }
 
 Option& Option::within(unsigned least, unsigned most) {
-  option_->check(CLI::Range(least, most));
+  option_->check(CLI::Range(least, most, fmt::format("{}..{}", least, most)));
   return *this;
 }
 
 Option& Option::within(double least, double most) {
-  option_->check(CLI::Range(least, most));
+  option_->check(CLI::Range(least, most, fmt::format("{}..{}", least, most)));
   return *this;
 }
 
 Option& Option::not_negative() {
-  option_->check(CLI::NonNegativeNumber);
+  option_->check(CLI::Validator(CLI::NonNegativeNumber).description(">=0"));
   return *this;
 }
 
@@ -55,6 +74,11 @@ Option& Option::one_at_a_time() {
 
 Option& Option::value_optional() {
   option_->expected(0, 1);
+  return *this;
+}
+
+Option& Option::group(const std::string& title) {
+  option_->group(title);
   return *this;
 }
 
@@ -91,7 +115,9 @@ double Option::number() const {
 
 template <class T>
 Option Arguments::option(const std::string& names, T& value, const std::string& help) {
-  return Option(app_->add_option(names, value, help));
+  Option option(app_->add_option(names, value, help));
+  if constexpr (std::is_unsigned_v<T>) option.type_name("INT");
+  return option;
 }
 template Option Arguments::option(const std::string&, std::string&, const std::string&);
 template Option Arguments::option(const std::string&, std::vector<std::string>&, const std::string&);
@@ -116,7 +142,7 @@ void Arguments::footer(const std::string& text) {
 
 Arguments Arguments::command(const std::string& name, const std::string& about) {
   app_->require_subcommand(1);
-  return Arguments(std::shared_ptr<CLI::App>(app_, app_->add_subcommand(name, about)));
+  return Arguments(std::shared_ptr<CLI::App>(app_, app_->add_subcommand(name, about)->group("Commands")));
 }
 
 std::string Arguments::name() const {
@@ -143,6 +169,7 @@ std::vector<Option> Arguments::options() const {
 
 Program::Program(const std::string& name, const std::string& about, const std::string& version)
     : Arguments(std::make_shared<CLI::App>(about, name)) {
+  app_->formatter(std::make_shared<HelpText>());
   app_->set_version_flag("--version", version, "Print the version and exit");
 }
 

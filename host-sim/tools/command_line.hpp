@@ -33,6 +33,8 @@ class Option {
   Option& one_at_a_time();
   /// Its value may be left out: a number is 0 then.
   Option& value_optional();
+  /// The help shows it under this title, after those without one.
+  Option& group(const std::string& title);
   /// Not together with the option `name`, which is declared already.
   Option& excludes(const std::string& name);
 

@@ -74,10 +74,11 @@ void switch_on(std::string_view option, Figures& effects) {
 
 }  // namespace
 
-void RigChoice::add_to(Arguments& arguments) {
+void RigChoice::add_to(Arguments& arguments, const std::string& title) {
   arguments.option("--plant", plant, "Valves: measured MPYE tables, or thin-plate orifices")
       .one_of({"mpye", "thin-plate"})
-      .show_default();
+      .show_default()
+      .group(title);
   arguments
       .option("--rig", rig_file, "What is known of the rig (default: 7 bar supply, 1 bar ambient, absolute)")
       .type_name("RIG.toml");
@@ -86,17 +87,19 @@ void RigChoice::add_to(Arguments& arguments) {
               "Switch on what the nominal model leaves out (thin-plate only; repeatable): ID=VALUE of its "
               "first parameter, or ID=PARAMETER:VALUE,.. of `plenum effects`")
       .type_name("ID=VALUE")
-      .one_at_a_time();
+      .one_at_a_time()
+      .group(title);
   arguments.option("--chambers", chambers, "Chambers of a board").within(1, 8).show_default();
   arguments.option("--seed", seed, "Seed of volumes, noise and excitation: the same seed repeats every bit")
       .within(0U, 4294967295U)
-      .type_name("INT")
       .show_default();
   arguments.option("--volume-swing", volume_swing, "How far volumes move: amplitude over mean; 0: not at all")
       .within(0.0, 0.9)
-      .show_default();
-  arguments.flag("--spool,!--no-spool", spool,
-                 "Valve spools lag by 65 Hz, damping 0.7 (mpye only; default: on)");
+      .show_default()
+      .group(title);
+  arguments
+      .flag("--spool,!--no-spool", spool, "Valve spools lag by 65 Hz, damping 0.7 (mpye only; default: on)")
+      .group(title);
 }
 
 trace::RigDescription RigChoice::description() const {

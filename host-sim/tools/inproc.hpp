@@ -31,7 +31,8 @@ struct RigChoice {
   double volume_swing = 0.2;
   bool spool = true;
 
-  void add_to(Arguments& arguments);
+  /// `title`: in the help, of what only a simulated rig has.
+  void add_to(Arguments& arguments, const std::string& title = "Options");
   /// What its user knows of the rig: the file's, or the standard rig's, without the effects of --effect: those are
   /// what its user would have to find. Throws InputError, also for a rate or an averaging time that a board does
   /// not have.

@@ -97,12 +97,14 @@ int main(int argc, char** argv) {
     return fail(tools::kBadInput, fmt::format("plenum {}", chosen()->arguments.name()), error.what());
   } catch (const std::invalid_argument& error) {
     const auto command = chosen();
-    if (command == commands.end() && argc > 1 && argv[1][0] != '-') {
+    if (command == commands.end() && (argc == 1 || argv[1][0] != '-')) {
       std::vector<std::string> names;
       names.reserve(commands.size());
       for (const tools::Command& one : commands) names.push_back(one.arguments.name());
       return fail(tools::kBadInput, "plenum",
-                  fmt::format("'{}' is no command, expected {}", argv[1], fmt::join(names, ", ")));
+                  fmt::format("{}, expected {}",
+                              argc == 1 ? "no command" : fmt::format("'{}' is no command", argv[1]),
+                              fmt::join(names, ", ")));
     }
     const std::string name = command == commands.end() ? std::string("plenum")
                                                        : fmt::format("plenum {}", command->arguments.name());

@@ -28,13 +28,21 @@ class Usage(CommandTest):
             self.assertRegex(text.split("Example:")[-1], rf"\A\n  plenum {command} [^\n]+", command)
             self.assertRegex(text, r"=\S+|\(default: ", command)
 
+    def test_the_help_speaks_of_commands_and_ranges_and_of_simulated_boards_apart(self):
+        self.assertRegex(self.done("--help"), r"plenum \[OPTIONS\] COMMAND\n(.|\n)*\nCommands:\n  demo ")
+        options, simulated = self.done("regulate", "--help").split("\nSimulated board only:\n")
+        for option in ["--store DIR", "--plant ", "--effect ID=VALUE", "--volume-swing FLOAT:0..0.9=0.2", "--spool,--no-spool "]:
+            self.assertIn(f"\n  {option}", "\n" + simulated)
+        for option in ["--node INT:1..127=1", "--chambers INT:1..8=8", "--amplitude FLOAT:>=0=100", "--seed INT:0..4294967295=1"]:
+            self.assertIn(f"\n  {option} ", options)
+
     def test_defaults_are_those_of_the_contract(self):
         self.assertRegex(self.done("identify", "--help"), r"--c-gamma \S*=auto")
         self.assertRegex(self.done("identify", "--help"), r"--stretch \S*.*=0\.2")
         self.assertRegex(self.done("demo", "--help"), r"--report \S*=plenum-demo\.html")
 
     def test_wrong_usage_is_exit_2_and_one_line(self):
-        self.refused(2, says=["--help"])
+        self.refused(2, says=["no command, expected demo, sim, "])
         self.refused(2, "frobnicate", says=["'frobnicate'", "demo, sim"])
         self.refused(2, "sim", "--frobnicate", says=["--frobnicate", "plenum sim --help"])
         self.refused(2, "sim", "--seconds", "0", says=["--seconds", "0", "range"])
