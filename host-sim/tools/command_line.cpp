@@ -23,6 +23,12 @@ class HelpText : public CLI::Formatter {
     if (const std::size_t at = name.find(kNegated); at != std::string::npos) name.erase(at, kNegated.size());
     return name;
   }
+  std::string make_option_opts(const CLI::Option* option) const override {
+    constexpr std::string_view kMore = " ...";
+    std::string text = Formatter::make_option_opts(option);
+    if (!option->get_allow_extra_args() && text.ends_with(kMore)) text.erase(text.size() - kMore.size());
+    return text;
+  }
 };
 
 }  // namespace

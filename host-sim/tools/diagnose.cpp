@@ -172,12 +172,13 @@ Command add_diagnose(Program& program) {
       arguments, "What is known of the rig: where calibration starts (needed, except for ventilator runs)");
   arguments
       .option("--heldout", options->heldout,
-              "Logs on which errors are reported (default: the last 40 % of each LOG)")
+              "A log on which errors are reported; repeatable (default: the last 40 % of each LOG)")
       .type_name("HELD.csv")
       .one_at_a_time();
   arguments
       .option("--baseline", options->baseline,
-              "Logs of the same chamber from before: find what has changed since, by effects or by the valve")
+              "A log of the same chamber from before, repeatable: find what has changed since, by effects or "
+              "by the valve")
       .type_name("OLD.csv")
       .one_at_a_time();
   arguments.option("--strike", options->strike, "Leave this effect out of the catalogue; repeatable")

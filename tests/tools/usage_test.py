@@ -36,6 +36,11 @@ class Usage(CommandTest):
         for option in ["--node INT:1..127=1", "--chambers INT:1..8=8", "--amplitude FLOAT:>=0=100", "--seed INT:0..4294967295=1"]:
             self.assertIn(f"\n  {option} ", options)
 
+    def test_an_option_that_takes_one_value_at_a_time_shows_one_and_that_it_may_be_repeated(self):
+        text = self.done("diagnose", "--help")
+        for option in ["--heldout HELD.csv", "--baseline OLD.csv", "--strike ID"]:
+            self.assertRegex(text, rf"\n  {option} +[^\n.](.|\n +)*?repeatable")
+
     def test_defaults_are_those_of_the_contract(self):
         self.assertRegex(self.done("identify", "--help"), r"--c-gamma \S*=auto")
         self.assertRegex(self.done("identify", "--help"), r"--stretch \S*.*=0\.2")
