@@ -28,8 +28,7 @@ struct ReferenceShape {
   std::uint32_t seed = 1;  ///< random only
 };
 
-/// One reference a chamber. Throws std::invalid_argument when the shape would leave what a set point can
-/// carry (canopen::kSetpointLow_Pa .. High), or has a frequency that is not above 0 and below 50 Hz.
+/// One reference a chamber. Throws std::invalid_argument for a frequency that is not above 0 and below 50 Hz.
 std::vector<std::vector<double>> references(const ReferenceShape& shape, unsigned chambers, double seconds);
 
 /// A board clips a set point to its chamber's limits (63A1h, 63A0h) and follows what is left. Throws std::invalid_argument, which

@@ -266,6 +266,8 @@ class Keeping(BoardCommands):
         self.upload()
         self.refused(2, "regulate", "--store", "board", "--mean", 650, "--amplitude", 100,
                      says=["chamber 1", "reference from 550 to 750 kPa", "63A0h"])
+        self.refused(2, "regulate", "--store", "board", "--amplitude", 400,
+                     says=["chamber 1", "reference from -50 to 750 kPa", "within 100 to 700 kPa", "63A1h"])
         self.assertFalse((self.folder / "regulate").exists())
 
     def test_a_model_that_the_backup_lacks_is_told_and_exit_1(self):
