@@ -29,6 +29,7 @@ struct Versions {
   std::uint32_t schema_hash = 0;
   unsigned parameter_count = 0;
   unsigned scalar_format = 0;  ///< 1: IEEE 754 binary32, 2: fixed point
+  bool in_float() const { return scalar_format == 1; }
 };
 
 /// Each throws as Session does.

@@ -139,7 +139,7 @@ int run(const Options& options) {
   output.print("  vendor {:X}h, product {:X}h, revision {:X}h, serial {}\n", identity.vendor_id,
                identity.product_code, identity.revision, identity.serial);
   output.print("  hardware {}, software {}, computing in {}\n", versions.hardware, versions.software,
-               versions.scalar_format == 1 ? "float" : "fixed point");
+               versions.in_float() ? "float" : "fixed point");
   output.print("  models of schema {}, {} parameters\n", hex(versions.schema_hash, 8),
                versions.parameter_count);
   output.print("  {}; {}\n", state, fault ? client::fault_text(*fault) : "no fault");

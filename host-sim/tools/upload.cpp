@@ -67,14 +67,17 @@ int run(const Options& options) {
   // The session has read back and compared; what is left is that the board keeps them.
   client::await_stored(board.session());
   options.board.keep_rig();
+  const bool in_float = client::read_versions(board.session()).in_float();
   for (const Json& one : list) {
     const Json& bound_kPa = one["fixed_error_kPa"];
     options.output.print(
-        "chamber {}: {}, {} bytes, read back identical; {}\n", one["chamber"].get<unsigned>(),
+        "chamber {}: {}, {} bytes, read back identical{}\n", one["chamber"].get<unsigned>(),
         one["file"].get<std::string>(), one["bytes"].get<std::size_t>(),
-        bound_kPa.is_null()
-            ? std::string("what fixed point makes of it is not bounded")
-            : fmt::format("in fixed point a tick errs by {:.2g} kPa at most", bound_kPa.get<double>()));
+        !bound_kPa.is_null()
+            ? fmt::format("; in fixed point a tick errs by {:.2g} kPa at most", bound_kPa.get<double>())
+        : in_float
+            ? std::string()
+            : std::string("; what it errs by at most in fixed point, as this board computes, is not known"));
   }
   options.output.finish({{"uploaded", list}});
   return kDone;

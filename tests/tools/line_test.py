@@ -103,7 +103,9 @@ class Line(CommandTest):
             "dead_volume_mL is -5000, expected ": {"dead_volume_mL": -5000},
         }
         self.write("fit.json", greybox(1))
-        self.done("upload", "--store", "board", *SMALL, "fit.json")
+        said = self.done("upload", "--store", "board", *SMALL, "fit.json")
+        if "+fixed" not in self.done("--version"):
+            self.assertRegex(said, r"read back alike\n$", "no word of fixed point to a board that computes in float")
         for says, edits in unfit.items():
             with self.subTest(says):
                 self.write("unfit.json", greybox(1, **edits))
