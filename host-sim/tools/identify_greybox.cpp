@@ -9,7 +9,6 @@
 #include "host-sim/identify/free_run.hpp"
 #include "host-sim/report/page.hpp"
 #include "host-sim/tools/command.hpp"
-#include "host-sim/tools/figures.hpp"
 #include "host-sim/tools/fit_origin.hpp"
 #include "host-sim/tools/gap_text.hpp"
 #include "host-sim/tools/model_charts.hpp"
@@ -26,12 +25,15 @@ using identify::chamber::NotTold;
 using identify::chamber::TriedEffects;
 using trace::NamedLog;
 
+/// Of an effect without which the fit is as good.
+constexpr const char* kNotNeeded = "tried, not needed";
+
 std::string error_of(const FigureFit& figure) {
   return std::isfinite(figure.standard_error) ? fmt::format("{:.2g}", figure.standard_error) : std::string();
 }
 
 std::string text_of(const TriedEffects& tried) {
-  return tried.effects.empty() ? "none" : listed(tried.effects, "and");
+  return tried.effects.empty() ? "no effect" : listed(tried.effects, "and");
 }
 
 std::string kept_text(const GreyboxFit& fit) {
@@ -62,10 +64,10 @@ void print_fit(const Output& output, const GreyboxFit& fit) {
                  error.empty() ? "" : "+- " + error, bound_in_words(figure.at_bound));
   }
   for (const NotTold& figure : fit.not_told) {
-    output.print("{:<28} {:>12.6g}  {:<12} {}\n", figure.name, figure.value, "", kNotTold);
+    output.print("{:<28} {:>12.6g}  {:<12} {}\n", figure.name, figure.value, "", kNotNeeded);
   }
   for (const TriedEffects& tried : fit.tried) {
-    output.print("tried {:<40} held-out rows {:.3f} kPa\n", text_of(tried), tried.heldout_kPa);
+    output.print("tried with {:<35} held-out rows {:.3f} kPa\n", text_of(tried), tried.heldout_kPa);
   }
   output.print("kept: {}\n", kept_text(fit));
   output.print("RMS next tick {:.3f} kPa, free run over whole logs {:.3f} kPa, noise {:.3f} kPa; {} rows\n",
@@ -128,7 +130,7 @@ report::Page page_of(const GreyboxRequest& request, const GreyboxFit& fit) {
   }
   for (const NotTold& figure : fit.not_told) {
     figures.rows.push_back(
-        {figure.name, fmt::format("{:.6g}", figure.value), std::string("none"), std::string(kNotTold)});
+        {figure.name, fmt::format("{:.6g}", figure.value), std::string("none"), std::string(kNotNeeded)});
   }
   report::Table effects{
       .caption = "Effects that were tried", .columns = {"With", "Held-out rows, RMS [kPa]"}, .rows = {}};

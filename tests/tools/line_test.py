@@ -165,8 +165,10 @@ class Line(CommandTest):
         rig = ["--plant", "thin-plate", "--chambers", 1, "--effect", "spool_lag=12"]
         self.done("capture", *rig, "--seconds", 10, "-o", "first")
         # nothing of the valve is given but the rig's pressures
-        result = json.loads(self.done("identify", "--model", "greybox", "first/chamber-1.csv", "--rig", "first/rig.toml", "-o", "1.json",
-                                      "--predict", "first/chamber-1.csv", "--report", "page.html", "--json", "-"))
+        said = self.done("identify", "--model", "greybox", "first/chamber-1.csv", "--rig", "first/rig.toml", "-o", "1.json",
+                         "--predict", "first/chamber-1.csv", "--report", "page.html", "--json", "fit.json")
+        self.assertRegex(said, r"\ndead_time.delay_s +0 +tried, not needed\n(.*\n)*tried with no effect +held-out rows ")
+        result = json.loads((self.folder / "fit.json").read_text())
         self.assertEqual((result["kind"], result["chamber"]), ("greybox", 1))
         self.assertIn("date_s", result["fit"])
         self.assertEqual(result["fit"]["effects"], ["spool_lag"])
