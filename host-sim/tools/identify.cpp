@@ -71,6 +71,12 @@ void print_fit(const Output& output, const identify::Tassa9Fit& fit, double stre
                  mark_of(parameter));
   }
   output.print("{:<16} {:>12.6g}  {:<12} held\n", "c_gamma_V", fit.model.c_gamma_V, "");
+  if (std::ranges::any_of(fit.parameters,
+                          [](const ParameterFit& one) { return one.at_bound != identify::Bound::none; })) {
+    output.print(
+        "at its bound: the logs would have it beyond what the model admits; the errors below are with it "
+        "there\n");
+  }
   output.print("condition {:.3g}; RMS one step {:.3f} kPa, free run over {:g} s {:.3f} kPa; {} rows\n",
                fit.condition, fit.rms_one_step_kPa, stretch_s, fit.rms_free_run_kPa, fit.rows);
   output.print("stopped after {} iterations: {}\n", fit.iterations, fit.stop);

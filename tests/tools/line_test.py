@@ -210,9 +210,10 @@ class Line(CommandTest):
 class Measured(CommandTest):
     def test_ventilator_runs_are_fitted_and_predict_others(self):
         data = Path(TOP) / "tests/data/respiraworks"
-        result = json.loads(self.done("identify", "--format", "respiraworks", "--stretch", 2, *(data / f"ctl_OXY_{i}.csv" for i in (1, 3, 5)),
-                                      "--predict", *(data / f"ctl_OXY_{i}.csv" for i in (2, 4, 6)), "--report", "page.html",
-                                      "--json", "-"))
+        said = self.done("identify", "--format", "respiraworks", "--stretch", 2, *(data / f"ctl_OXY_{i}.csv" for i in (1, 3, 5)),
+                         "--predict", *(data / f"ctl_OXY_{i}.csv" for i in (2, 4, 6)), "--report", "page.html", "--json", "fit.json")
+        self.assertRegex(said, r"at its lower bound\n(.*\n)*at its bound: .* beyond what the model admits")
+        result = json.loads((self.folder / "fit.json").read_text())
         errors = [one["rms_free_run_2_s_kPa"] for one in result["predicted"]]
         self.assertEqual(len(errors), 3)
         # holding the start pressure errs by 0.78, 1.58 and 1.16 kPa there (README.md of host-sim/identify)
