@@ -57,6 +57,11 @@ int run(const Options& options) {
   require_order("--pressure-low", options.pressure_low_kPa, "--pressure-high", options.pressure_high_kPa,
                 "kPa");
   require_order("--command-low", options.command_low_V, "--command-high", options.command_high_V, "V");
+  if (options.last && options.board.simulated()) {
+    throw std::invalid_argument(
+        "--last with --bus inproc: a simulated board forgets its ticks with each command, expected a board "
+        "on a bus");
+  }
   trace::RigDescription description = options.board.rig.description();
   if (options.closed_loop || !options.board.store.empty()) options.board.require_stored();
   BoardAccess board(options.board);

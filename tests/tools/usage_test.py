@@ -106,6 +106,7 @@ class Usage(CommandTest):
         for option in [["--store", "board"], ["--effect", "spool_lag=10"], ["--plant", "mpye"], ["--no-spool"]]:
             self.refused(2, "upload", *bus, *option, "m.json", says=["only a simulated rig", "--bus inproc"])
         self.refused(2, "capture", "--patience", 2, says=["--patience with --bus inproc", "expected a board on a bus"])
+        self.refused(2, "capture", "--last", says=["--last with --bus inproc", "forgets", "expected a board on a bus"])
 
     def test_a_rig_is_served_on_a_bus_that_others_reach_or_writes_logs(self):
         self.refused(2, "sim", "--bus", "inproc", says=["--bus inproc", "expected socketcand:HOST:PORT/CHANNEL"])
