@@ -91,7 +91,7 @@ int run(const Options& options) {
   const double begin_s = link.now_s();
   const double period_s = 1.0 / options.rate_Hz;
   constexpr double kSlice_s = 0.02;  // how long a browser waits at most before it is looked after
-  TerminalView terminal;
+  TerminalView terminal(master || stream ? "" : "they come with SYNC, or by --stream");
   std::uint64_t shown = 0;
   Json newest;
   while (!stop.asked()) {

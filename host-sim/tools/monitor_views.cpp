@@ -11,6 +11,7 @@
 #include <cmath>
 #include <memory>
 #include <stdexcept>
+#include <utility>
 
 #include "host-sim/tools/board_json.hpp"
 
@@ -81,13 +82,17 @@ std::size_t terminal_width() {
 
 }  // namespace
 
-TerminalView::TerminalView() : terminal_(::isatty(STDOUT_FILENO) != 0) {}
+TerminalView::TerminalView(std::string remedy)
+    : remedy_(std::move(remedy)), terminal_(::isatty(STDOUT_FILENO) != 0) {}
 
 std::string TerminalView::text(const client::BoardView& view, std::uint8_t node_id, unsigned chambers,
                                double time_s) {
   const std::string fault = fault_of(view);
   const std::string head = fmt::format("node {}  {}  {}  {}", node_id, nmt_of(view), state_of(view),
                                        fault.empty() ? "no fault" : fault);
+  const bool heard =
+      std::ranges::any_of(view.chamber, [](const auto& one) { return one.actual_Pa.has_value(); });
+  const std::string remedy = heard || remedy_.empty() ? "" : "; no pressures: " + remedy_;
   if (!terminal_) {
     std::string line = fmt::format("{:9.2f} s  {}", time_s, head);
     for (unsigned c = 0; c < chambers; ++c) {
@@ -96,7 +101,7 @@ std::string TerminalView::text(const client::BoardView& view, std::uint8_t node_
                           shown(one.setpoint_Pa, 1e-3, 1), shown(one.command_V, 1.0, 2),
                           shown(one.volume_m3, 1e6, 0));
     }
-    return line + '\n';
+    return line + remedy + '\n';
   }
   std::string text = lines_ > 0 ? fmt::format("\033[{}F", lines_) : "";
   lines_ = 0;
@@ -113,7 +118,7 @@ std::string TerminalView::text(const client::BoardView& view, std::uint8_t node_
                     shown(one.actual_Pa, 1e-3, 1), shown(one.command_V, 1.0, 2),
                     shown(one.volume_m3, 1e6, 0)));
   }
-  add(fmt::format("{:.1f} s, {} frames; Ctrl-C ends", time_s, view.frames));
+  add(fmt::format("{:.1f} s, {} frames{}; Ctrl-C ends", time_s, view.frames, remedy));
   return text;
 }
 

@@ -24,11 +24,13 @@ Json view_json(const client::BoardView& view, std::uint8_t node_id, unsigned cha
 /// The board as a table that is drawn anew in its place on a terminal, and as a line a time anywhere else.
 class TerminalView {
  public:
-  TerminalView();
+  /// `remedy`: said while no pressure is heard.
+  explicit TerminalView(std::string remedy);
   /// The text that shows it, with what moves the cursor on a terminal.
   std::string text(const client::BoardView& view, std::uint8_t node_id, unsigned chambers, double time_s);
 
  private:
+  std::string remedy_;
   bool terminal_;
   int lines_ = 0;  ///< drawn, to be drawn over
 };

@@ -58,6 +58,12 @@ class Monitor(MonitorCommand):
         last = self.done("monitor", *SMALL, "--seconds", 0.5, "--stream").splitlines()[-1]
         self.assertRegex(last, r"\| 1: \d+\.\d of - kPa \d+\.\d\d V \d+ mL")
 
+    def test_where_no_pressure_comes_it_says_what_lets_them_come(self):
+        self.serve("--chambers", 1)
+        remedy = "; no pressures: they come with SYNC, or by --stream"
+        self.assertIn(remedy, self.plenum("monitor", *self.bus, "--seconds", 0.1).stdout)
+        self.assertNotIn(remedy, self.plenum("monitor", *self.bus, "--seconds", 0.1, "--chambers", 1, "--stream").stdout)
+
     def drawn(self, columns):
         """What it writes to a terminal of so many columns; 0: one that does not know."""
         leader, follower = pty.openpty()
