@@ -80,6 +80,8 @@ bool Watch::understand(double time_s, const CanFrame& frame) {
     case cob::kHeartbeat:
       if (frame.length != 1) return false;
       nmt_ = {static_cast<canopen::NmtState>(frame.data[0] & 0x7FU), time_s};
+      if (nmt_.value == canopen::NmtState::initialising)
+        nmt_.value.reset();  // the boot-up: that is over with it
       break;
     default: {
       const auto emergency = decode_emergency(frame);

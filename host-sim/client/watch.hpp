@@ -23,9 +23,9 @@ struct ChamberView {
 };
 
 struct BoardView {
-  std::uint64_t frames = 0;        ///< of the board or to it
-  std::optional<double> silent_s;  ///< since the board's last frame, once that is kStale_s ago
-  std::optional<canopen::NmtState> nmt;
+  std::uint64_t frames = 0;              ///< of the board or to it
+  std::optional<double> silent_s;        ///< since the board's last frame, once that is kStale_s ago
+  std::optional<canopen::NmtState> nmt;  ///< of the newest heartbeat; a boot-up is none
   std::optional<std::uint16_t> status_word;
   std::optional<std::uint16_t> error_code;  ///< of the newest emergency; 0: gone; empty: none was heard
   unsigned fault_chamber = 0;               ///< from 1; 0: the whole board

@@ -35,6 +35,13 @@ TEST(Watch, ReadsWhatTheBoardAndItsMasterSendByDefault) {
   EXPECT_EQ(view.silent_s, std::nullopt);
 }
 
+TEST(Watch, TellsNoStateOfANodeThatHasJustBooted) {
+  Watch watch(5);
+  watch.take(10.0, canopen::frame_from("705 05"));
+  watch.take(10.5, canopen::frame_from("705 00"));
+  EXPECT_EQ(watch.view(10.6).nmt, std::nullopt) << "no heartbeat has come since";
+}
+
 TEST(Watch, DoesNotShowWhatIsOldAsIfItWereOfNow) {
   Watch watch(5);
   EXPECT_EQ(watch.view(100.0).silent_s, std::nullopt) << "nothing was heard that could have ended";
