@@ -139,7 +139,7 @@ NumberTable parse_numbers(std::string_view text, std::string_view file,
     if (keep[i] == 0) {
       if (notices != nullptr) {
         notices->push_back(
-            fmt::format("{}: column '{}' is not known and is ignored", file, legible(table.names[i])));
+            fmt::format("{}: column '{}' is not asked for and is ignored", file, legible(table.names[i])));
       }
       continue;
     }
