@@ -1,8 +1,10 @@
 #include "host-sim/tools/log_input.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <filesystem>
+#include <set>
 #include <stdexcept>
 
 #include "host-sim/diagnose/log_check.hpp"
@@ -65,6 +67,13 @@ std::vector<trace::NamedLog> LogInput::read(const std::vector<std::string>& file
   if (!logs.empty()) diagnose::require_units(logs, rig);
   const std::vector<std::string> of_logs = diagnose::notices(logs, rig);
   notices_.insert(notices_.end(), of_logs.begin(), of_logs.end());
+  std::set<unsigned> chambers;
+  for (const std::string& file : files) {
+    if (const auto chamber = chamber_in_name(file)) chambers.insert(*chamber);
+  }
+  if (chambers.size() > 1)
+    notices_.push_back(
+        fmt::format("logs of chambers {} together, expected those of one", fmt::join(chambers, ", ")));
   for (const std::string& notice : notices_) fmt::print(stderr, "plenum {}: {}\n", command_, notice);
   notices_.clear();
   return logs;

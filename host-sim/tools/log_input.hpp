@@ -25,7 +25,7 @@ class LogInput {
   bool of_ventilator() const;
 
   /// Each file as a log, with its name but not its folder: a page holds no path. Once they are accepted, standard error
-  /// tells what columns and rows are ignored, and a supply that is not the rig's: a refusal is one line. Throws trace::InputError, also for other units than those of the columns' names.
+  /// tells what columns and rows are ignored, a supply that is not the rig's, and names of several chambers: a refusal is one line. Throws trace::InputError, also for other units than those of the columns' names.
   std::vector<trace::NamedLog> read(const std::vector<std::string>& files,
                                     const trace::RigDescription& rig) const;
 

@@ -199,6 +199,11 @@ class Line(CommandTest):
             self.with_other_commands(1, lambda commands_V: commands_V[700:] + commands_V[:700])
             self.refused(3, "identify", "--model", model, "changed.csv", "-o", "m.json", says=["does not move with the command"])
 
+    def test_logs_of_several_chambers_are_told(self):
+        self.done("sim", *SMALL, "--plant", "thin-plate", "--seconds", 5, "--out", "log")
+        ran = self.plenum("identify", "--no-free-run", "log/chamber-1.csv", "log/chamber-2.csv")
+        self.assertEqual(ran.stderr, "plenum identify: logs of chambers 1, 2 together, expected those of one\n")
+
     def test_the_same_seed_gives_the_same_bytes_and_another_does_not(self):
         for name, seed in [("a", 7), ("b", 7), ("c", 8)]:
             self.done("sim", *SMALL, "--plant", "thin-plate", "--seconds", 3, "--seed", seed, "--out", name)
