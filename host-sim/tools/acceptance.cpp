@@ -140,9 +140,9 @@ int run(const Options& options) {
   const std::vector<client::Judged> judged = client::judge(measured_by(measured), options.limits);
   const bool accepted = client::accepted(judged);
   const std::string board =
-      fmt::format("Node {}: {}, hardware {}, software {}, serial {}; {} chambers, {:g} s at rest{}.",
+      fmt::format("Node {}: {}, hardware {}, software {}, serial {}; {}, {:g} s at rest{}.",
                   session.node_id(), versions.device, versions.hardware, versions.software, identity.serial,
-                  options.board.rig.chambers, options.seconds,
+                  counted(options.board.rig.chambers, "chamber"), options.seconds,
                   options.move ? fmt::format(", {:g} s with its valves excited", options.move_seconds) : "");
   options.output.print("{}\n\n", board);
   print(options.output, judged);

@@ -21,8 +21,8 @@ int run(const Options& options) {
   client::require_compatible(access.session());
   const Backup backup = read_backup(access.session());
   trace::write_whole_file(options.out, backup_json(backup).dump(2) + '\n');
-  options.output.print("node {}: {} settings, {} models: {}\n", backup.node, backup.settings.size(),
-                       backup.models.size(), options.out);
+  options.output.print("node {}: {}, {}: {}\n", backup.node, counted(backup.settings.size(), "setting"),
+                       counted(backup.models.size(), "model"), options.out);
   options.output.finish({{"file", options.out},
                          {"node", backup.node},
                          {"settings", backup.settings.size()},

@@ -115,7 +115,8 @@ int run(const Options& options) {
     how += ", stopped by hand";
   }
   write_recording(options.out, rows, chambers, options.closed_loop, description);
-  options.output.print("{} chambers, {} rows each, {}: {}\n", chambers, rows.size(), how, options.out);
+  options.output.print("{}, {} rows each, {}: {}\n", counted(chambers, "chamber"), rows.size(), how,
+                       options.out);
   Json files = Json::array();
   for (unsigned c = 0; c < chambers; ++c)
     files.push_back((std::filesystem::path(options.out) / fmt::format("chamber-{}.csv", c + 1)).string());

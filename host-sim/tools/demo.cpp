@@ -189,18 +189,19 @@ int run(const Options& options) {
         client::capture(board.session(), {.seconds = options.seconds, .seed = seed, .chambers = chambers},
                         std::ref(progress));
   }
-  stage.done("recorded {} chambers for {:g} s over CAN, valves excited at random", chambers, options.seconds);
+  stage.done("recorded {} for {:g} s over CAN, valves excited at random", counted(chambers, "chamber"),
+             options.seconds);
   auto fits = identify_and_upload(board, excited, chambers, demo.rig);
   for (unsigned c = 0; c < chambers; ++c) {
     demo.chamber[c].excited = std::move(fits[c]);
     demo.chamber[c].excitation = log_of(excited, c, false);
   }
-  stage.done("identified, uploaded over CAN, read back identical: {} models", chambers);
+  stage.done("identified, uploaded over CAN, read back identical: {}", counted(chambers, "model"));
   const Rows followed = record_in_closed_loop(board, options, demo.rig, options.seconds, seed + 1);
   stage.done("recorded {:g} s more, regulated to random references", options.seconds);
   fits = identify_and_upload(board, followed, chambers, demo.rig);
   for (unsigned c = 0; c < chambers; ++c) demo.chamber[c].fit = std::move(fits[c]);
-  stage.done("identified on these, uploaded, read back identical: {} models", chambers);
+  stage.done("identified on these, uploaded, read back identical: {}", counted(chambers, "model"));
 
   const Rows held_out =
       record_in_closed_loop(board, options, demo.rig, std::max(20.0, 0.5 * options.seconds), seed + 2);

@@ -121,6 +121,10 @@ void require_printed() {
     throw trace::InputError("standard output: a part of it could not be written, expected all of it");
 }
 
+std::string counted(std::size_t count, std::string_view what) {
+  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
+}
+
 Json number(double value) {
   return std::isfinite(value) ? Json(value) : Json(nullptr);
 }

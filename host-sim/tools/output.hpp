@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 
 namespace plenum::host::tools {
 
@@ -84,6 +85,9 @@ void require_writable(const std::filesystem::path& file);
 void hold_closed_streams();
 /// Sees that all that was printed so far is out. Throws InputError.
 void require_printed();
+
+/// "1 chamber", "8 chambers".
+std::string counted(std::size_t count, std::string_view what);
 
 /// A number, or null where it is not finite.
 Json number(double value);

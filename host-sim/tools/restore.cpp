@@ -64,8 +64,8 @@ void require_complete(const Backup& backup, client::Session& session, const Opti
   }
   if (missing.empty()) return;
   throw trace::InputError(fmt::format(
-      "{}: lacks {} settings that node {} has: {}; expected all of them: --partial leaves these alone",
-      options.file, missing.size(), session.node_id(), trace::legible_list(missing)));
+      "{}: lacks {} that node {} has: {}; expected all of them: --partial leaves these alone", options.file,
+      counted(missing.size(), "setting"), session.node_id(), trace::legible_list(missing)));
 }
 
 /// Chambers, from 1, that have a model on the board and none in the backup.
@@ -110,9 +110,9 @@ int run(const Options& options) {
   const auto beside = options.settings_only ? std::vector<unsigned>() : models_beside(backup, session);
 
   const std::size_t models = options.settings_only ? 0 : backup.models.size();
-  options.output.print("node {}: {} of {} settings and {} models written and read back identical\n",
-                       session.node_id(), backup.settings.size() - troubles.size(), backup.settings.size(),
-                       models);
+  options.output.print("node {}: {} of {} and {} written and read back identical\n", session.node_id(),
+                       backup.settings.size() - troubles.size(), counted(backup.settings.size(), "setting"),
+                       counted(models, "model"));
   Json list = Json::array();
   for (const client::SettingTrouble& one : troubles) {
     options.output.print("  not written: {}: {}\n", name_of(one.setting), one.reason);

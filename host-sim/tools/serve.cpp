@@ -85,9 +85,9 @@ int serve(const rig::RigConfig& config, const client::SocketcandAddress& address
   served.port = server.clients().port();
   std::vector<int> nodes;
   for (const rig::BoardConfig& board : config.board) nodes.push_back(board.settings.node.node_id);
-  output.announce(fmt::format("serving {}: nodes {}; {} chambers each, {} bit/s", client::format_bus(served),
-                              fmt::join(nodes, ", "), config.board.front().chamber.size(),
-                              config.bus.bit_rate));
+  output.announce(fmt::format("serving {}: {} {}; {} each, {} bit/s", client::format_bus(served),
+                              nodes.size() == 1 ? "node" : "nodes", fmt::join(nodes, ", "),
+                              counted(config.board.front().chamber.size(), "chamber"), config.bus.bit_rate));
 
   const std::uint64_t until_ns =
       options.seconds ? static_cast<std::uint64_t>(std::llround(*options.seconds * 1e9)) : UINT64_MAX;
@@ -96,8 +96,8 @@ int serve(const rig::RigConfig& config, const client::SocketcandAddress& address
   rig::Rig& rig = server.rig();
   const auto& counters = server.clients().counters();
   output.print(
-      "{:.1f} s served to {} clients ({} dropped); {} frames, bus load {:.1f} %; worst tick {:.1f} ms late\n",
-      rig.now_s(), counters.clients, counters.dropped, rig.bus().counters().frames,
+      "{:.1f} s served to {} ({} dropped); {} frames, bus load {:.1f} %; worst tick {:.1f} ms late\n",
+      rig.now_s(), counted(counters.clients, "client"), counters.dropped, rig.bus().counters().frames,
       100.0 * rig.bus().busy_share(), server.worst_late_ms());
   output.finish({{"bus", client::format_bus(served)},
                  {"nodes", nodes},

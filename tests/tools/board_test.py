@@ -289,7 +289,7 @@ class Keeping(BoardCommands):
         lost = content["settings"].pop()
         self.write("cut.json", json.dumps(content))
         self.refused(2, "restore", "--store", "board", "cut.json",
-                     says=["cut.json", "lacks 1 settings", f"{lost['index']}:{lost['sub']} {lost['name']}", "--partial"])
+                     says=["cut.json", "lacks 1 setting that", f"{lost['index']}:{lost['sub']} {lost['name']}", "--partial"])
         self.assertEqual(self.json_of("diff", "--store", "board", "b.json")["alike"], True)
         self.assertEqual(self.json_of("restore", "--store", "board", "--partial", "cut.json")["not_written"], [])
         self.assertEqual(len(self.json_of("diff", "--store", "board", "b.json", code=1)["differences"]), 1)

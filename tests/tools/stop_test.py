@@ -51,7 +51,7 @@ class Stopped(CommandTest):
         time.sleep(2)
         code, said, troubles = self.stopped(running)
         self.assertEqual((code, troubles), (0, ""))
-        self.assertRegex(said, r"\A1 chambers, \d+ rows each, excited, stopped by hand: out\n\Z")
+        self.assertRegex(said, r"\A1 chamber, \d+ rows each, excited, stopped by hand: out\n\Z")
         rows = len(self.rows("out/chamber-1.csv"))
         self.assertTrue(20 < rows < 6000, rows)
         result = json.loads((self.folder / "result.json").read_text())

@@ -116,7 +116,7 @@ class Usage(CommandTest):
         self.refused(3, "sim", "--bus", "socketcand:192.0.2.1:0/can0", says=["192.0.2.1:0", "expected a free port"])
         said = self.done("sim", "--bus", "socketcand:127.0.0.1:0/can0", "--speed", 100, "--seconds", 2, "--boards", 2,
                          "--chambers", 1, "--json", "served.json")
-        self.assertRegex(said, r"^serving socketcand:127\.0\.0\.1:\d+/can0: nodes 1, 2; 1 chambers each, 1000000 bit/s\n")
+        self.assertRegex(said, r"^serving socketcand:127\.0\.0\.1:\d+/can0: nodes 1, 2; 1 chamber each, 1000000 bit/s\n")
         served = json.loads((self.folder / "served.json").read_text(encoding="utf-8"))
         self.assertEqual((served["nodes"], served["seconds"], served["clients"]), ([1, 2], 2.0, 0))
 
