@@ -247,6 +247,12 @@ void expect_readable(std::string_view text, std::string_view file) {
   }
 }
 
+bool has_default_valve(RigDescription rig) {
+  RigDescription standard;
+  return std::all_of(kKeys.begin(), kKeys.end(),
+                     [&](const Key& key) { return key.table != "valve" || key.of(rig) == key.of(standard); });
+}
+
 }  // namespace
 
 RigDescription parse_rig(std::string_view text, std::string_view file, std::vector<std::string>* assumed) {
@@ -320,7 +326,10 @@ std::string format_rig(const RigDescription& rig) {
   std::string_view table;
   for (const Key& key : kKeys) {
     if (key.table != table) {
-      text += fmt::format("{}[{}]\n", text.empty() ? "" : "\n", key.table);
+      text += fmt::format("{}[{}]{}\n", text.empty() ? "" : "\n", key.table,
+                          key.table == "valve" && has_default_valve(copy)
+                              ? "  # defaults, of no measured valve and no data sheet"
+                              : "");
       table = key.table;
     }
     text += fmt::format("{} = {}", key.name, key.of(copy));

@@ -146,6 +146,13 @@ TEST(RigToml, HoldsTheFiguresOfEffectsByIdAndName) {
   EXPECT_EQ(rig.effects, expected);
 }
 
+TEST(RigToml, MarksAValveThatNobodyStated) {
+  RigDescription rig;
+  EXPECT_THAT(format_rig(rig), HasSubstr("[valve]  # defaults"));
+  rig.valve.open_above_V = 5.1;
+  EXPECT_THAT(format_rig(rig), HasSubstr("[valve]\n"));
+}
+
 TEST(RigToml, OfANominalRigPrintsNeitherEffectsNorChambers) {
   EXPECT_EQ(format_rig(RigDescription{}).find("effects"), std::string::npos);
   EXPECT_EQ(format_rig(RigDescription{}).find("chamber."), std::string::npos);
