@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <numbers>
 #include <stdexcept>
 
 #include "firmware/canopen/objects.hpp"
@@ -23,6 +24,16 @@ struct Kind {
 };
 constexpr std::array<Kind, 3> kKinds{
     {{"tassa9", ModelKind::tassa9}, {"tassa9r", ModelKind::tassa9r}, {"greybox", ModelKind::greybox}}};
+
+/// 0 of another kind.
+double greybox_parameter(const DecodedModel& model, std::string_view name) {
+  if (model.kind != "greybox") return 0.0;
+  const auto schema = plenum::config::parameter_schema(ModelKind::greybox);
+  const auto found = std::find_if(schema.begin(), schema.end(), [&](const auto& parameter) {
+    return std::string_view(parameter.name) == name;
+  });
+  return model.parameters.at(static_cast<std::size_t>(found - schema.begin()));
+}
 
 }  // namespace
 
@@ -80,12 +91,13 @@ DecodedModel decode_model(std::span<const std::uint8_t> image) {
 }
 
 double sensor_lag_s(const DecodedModel& model) {
-  if (model.kind != "greybox") return 0.0;
-  const auto schema = plenum::config::parameter_schema(ModelKind::greybox);
-  const auto lag = std::find_if(schema.begin(), schema.end(), [](const auto& parameter) {
-    return std::string_view(parameter.name) == "sensor_lag_s";
-  });
-  return model.parameters.at(static_cast<std::size_t>(lag - schema.begin()));
+  return greybox_parameter(model, "sensor_lag_s");
+}
+
+double valve_delay_s(const DecodedModel& model) {
+  return greybox_parameter(model, "dead_time_s") + greybox_parameter(model, "spool_damping") *
+                                                       greybox_parameter(model, "spool_period_s") /
+                                                       std::numbers::pi;
 }
 
 }  // namespace plenum::host::client

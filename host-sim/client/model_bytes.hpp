@@ -37,4 +37,8 @@ DecodedModel decode_model(std::span<const std::uint8_t> image);
 /// By how much the chamber's pressure sensor lags [s], as its model says; 0 where it says nothing of it.
 double sensor_lag_s(const DecodedModel& model);
 
+/// From a command to the valve's answer [s]: the dead time, and of a spool damping over pi times its natural frequency, the area
+/// above its step response; 0 where the model says nothing of it.
+double valve_delay_s(const DecodedModel& model);
+
 }  // namespace plenum::host::client

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <memory>
@@ -36,6 +37,15 @@ std::string shown(double value, double scale) {
   return std::isfinite(value) ? fmt::format("{:.2f}", value * scale) : "-";
 }
 
+constexpr double kTick_s = 0.01;
+constexpr unsigned kMostPreview_ticks = 8;
+
+/// A valve's delay and what a prompt one needs, as far as a board can be told.
+unsigned preview_over(double delay_s) {
+  const auto ticks = static_cast<unsigned>(std::ceil(delay_s / kTick_s));
+  return std::min(ticks + client::FollowOptions{}.preview_ticks, kMostPreview_ticks);
+}
+
 int run(const Options& options) {
   const trace::RigDescription description = options.board.rig.description();
   const double span_Pa = description.supply.pressure_Pa - description.ambient.pressure_Pa;
@@ -71,10 +81,13 @@ int run(const Options& options) {
 
   Json list = Json::array();
   std::string lagging;
+  double delay_s = 0.0;  // of the latest valve
   options.output.print("{:>7}  {:>10}  {:>12}  {:>21}  {:>12}  {:>24}\n", "chamber", "RMSE [kPa]",
                        "worst [kPa]", "overshoot [% of span]", "settling [s]", "model misses [kPa/tick]");
   for (unsigned c = 0; c < chambers; ++c) {
-    const double lag_s = client::sensor_lag_s(client::decode_model(models[c]));
+    const client::DecodedModel model = client::decode_model(models[c]);
+    const double lag_s = client::sensor_lag_s(model);
+    delay_s = std::max(delay_s, client::valve_delay_s(model));
     const client::Tracking tracking = client::tracking(rows, c, span_Pa, lag_s);
     const double drift_Pa = client::read_drift_Pa(board.session(), static_cast<std::uint8_t>(c));
     if (lag_s > 0.0)
@@ -96,6 +109,13 @@ int run(const Options& options) {
         "readings that lag as the model says are held against what they would be of the reference: chamber "
         "{}\n",
         lagging);
+  }
+  const unsigned wanted_ticks = preview_over(delay_s);
+  if (delay_s > 0.0 && options.preview_ticks < wanted_ticks) {
+    options.output.print(
+        "the models have a valve late by {:.1f} ticks: --preview {} tells the board of the reference early "
+        "enough\n",
+        delay_s / kTick_s, wanted_ticks);
   }
   if (const auto fault = client::read_fault(board.session())) {
     options.output.print("the board reports {}\n  {}\n", client::fault_text(*fault), fault_advice(*fault));
@@ -135,7 +155,7 @@ Command add_regulate(Program& program) {
       .option("--preview", options->preview_ticks,
               "How many ticks ahead the board is told of the reference: at least a valve's delay and 2, to "
               "follow without lag")
-      .within(0, 8)
+      .within(0U, kMostPreview_ticks)
       .type_name("TICKS")
       .show_default();
   arguments.option("-o,--out", options->out, "Folder for chamber-N.csv and rig.toml")

@@ -180,6 +180,14 @@ class Line(CommandTest):
         result = json.loads(self.done("regulate", "--store", "board", *rig, "--seconds", 2, "-o", "tracked", "--json", "-"))
         self.assertLess(result["chambers"][0]["rmse_kPa"], 10.0, "a tenth of the amplitude [kPa]")
 
+    def test_a_preview_that_is_shorter_than_the_valves_delay_is_told(self):
+        rig = ["--store", "board", "--plant", "thin-plate", "--chambers", 1, "--effect", "dead_time=0.025"]
+        self.write("late.json", greybox(1, dead_time_s=0.02, spool_period_s=0.02, spool_damping=math.pi / 4))
+        self.done("upload", *rig, "late.json")
+        early = "late by 2.5 ticks: --preview 5 "
+        self.assertIn(early, self.done("regulate", "--store", "board", "--seconds", 1))
+        self.assertNotIn(early, self.done("regulate", "--store", "board", "--seconds", 1, "--preview", 5))
+
     def with_other_commands(self, seed, change):
         """A log as it was taken, but for its commands [V], which `change` takes and gives."""
         self.done("sim", "--plant", "thin-plate", "--chambers", 1, "--seconds", 20, "--seed", seed, "--out", "log")
