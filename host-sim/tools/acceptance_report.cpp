@@ -66,8 +66,12 @@ report::Table reading_table(const AcceptanceRun& run) {
 }
 
 report::LineChart rest_chart(const AcceptanceRun& run) {
-  report::LineChart chart{
-      .title = "Pressures at rest, from their means", .caption = "", .y = {"Pressure", "Pa"}, .curves = {}};
+  report::LineChart chart{.title = "Pressures at rest, from their means",
+                          .caption =
+                              "Where a chamber's volume moves, as those of a simulated board do, its "
+                              "pressure moves with it, though the valve rests.",
+                          .y = {"Pressure", "Pa"},
+                          .curves = {}};
   const std::vector<double> times_s = ticks_s(run.rows);
   for (std::size_t c = 0; c < run.rest_Pa.size(); ++c) {
     std::vector<double> from_mean_Pa = run.rest_Pa[c];

@@ -66,7 +66,9 @@ class Acceptance(AcceptanceCommand):
         for loads in ["<script src", "<link rel=\"stylesheet\"", "@import"]:
             self.assertNotIn(loads, page)
         self.done("acceptance", *SMALL, "--report", "page.html")
-        self.assertIn("Not run: no valve was moved", (self.folder / "page.html").read_text(encoding="utf-8"))
+        page = (self.folder / "page.html").read_text(encoding="utf-8")
+        self.assertIn("Not run: no valve was moved", page)
+        self.assertIn("as those of a simulated board do", page, "why pressures move at rest")
 
     def test_bad_usage_is_refused_before_anything_is_asked_of_the_board(self):
         nobody = ["acceptance", "--bus", "socketcand:127.0.0.1:1/can0"]
