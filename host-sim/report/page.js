@@ -351,16 +351,17 @@
       xAxis: below(category(spec.columns, spec.column_quantity), 28),
       yAxis: {
         ...category(spec.rows, spec.row_quantity), inverse: true, nameLocation: 'start', nameGap: 16,
-        nameTextStyle: {color: ink.soft, fontSize: 12, align: 'right'},
+        nameTextStyle: {color: ink.soft, fontSize: 12, align: 'left', padding: [0, 0, 0, -38]},
       },
+      title: {text: axis_name(spec.value), right: 4, top: 10, textStyle: {color: ink.soft, fontSize: 12, fontWeight: 'normal'}},
       visualMap: {
-        type: 'continuous', min: least, max: greatest, right: 4, top: 'middle', itemHeight: 120,
-        text: [`${axis_name(spec.value)}\n${number(greatest)}`, number(least)], textStyle: {color: ink.soft, fontSize: 11}, formatter: number,
+        type: 'continuous', min: least, max: greatest, right: 24, top: 36, itemHeight: 120,
+        text: [number(greatest), number(least)], textStyle: {color: ink.soft, fontSize: 11}, formatter: number,
         inRange: {color: ['#00224e', '#2a3f6d', '#575d6d', '#7c7b78', '#a59c74', '#d2c060', '#fee838']}, // cividis
       },
       series: [{
         type: 'heatmap', data, itemStyle: {borderColor: ink.card, borderWidth: 1},
-        label: {show: data.length <= 150, fontSize: 11, formatter: ({value}) => number(Number(value[2].toPrecision(3)))},
+        label: {show: data.length <= 150, fontSize: 11, formatter: ({value}) => number(Number(value[2].toPrecision(2)))},
       }],
     };
   };

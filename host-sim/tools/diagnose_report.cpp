@@ -247,7 +247,7 @@ void add_cause(Page& page, const GapReport& report) {
 HeatMap error_map(const ErrorMap& map, const std::vector<std::vector<double>>& rms_Pa, double greatest_kPa,
                   std::string title) {
   HeatMap heat{.title = std::move(title),
-               .row_quantity = "Ratio",
+               .row_quantity = "Pressure ratio",
                .rows = {},
                .column_quantity = "Command (V)",
                .columns = {},
