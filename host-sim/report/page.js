@@ -260,8 +260,11 @@
 
   const bar_label_width = () => Math.min(222, 0.32 * innerWidth);
 
+  // Bars lie where their categories would not find room side by side.
+  const lies = (spec) => spec.categories.length > 12 || spec.categories.some((category) => category.length > 12);
+
   const bar_option = (spec, ink) => {
-    const lying = spec.categories.length > 12 || spec.categories.some((category) => category.length > 12);
+    const lying = lies(spec);
     const label_width = bar_label_width();
     const colours = colours_of(spec.series.map((one) => one.name));
     const category = {
@@ -393,7 +396,7 @@
 
   const create = (plot, index, ink) => {
     const spec = page.charts[index];
-    if (spec.kind === 'bar') {
+    if (spec.kind === 'bar' && lies(spec)) {
       const letters = bar_label_width() / 6.2;  // that fit into a line of a label
       const lines = Math.max(1, ...spec.categories.map((category) => Math.ceil(category.length / letters)));
       const each = Math.max(20 * Math.max(1, spec.series.length), 15 * lines + 6);

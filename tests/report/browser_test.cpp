@@ -172,6 +172,21 @@ TEST_F(Browser, PaintsTheDataOfEveryKindOfChart) {
     EXPECT_GT(seen.found[k].get<double>(), least_share[k]) << "coloured columns of chart " << k;
 }
 
+TEST_F(Browser, MakesRoomForBarsThatLieAndNotForThoseThatStand) {
+  BarChart standing{.title = "standing", .categories = {}, .value = {"RMSE", "kPa"}, .series = {}};
+  for (int i = 1; i <= 8; ++i) standing.categories.push_back("ch. " + std::to_string(i));
+  for (const char* name : {"a", "b", "c", "d", "e", "f"})
+    standing.series.push_back({name, std::vector<double>(8, 1.0)});
+  BarChart lying = standing;
+  lying.categories.front() = "a category with a long name";
+  Page page{"Bars"};
+  page.section("s").chart(standing).chart(lying);
+  const Seen seen = open(page, "charts.map((chart) => chart.getHeight())");
+  ASSERT_EQ(seen.found.size(), 2U) << seen.complaints;
+  EXPECT_EQ(seen.found[0], 340);
+  EXPECT_GT(seen.found[1], 8 * 6 * 20);
+}
+
 TEST_F(Browser, DrawsTheAxesMarksAndCurvesAsVectorsOnDemand) {
   const Seen seen = open(page_of_every_kind(),
                          "charts.map((chart) => chart.getDom().querySelectorAll('svg path').length)", "#svg");
