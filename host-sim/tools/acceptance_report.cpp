@@ -52,7 +52,7 @@ report::BarChart latency_chart(const client::LoopLatency& loop) {
 report::Table reading_table(const AcceptanceRun& run) {
   report::Table table{.caption = "Each chamber at rest",
                       .columns = {"Chamber", "Mean [kPa]", "Noise [Pa]", "Standard deviation [Pa]",
-                                  "Step [Pa]", "Position [V]", "Its noise [mV]", "of the volume [mL]"},
+                                  "Step [Pa]", "Position [V]", "Position noise [mV]", "Volume noise [mL]"},
                       .rows = {}};
   for (std::size_t c = 0; c < run.reading.size(); ++c) {
     const client::Reading& reading = run.reading[c];
