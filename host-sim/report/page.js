@@ -115,6 +115,24 @@
     };
   };
 
+  // The ends of curves are the data's own, out to the round number next to them: 59.99 is drawn to 60.
+  const end = (value, span, round) => {
+    const step = 10 ** Math.floor(Math.log10(span)) / 10;
+    const outward = round(value / step) * step;
+    return Math.abs(outward - value) <= 0.01 * span ? outward : value;
+  };
+  const data_ends = {
+    min: ({min, max}) => end(min, max - min, Math.floor), max: ({min, max}) => end(max, max - min, Math.ceil),
+  };
+
+  // An end that is still none of the axis' even ticks, or is the zoom's, has no label: it would crowd the tick beside it.
+  const even_labels = (axis, scale_of) => axis.type === 'log' ? axis : {...axis, axisLabel: {
+    ...axis.axisLabel, formatter: (value) => {
+      const steps = value / scale_of().getInterval();
+      return Math.abs(steps - Math.round(steps)) < 1e-6 ? number(value) : '';
+    },
+  }};
+
   const below = (axis, gap = 26) => ({...axis, nameLocation: 'middle', nameGap: gap});
   const beside = (axis) =>
     ({...axis, nameLocation: 'end', nameGap: 14, nameTextStyle: {...axis.nameTextStyle, align: 'left', padding: [0, 0, 0, -46]}});
@@ -195,7 +213,7 @@
     };
   };
 
-  const curves_option = (spec, ink, last_of_group, is_shown) => {
+  const curves_option = (spec, ink, last_of_group, is_shown, scale_of) => {
     const over_time = spec.kind === 'line';
     const named = [...spec.curves.filter((curve) => curve.ink === 'palette'), ...spec.bands].map((item) => item.name);
     const colours = colours_of(named);
@@ -238,8 +256,10 @@
       legend: {...base.legend, show: names.length > 1, data: names.map((name) => ({name, icon: 'roundRect'}))},
       grid: {left: 56, right: 24, top, bottom: slider ? 78 : 46},
       tooltip: {...base.tooltip, trigger: 'axis', formatter: tip},
-      xAxis: below({min: 'dataMin', max: 'dataMax', ...drop_empty(value_axis(spec.x, ink)), splitLine: {show: false}}),
-      yAxis: beside(value_axis(spec.y, ink)),
+      xAxis: below({
+        ...data_ends, ...drop_empty(even_labels(value_axis(spec.x, ink), () => scale_of('xAxis'))), splitLine: {show: false},
+      }),
+      yAxis: beside(even_labels(value_axis(spec.y, ink), () => scale_of('yAxis'))),
       dataZoom: [
         {type: 'inside', ...zoomed, zoomOnMouseWheel: 'ctrl', moveOnMouseMove: false, moveOnMouseWheel: false, disabled: touch},
         ...(slider ? [{
@@ -374,9 +394,10 @@
   const last_with_group = new Map(page.charts.map((spec, index) => [spec.group, index]));
   const option_of = (spec, index, ink) => {
     const is_shown = (name) => charts[index]?.selected[name] !== false;
+    const scale_of = (axis) => charts[index].chart.getModel().getComponent(axis).axis.scale;
     switch (spec.kind) {
-      case 'line': return curves_option(spec, ink, !spec.group || last_with_group.get(spec.group) === index, is_shown);
-      case 'xy': return curves_option(spec, ink, false, is_shown);
+      case 'line': return curves_option(spec, ink, !spec.group || last_with_group.get(spec.group) === index, is_shown, scale_of);
+      case 'xy': return curves_option(spec, ink, false, is_shown, scale_of);
       case 'bar': return bar_option(spec, ink);
       case 'histogram': return histogram_option(spec, ink);
       case 'heat': return heat_option(spec, ink);
@@ -405,13 +426,12 @@
     }
     if (spec.kind === 'heat') plot.style.height = Math.max(260, 120 + 30 * spec.rows.length) + 'px';
     const chart = echarts.init(plot, null, {renderer: vector ? 'svg' : 'canvas'});
-    const entry = {chart, spec, index, selected: {}};
+    const entry = charts[index] = {chart, spec, index, selected: {}};
     chart.on('legendselectchanged', ({selected}) => { entry.selected = selected; });
     paint(entry, ink);
     chart.getZr().on('dblclick', () => chart.dispatchAction({type: 'dataZoom', start: 0, end: 100}));
     if (spec.group) chart.group = spec.group;
     new ResizeObserver(() => chart.resize()).observe(plot);
-    return entry;
   };
 
   const paint_all = () => {
@@ -455,7 +475,7 @@
   const ink = inks();
   document.querySelectorAll('.plot').forEach((plot, index) => {
     try {
-      charts[index] = create(plot, index, ink);
+      create(plot, index, ink);
     } catch (error) {
       plot.textContent = `This chart could not be drawn: ${error.message}`;
       report_problem(error.message);

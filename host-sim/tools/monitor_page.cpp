@@ -31,7 +31,8 @@ const chart_of = (id, title, unit) => {
     legend: {right: 12, top: 8, textStyle: {color: css('--soft')}},
     grid: {left: 64, right: 20, top: 44, bottom: 36},
     tooltip: {trigger: 'axis', valueFormatter: (value) => value == null ? '-' : value.toFixed(2) + ' ' + unit},
-    xAxis: {type: 'value', min: 'dataMin', max: 'dataMax', axisLine: line, axisLabel: {color: css('--soft'), formatter: '{value} s'}, splitLine: {show: false}},
+    xAxis: {type: 'value', min: 'dataMin', max: 'dataMax', axisLine: line, splitLine: {show: false},
+            axisLabel: {color: css('--soft'), formatter: '{value} s', showMinLabel: false, showMaxLabel: false}}, // of ends that move
     yAxis: {type: 'value', scale: true, axisLabel: {color: css('--soft')}, splitLine: {lineStyle: {color: css('--grid')}}},
   });
   addEventListener('resize', () => chart.resize());

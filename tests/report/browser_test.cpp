@@ -226,6 +226,21 @@ TEST_F(Browser, MovesTheChartsOfAGroupTogetherAndNoOther) {
   EXPECT_EQ(seen.found, nlohmann::json::array({20, 20, 0})) << seen.complaints;
 }
 
+TEST_F(Browser, LabelsEvenTicksAloneAndEndsAtOneThatIsNear) {
+  Page page{"Ends"};
+  const auto chart = [](std::size_t rows) {
+    return LineChart{.title = "c", .y = {"p", "kPa"}, .curves = {{"p", ramp(rows, 0.01), sine(rows, 3)}}};
+  };
+  page.section("s").chart(chart(6000)).chart(chart(1231));
+  const Seen seen = open(page, R"((
+    charts[1].dispatchAction({type: 'dataZoom', startValue: 0, endValue: 5.67}),
+    charts.map((chart) => chart.getModel().getComponent('xAxis').axis)
+      .map((axis) => [axis.scale.getExtent()[1], ...axis.getViewLabels().map((label) => label.formattedLabel).filter(Boolean)])))");
+  ASSERT_EQ(seen.found.size(), 2U) << seen.complaints;
+  EXPECT_EQ(seen.found[0], nlohmann::json::array({60, "0", "10", "20", "30", "40", "50", "60"}));
+  EXPECT_EQ(seen.found[1], nlohmann::json::array({5.67, "0", "1", "2", "3", "4", "5"}));
+}
+
 TEST_F(Browser, KeepsAllOfAHundredThousandPointsAndDrawsAFew) {
   Page page{"Long"};
   page.section("s").chart(
