@@ -213,6 +213,9 @@
     };
   };
 
+  // In the legend a line is a line, dashed where it is, and all else a swatch.
+  const legend_entry = ({name, type}) => type === 'line' ? {name, itemStyle: {opacity: 0}} : {name, icon: 'roundRect'};
+
   const curves_option = (spec, ink, last_of_group, is_shown, scale_of) => {
     const over_time = spec.kind === 'line';
     const named = [...spec.curves.filter((curve) => curve.ink === 'palette'), ...spec.bands].map((item) => item.name);
@@ -225,12 +228,12 @@
         return over_time && drawn.type === 'line' ? {...drawn, sampling: 'lttb'} : drawn;
       }),
     ];
-    const names = [...new Set(series.map((one) => one.name))];
+    const entries = [...new Map(series.map((one) => [one.name, legend_entry(one)])).values()];
     if (spec.marks.length) series.push(marks_series(spec.marks, ink));
     const longest = Math.max(0, ...spec.curves.map((curve) => arrays[curve.x].length));
     const slider = over_time && last_of_group && longest > 100;
     const base = frame(ink);
-    const top = names.length > 1 ? 60 : 40;
+    const top = entries.length > 1 ? 60 : 40;
 
     // Over time each curve is asked for its own sample at the cursor, because the thinned curves have no points in common.
     const items = [...spec.bands, ...spec.curves].map((item, i) => ({
@@ -253,7 +256,7 @@
     const zoomed = {xAxisIndex: 0, filterMode: over_time ? 'filter' : 'none'};
     return {
       ...base,
-      legend: {...base.legend, show: names.length > 1, data: names.map((name) => ({name, icon: 'roundRect'}))},
+      legend: {...base.legend, show: entries.length > 1, data: entries},
       grid: {left: 56, right: 24, top, bottom: slider ? 78 : 46},
       tooltip: {...base.tooltip, trigger: 'axis', formatter: tip},
       xAxis: below({

@@ -28,7 +28,8 @@ const chart_of = (id, title, unit) => {
   const line = {lineStyle: {color: css('--line')}};
   chart.setOption({
     animation: false, title: {text: title.replace('UNIT', unit), left: 12, top: 8, textStyle: {fontSize: 14, color: css('--ink')}},
-    legend: {right: 12, top: 8, textStyle: {color: css('--soft')}},
+    legend: {right: 12, top: 8, icon: 'roundRect', itemWidth: 20, itemHeight: 8, textStyle: {color: css('--soft')},
+             tooltip: {show: true, formatter: 'a click shows or hides all curves of the chamber'}},
     grid: {left: 64, right: 20, top: 44, bottom: 36},
     tooltip: {trigger: 'axis', valueFormatter: (value) => value == null ? '-' : value.toFixed(2) + ' ' + unit},
     xAxis: {type: 'value', min: 'dataMin', max: 'dataMax', axisLine: line, splitLine: {show: false},
@@ -44,8 +45,8 @@ echarts.connect(Object.values(charts));
 // What they show is of the stream alone: a monitor that was started anew may watch another board.
 const rows = [];
 let chambers = 0;
-const series = (key, dashed) => Array.from({length: chambers}, (_, c) => ({
-  name: 'chamber ' + (c + 1), type: 'line', showSymbol: false, sampling: 'lttb', emphasis: {disabled: true},
+const series = (key, {dashed = false, steps = false} = {}) => Array.from({length: chambers}, (_, c) => ({
+  name: 'chamber ' + (c + 1), type: 'line', step: steps ? 'end' : false, showSymbol: false, sampling: 'lttb', emphasis: {disabled: true},
   color: css('--c' + c), lineStyle: {width: dashed ? 1 : 1.75, type: dashed ? 'dashed' : 'solid'},
   data: rows.map((row) => [row.t, row.chamber[c][key]]),
 }));
@@ -58,9 +59,9 @@ const draw = () => {
   hint(charts.command, 'command_V');
   hint(charts.volume, 'volume_mL');
   const show = (chart, lines) => chart.setOption({series: lines}, {replaceMerge: 'series'});
-  show(charts.pressure, [...series('actual_kPa', false), ...series('setpoint_kPa', true)]);
-  show(charts.command, series('command_V', false));
-  show(charts.volume, series('volume_mL', false));
+  show(charts.pressure, [...series('actual_kPa'), ...series('setpoint_kPa', {dashed: true, steps: true})]);
+  show(charts.command, series('command_V', {steps: true}));
+  show(charts.volume, series('volume_mL'));
 };
 const say = (id, text, bad, name) => {
   const element = document.getElementById(id);
