@@ -454,7 +454,8 @@
   const apply_choice = () => {
     set_theme(choice === 'auto' ? (darkSystem.matches ? 'dark' : 'light') : choice);
     button.textContent = {auto: 'Auto', light: 'Light', dark: 'Dark'}[choice];
-    button.setAttribute('aria-label', `Colours: ${choice}. Press to change.`);
+    button.title = `Colours: ${choice}. Press to change.`;
+    button.setAttribute('aria-label', button.title);
     paint_all();
   };
   button.hidden = false;
