@@ -33,7 +33,7 @@ enum class Stroke {
 
 enum class Ink {
   kPalette,  ///< a colour of its own; curves of one name share it, within a chart and across the page
-  kNeutral,  ///< the colour of the text: the measured truth that others are compared with
+  kNeutral,  ///< the colour of the text, a thin line above the others: what they are compared with
   kFaint,    ///< thin grey: many curves of one kind behind those that matter
 };
 

@@ -166,11 +166,11 @@
     const ink_of_curve = {palette: colour, neutral: ink.text, faint: ink.faint}[curve.ink];
     return {
       type: points ? 'scatter' : 'line', name: curve.name, data: interleaved(x, arrays[curve.y]), dimensions: ['x', 'y'],
-      itemStyle: {color: ink_of_curve}, emphasis: {disabled: true}, z: {faint: 2, neutral: 3, palette: 4}[curve.ink],
+      itemStyle: {color: ink_of_curve}, emphasis: {disabled: true}, z: {faint: 2, neutral: points ? 3 : 5, palette: 4}[curve.ink],
       ...(points ? {symbolSize: x.length > 500 ? 3 : 6, large: x.length > 5000, progressive: 0} : {
         showSymbol: false, step: curve.stroke === 'steps' ? 'end' : false,
         lineStyle: {
-          width: curve.ink === 'faint' ? 1 : 1.7, color: ink_of_curve,
+          width: curve.ink === 'palette' ? 1.7 : 1, color: ink_of_curve,
           type: {dashed: [7, 4], dotted: [2, 3]}[curve.stroke] ?? 'solid',
         },
       }),

@@ -18,6 +18,7 @@ namespace {
 
 using diagnose::CalibratedFigure;
 using diagnose::Candidate;
+using diagnose::Disturbance;
 using diagnose::ErrorMap;
 using diagnose::Estimate;
 using diagnose::GapReport;
@@ -111,12 +112,12 @@ void add_gap(Page& page, const GapReport& report) {
 
 Table effects_table(const GapReport& report) {
   Table table{.caption = "Effects named",
-              .columns = {"Effect", "Confidence [%]", "Share of what closes [%]", "Error without [kPa]",
-                          "with [kPa]", "Not told from"},
+              .columns = {"Effect", "Confidence", "Share of what closes", "Error without [kPa]",
+                          "Error with [kPa]", "Aliases"},
               .rows = {}};
   for (const NamedEffect& one : report.effects) {
-    table.rows.push_back({one.id, in_percent(one.confidence), in_percent(one.share),
-                          in_kPa(one.gap_without_Pa), in_kPa(one.gap_with_Pa),
+    table.rows.push_back({one.id, percent(one.confidence), percent(one.share), in_kPa(one.gap_without_Pa),
+                          in_kPa(one.gap_with_Pa),
                           one.aliases.empty() ? std::string("none") : listed(one.aliases, "and")});
   }
   return table;
@@ -124,7 +125,7 @@ Table effects_table(const GapReport& report) {
 
 Table parameter_table(const GapReport& report) {
   Table table{.caption = "Parameters of the effects named",
-              .columns = {"Effect", "Parameter", "Value", "95 % interval", ""},
+              .columns = {"Effect", "Parameter and unit", "Value", "95 % interval", ""},
               .rows = {}};
   for (const NamedEffect& one : report.effects) {
     for (const Estimate& of : plain_parameters(one)) {
@@ -261,23 +262,29 @@ HeatMap error_map(const ErrorMap& map, const std::vector<std::vector<double>>& r
   return heat;
 }
 
+/// In the units of the page.
+std::string size_text(const Disturbance& of) {
+  if (of.unit == "Pa") return fmt::format("{:.3g} kPa", 1e-3 * of.size);
+  if (of.unit == "kg/s") return fmt::format("{:.3g} g/s", 1e3 * of.size);
+  if (of.unit.empty()) return fmt::format("{:.3g} % of the areas", 100.0 * of.size);
+  return fmt::format("{:.3g} {}", of.size, of.unit);
+}
+
 void add_where(Page& page, const GapReport& report) {
   Section& section = page.section("Where");
   if (report.equation) {
     section.paragraph(
-        fmt::format("The equation to blame is '{}' ({}): that of the effects where they close most of the "
-                    "gap, or else that whose "
-                    "disturbance explains the readings best.",
+        fmt::format("The equation to blame is '{}' ({}): that of the effects, and as sure as they are, where "
+                    "they close most of the gap, or else that whose disturbance explains the readings best.",
                     report.equation->equation, percent(report.equation->confidence)));
   }
   if (!report.disturbances.empty()) {
     Table table{.caption = "Before any cause: one equation at a time is given a disturbance",
-                .columns = {"Equation", "Probability", "Size (RMS)", "Depends on", "Share that does"},
+                .columns = {"Equation", "Probability", "Size (RMS)", "Depends on", "Explained share"},
                 .rows = {}};
     for (const auto& one : report.disturbances) {
-      table.rows.push_back({one.equation, percent(one.probability),
-                            fmt::format("{:.3g} {}", one.size, one.unit), one.depends_on,
-                            percent(one.dependence)});
+      table.rows.push_back(
+          {one.equation, percent(one.probability), size_text(one), one.depends_on, percent(one.dependence)});
     }
     section.table(table);
   }
@@ -431,7 +438,7 @@ void add_limits(Page& page, const GapReport& report) {
   }
   if (report.detectable.empty()) return;
   Table table{.caption = "Size at which each effect would just have shown (5 % false alarms, 95 % power)",
-              .columns = {"Effect", "Parameter", "Just shown at"},
+              .columns = {"Effect", "Parameter and unit", "Just shown at"},
               .rows = {}};
   for (const auto& one : report.detectable) {
     table.rows.push_back({one.id, one.parameter, to_three_digits(one.smallest)});
