@@ -42,18 +42,19 @@ std::string kept_text(const GreyboxFit& fit) {
 
 /// A log against the model's free run over the whole of it.
 struct Prediction {
-  std::vector<double> pressure_Pa;
-  double rms_kPa = 0.0;
+  identify::chamber::WholeRun run;
+  double rms_kPa = 0.0;   ///< of the rows that have settled
   double held_kPa = 0.0;  ///< of holding the log's mean
 };
 Prediction predict(const GreyboxFit& fit, const trace::Log& log) {
   Prediction made{identify::chamber::free_run_over(fit.rig, log), 0.0, identify::held_mean_rms_kPa(log)};
   double square = 0.0;
-  for (std::size_t row = 1; row < log.size(); ++row) {
-    const double error_kPa = 1e-3 * (made.pressure_Pa[row] - log.pressure_Pa[row]);
+  const std::size_t settled = made.run.settled_rows;
+  for (std::size_t row = settled; row < log.size(); ++row) {
+    const double error_kPa = 1e-3 * (made.run.pressure_Pa[row] - log.pressure_Pa[row]);
     square += error_kPa * error_kPa;
   }
-  made.rms_kPa = std::sqrt(square / static_cast<double>(log.size() - 1));
+  made.rms_kPa = std::sqrt(square / static_cast<double>(log.size() - settled));
   return made;
 }
 
@@ -83,23 +84,31 @@ void print_fit(const Output& output, const GreyboxFit& fit) {
 
 void add_log(report::Section& section, const GreyboxFit& fit, const NamedLog& of) {
   const Prediction made = predict(fit, of.log);
-  std::vector<double> error_kPa = scaled(made.pressure_Pa, 1e-3);
-  for (std::size_t row = 0; row < error_kPa.size(); ++row) error_kPa[row] -= 1e-3 * of.log.pressure_Pa[row];
+  report::Curve error{"predicted - measured", {}, {}};
+  for (std::size_t row = made.run.settled_rows; row < of.log.size(); ++row) {
+    error.x.push_back(of.log.time_s[row]);
+    error.y.push_back(1e-3 * (made.run.pressure_Pa[row] - of.log.pressure_Pa[row]));
+  }
   const report::Curve measured{"measured", of.log.time_s, scaled(of.log.pressure_Pa, 1e-3),
                                report::Stroke::kSolid, report::Ink::kNeutral};
   section.row(
       {report::LineChart{
            .title = of.name,
-           .caption = fmt::format("RMS error {:.3g} kPa over the whole log; holding its mean {:.3g} kPa.",
-                                  made.rms_kPa, made.held_kPa),
+           .caption = fmt::format("RMS error {:.3g} kPa from {:.2g} s on; holding the log's mean {:.3g} kPa.",
+                                  made.rms_kPa, error.x.front(), made.held_kPa),
            .y = {"Pressure", "kPa"},
-           .curves = {measured, {"predicted, one free run", of.log.time_s, scaled(made.pressure_Pa, 1e-3)}},
+           .curves = {measured,
+                      {"predicted, one free run", of.log.time_s, scaled(made.run.pressure_Pa, 1e-3)}},
            .group = of.name},
-       report::LineChart{.title = fmt::format("Error, {}", of.name),
-                         .caption = "Predicted minus measured.",
-                         .y = {"Error", "kPa"},
-                         .curves = {{"predicted - measured", of.log.time_s, error_kPa}},
-                         .group = of.name}});
+       report::LineChart{
+           .title = fmt::format("Error, {}", of.name),
+           .caption = fmt::format("Predicted minus measured. The rows before {:.2g} s count in no "
+                                  "error: they show what was before the log.",
+                                  error.x.front()),
+           .x = {.quantity = "Time", .unit = "s", .min = of.log.time_s.front()},
+           .y = {"Error", "kPa"},
+           .curves = {std::move(error)},
+           .group = of.name}});
 }
 
 report::Page page_of(const GreyboxRequest& request, const GreyboxFit& fit) {
@@ -112,7 +121,7 @@ report::Page page_of(const GreyboxRequest& request, const GreyboxFit& fit) {
               {"Free run, RMS", to_three_digits(fit.rms_free_run_kPa), "kPa", {}, "over whole logs"},
               {"Held out, RMS", to_three_digits(fit.rms_heldout_kPa), "kPa", {}, "the last 40 % of each log"},
               {"Noise", to_three_digits(fit.noise_kPa), "kPa", {}, "white part of the error"},
-              {"Samples", static_cast<double>(fit.rows), "", {}, "rows of the fitted logs"}});
+              {"Samples", static_cast<double>(fit.rows), "", {}, "rows of the fitted logs that count"}});
   if (!request.predicted.empty()) {
     report::Section& section = page.section("Logs that the fit has not seen");
     for (const NamedLog& of : request.predicted) add_log(section, fit, of);

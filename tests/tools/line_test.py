@@ -174,6 +174,7 @@ class Line(CommandTest):
         self.assertEqual(result["fit"]["effects"], ["spool_lag"])
         self.assertAlmostEqual(result["fit"]["parameters"]["spool_lag.natural_frequency_Hz"]["value"], 12, delta=0.5)
         self.assertLess(result["predicted"][0]["rms_free_run_kPa"], 1.0)
+        self.assertAlmostEqual(result["predicted"][0]["rms_free_run_kPa"] / result["fit"]["rms_free_run_kPa"], 1, delta=0.05)
         for text in ["held-out", "spool_lag", "<figure><h3>Error, chamber-1.csv"]:
             self.assertIn(text.lower(), (self.folder / "page.html").read_text(encoding="utf-8").lower())
         self.done("upload", "--store", "board", *rig, "1.json")

@@ -441,10 +441,11 @@ GreyboxFit fit_greybox(const std::vector<trace::Log>& logs, const trace::RigDesc
   return result;
 }
 
-std::vector<double> free_run_over(const trace::RigDescription& rig, const trace::Log& log) {
+WholeRun free_run_over(const trace::RigDescription& rig, const trace::Log& log) {
   const Scene scene = scene_of({log}, rig, 1.0);
   const Record& record = scene.records.front();
-  return run(scene, record, 0, scene.nominal, estimate_start(scene, record, 0, scene.nominal));
+  return {run(scene, record, 0, scene.nominal, estimate_start(scene, record, 0, scene.nominal)),
+          record.settled_rows};
 }
 
 trace::ModelFile to_model_file(const GreyboxFit& fit, std::optional<unsigned> chamber) {

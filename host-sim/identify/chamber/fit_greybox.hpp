@@ -55,8 +55,14 @@ struct GreyboxFit {
 GreyboxFit fit_greybox(const std::vector<trace::Log>& logs, const trace::RigDescription& rig,
                        const std::function<void(double done)>& progress = {});
 
-/// A free run of a rig that was found over a whole log, from an estimated start [Pa].
-std::vector<double> free_run_over(const trace::RigDescription& rig, const trace::Log& log);
+/// A free run over a whole log, from an estimated start.
+struct WholeRun {
+  std::vector<double> pressure_Pa;
+  std::size_t settled_rows =
+      0;  ///< rows before this one count in no error: they still show what the start was
+};
+/// Of a rig that was found.
+WholeRun free_run_over(const trace::RigDescription& rig, const trace::Log& log);
 
 /// The file that the tools write: greybox_of(fit.rig) at its volume, and the fit in numbers. Throws trace::InputError when a figure is beyond what
 /// a board takes.
