@@ -50,6 +50,14 @@ std::string superscript(int exponent) {
   return out;
 }
 
+/// A plain number of no sign, its integer part grouped by three from 10 000 on.
+std::string grouped(std::string plain) {
+  const std::size_t integer = std::min(plain.find('.'), plain.size());
+  if (integer > 4)
+    for (std::size_t at = integer; at > 3; at -= 3) plain.insert(at - 3, "\u202f");
+  return plain;
+}
+
 std::string without_trailing_zeros(std::string number) {
   if (number.find('.') == std::string::npos) return number;
   number.erase(number.find_last_not_of('0') + 1);
@@ -123,12 +131,15 @@ std::string significant(double value, int digits) {
   const std::string sign = value < 0 ? "−" : "";
   if (exponent < -4 || exponent >= 7)
     return sign + without_trailing_zeros(scientific.substr(0, e)) + "×10" + superscript(exponent);
-  std::string plain =
-      without_trailing_zeros(fmt::format("{:.{}f}", std::abs(value), std::max(0, digits - 1 - exponent)));
-  if (exponent >= 4)
-    for (std::size_t at = std::min(plain.find('.'), plain.size()); at > 3; at -= 3)
-      plain.insert(at - 3, "\u202f");
-  return sign + plain;
+  return sign + grouped(without_trailing_zeros(
+                    fmt::format("{:.{}f}", std::abs(value), std::max(0, digits - 1 - exponent))));
+}
+
+std::string fixed(double value, int decimals) {
+  if (!std::isfinite(value)) return "–";
+  const std::string plain = fmt::format("{:.{}f}", std::abs(value), decimals);
+  const bool zero = plain.find_first_not_of("0.") == std::string::npos;
+  return (value < 0 && !zero ? "−" : "") + grouped(plain);
 }
 
 std::size_t ArrayPool::add(std::span<const double> values) {

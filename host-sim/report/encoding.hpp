@@ -25,6 +25,9 @@ std::string base64(std::span<const unsigned char> bytes);
 /// not finite.
 std::string significant(double value, int digits = 4);
 
+/// `value` to so many decimals, grouped and signed likewise.
+std::string fixed(double value, int decimals);
+
 /// The number arrays of a page, each stored once.
 class ArrayPool {
  public:

@@ -45,10 +45,23 @@ std::string tiles_html(const std::vector<Tile>& tiles) {
   return html + "</dl>\n";
 }
 
+std::string text_of(const std::string& cell) {
+  return escape_html(cell);
+}
+std::string text_of(double cell) {
+  return significant(cell);
+}
+std::string text_of(const Fixed& cell) {
+  return fixed(cell.value, cell.decimals);
+}
+
+bool is_number(const Cell& cell) {
+  return !std::holds_alternative<std::string>(cell);
+}
+
 std::string cell_html(const Cell& cell) {
-  if (const double* number = std::get_if<double>(&cell))
-    return fmt::format("<td class=\"number\">{}</td>", significant(*number));
-  return fmt::format("<td>{}</td>", escape_html(std::get<std::string>(cell)));
+  return fmt::format("<td{}>{}</td>", is_number(cell) ? " class=\"number\"" : "",
+                     std::visit([](const auto& c) { return text_of(c); }, cell));
 }
 
 // A column's name stands over its cells: to the right where the first row holds a number.
@@ -57,7 +70,7 @@ std::string table_html(const Table& table) {
   if (!table.caption.empty()) html += fmt::format("<caption>{}</caption>\n", escape_html(table.caption));
   html += "<thead><tr>";
   for (std::size_t column = 0; column < table.columns.size(); ++column) {
-    const bool number = !table.rows.empty() && std::holds_alternative<double>(table.rows.front()[column]);
+    const bool number = !table.rows.empty() && is_number(table.rows.front()[column]);
     html += fmt::format("<th scope=\"col\"{}>{}</th>", number ? " class=\"number\"" : "",
                         escape_html(table.columns[column]));
   }

@@ -43,8 +43,14 @@ struct Tile {
   std::string remark{};
 };
 
-/// A cell that is a number is set right-aligned to four significant digits.
-using Cell = std::variant<std::string, double>;
+/// A number to as many decimals as its column has.
+struct Fixed {
+  double value;
+  int decimals;
+};
+
+/// A cell that is a number is set right-aligned: to four significant digits, or Fixed where its column is of one quantity.
+using Cell = std::variant<std::string, double, Fixed>;
 
 /// Every row is as long as `columns`; the unit belongs in the column's name.
 struct Table {

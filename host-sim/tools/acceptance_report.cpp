@@ -56,11 +56,13 @@ report::Table reading_table(const AcceptanceRun& run) {
                       .rows = {}};
   for (std::size_t c = 0; c < run.reading.size(); ++c) {
     const client::Reading& reading = run.reading[c];
-    table.rows.push_back({fmt::format("{}", c + 1), 1e-3 * reading.mean, reading.noise, reading.std,
-                          reading.step
-                              ? report::Cell(*reading.step)
-                              : report::Cell(std::string(reading.changed ? "not seen" : "never changed")),
-                          run.position[c].mean, 1e3 * run.position[c].noise, volume_noise_mL(run, c)});
+    table.rows.push_back(
+        {fmt::format("{}", c + 1), report::Fixed{1e-3 * reading.mean, 1}, report::Fixed{reading.noise, 1},
+         report::Fixed{reading.std, 1},
+         reading.step ? report::Cell(*reading.step)
+                      : report::Cell(std::string(reading.changed ? "not seen" : "never changed")),
+         report::Fixed{run.position[c].mean, 3}, report::Fixed{1e3 * run.position[c].noise, 2},
+         report::Fixed{volume_noise_mL(run, c), 3}});
   }
   return table;
 }
@@ -89,8 +91,9 @@ report::Table answer_table(const AcceptanceRun& run) {
   for (std::size_t c = 0; c < run.answer.size(); ++c) {
     const client::Answer& answer = run.answer[c];
     const std::string trouble = client::trouble_of(answer, c);
-    table.rows.push_back({fmt::format("{}", c + 1), answer.own, fmt::format("valve {}", answer.best + 1),
-                          answer.best_correlation, trouble.empty() ? std::string("answers") : trouble});
+    table.rows.push_back({fmt::format("{}", c + 1), report::Fixed{answer.own, 2},
+                          fmt::format("valve {}", answer.best + 1), report::Fixed{answer.best_correlation, 2},
+                          trouble.empty() ? std::string("answers") : trouble});
   }
   return table;
 }

@@ -126,7 +126,7 @@ report::Table tracking_table(const Demo& demo) {
   for (std::size_t c = 0; c < demo.chamber.size(); ++c) table.columns.push_back(chamber_name(c));
   for (const DemoTracked& tracked : demo.tracked) {
     std::vector<report::Cell> row{tracked.name};
-    for (const client::Tracking& one : tracked.chamber) row.emplace_back(to_hundredths(one.rmse_Pa / 1e3));
+    for (const client::Tracking& one : tracked.chamber) row.emplace_back(report::Fixed{one.rmse_Pa / 1e3, 2});
     table.rows.push_back(row);
   }
   return table;
@@ -334,9 +334,10 @@ void add_gaps(report::Page& page, const Demo& demo) {
                         .series = {{"with the data sheet's model", {}}, {"with the model found", {}}}};
   for (const DemoGap& gap : demo.gaps) {
     table.rows.push_back({fmt::format("{}: {}", gap.effect, figures_text(gap)), found_text(gap),
-                          to_hundredths(gap.report.as_configured_Pa / 1e3),
-                          to_hundredths(gap.report.with_effects_Pa / 1e3),
-                          to_hundredths(gap.before.rms_Pa / 1e3), to_hundredths(gap.after.rms_Pa / 1e3)});
+                          report::Fixed{gap.report.as_configured_Pa / 1e3, 2},
+                          report::Fixed{gap.report.with_effects_Pa / 1e3, 2},
+                          report::Fixed{gap.before.rms_Pa / 1e3, 2},
+                          report::Fixed{gap.after.rms_Pa / 1e3, 2}});
     bars.categories.push_back(gap.effect);
     bars.series[0].values.push_back(to_hundredths(gap.before.rms_Pa / 1e3));
     bars.series[1].values.push_back(to_hundredths(gap.after.rms_Pa / 1e3));

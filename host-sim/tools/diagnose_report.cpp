@@ -116,8 +116,9 @@ Table effects_table(const GapReport& report) {
                           "Error with [kPa]", "Aliases"},
               .rows = {}};
   for (const NamedEffect& one : report.effects) {
-    table.rows.push_back({one.id, percent(one.confidence), percent(one.share), in_kPa(one.gap_without_Pa),
-                          in_kPa(one.gap_with_Pa),
+    table.rows.push_back({one.id, percent(one.confidence), percent(one.share),
+                          report::Fixed{1e-3 * one.gap_without_Pa, 3},
+                          report::Fixed{1e-3 * one.gap_with_Pa, 3},
                           one.aliases.empty() ? std::string("none") : listed(one.aliases, "and")});
   }
   return table;

@@ -144,7 +144,7 @@ report::Page page_of(const GreyboxRequest& request, const GreyboxFit& fit) {
   report::Table effects{
       .caption = "Effects that were tried", .columns = {"With", "Held-out rows, RMS [kPa]"}, .rows = {}};
   for (const TriedEffects& tried : fit.tried) {
-    effects.rows.push_back({text_of(tried), to_three_digits(tried.heldout_kPa)});
+    effects.rows.push_back({text_of(tried), report::Fixed{tried.heldout_kPa, 3}});
   }
   page.section("The model")
       .table(figures)

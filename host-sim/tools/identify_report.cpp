@@ -40,8 +40,8 @@ report::Table error_table(const Identified& identified) {
   const auto add = [&](const NamedLog& of, const char* role) {
     const double free_run_kPa = identify::free_run_rms_kPa(identified.fit.model, of.log, kFreeRun_s);
     const double held_kPa = identify::held_start_rms_kPa(of.log, kFreeRun_s);
-    table.rows.push_back({of.name, std::string(role), to_three_digits(free_run_kPa),
-                          to_three_digits(held_kPa), to_hundredths(free_run_kPa / held_kPa)});
+    table.rows.push_back({of.name, std::string(role), report::Fixed{free_run_kPa, 2},
+                          report::Fixed{held_kPa, 2}, report::Fixed{free_run_kPa / held_kPa, 2}});
   };
   for (const NamedLog& of : identified.fitted) add(of, "fitted");
   for (const NamedLog& of : identified.predicted) add(of, "predicted");

@@ -55,6 +55,17 @@ TEST(Encoding, NumbersReadAsPeopleWriteThem) {
   EXPECT_EQ(significant(std::numeric_limits<double>::infinity()), "–");
 }
 
+TEST(Encoding, NumbersOfAColumnHaveItsDecimals) {
+  EXPECT_EQ(fixed(1.5, 2), "1.50");
+  EXPECT_EQ(fixed(31.149, 2), "31.15");
+  EXPECT_EQ(fixed(-0.126, 2), "−0.13");
+  EXPECT_EQ(fixed(-0.001, 2), "0.00");
+  EXPECT_EQ(fixed(0.0, 0), "0");
+  EXPECT_EQ(fixed(9999.5, 1), "9999.5");
+  EXPECT_EQ(fixed(123456.75, 1), "123\u202f456.8");
+  EXPECT_EQ(fixed(std::nan(""), 2), "–");
+}
+
 TEST(ArrayPool, StoresAnEvenGridAsThreeNumbersAndEqualArraysOnce) {
   ArrayPool pool;
   std::vector<double> time_s;

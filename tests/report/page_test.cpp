@@ -62,6 +62,16 @@ TEST(Page, TellsWhetherATargetIsMetOnEitherSideAndNeverMeetsOneWithoutAValue) {
   EXPECT_STREQ(verdict(std::nan(""), at_least(4.0)), "missed");
 }
 
+TEST(Page, SetsANumberToTheDecimalsOfItsColumnAndRightAligned) {
+  Page page{"t"};
+  page.section("s").table({"", {"Error [kPa]", "Ratio"}, {{Fixed{1.5, 2}, 1.5}, {Fixed{2.07, 2}, "none"}}});
+  const std::string html = page.html();
+  for (const char* cell :
+       {"<td class=\"number\">1.50</td>", "<td class=\"number\">2.07</td>", "<td class=\"number\">1.5</td>",
+        "<td>none</td>", "<th scope=\"col\" class=\"number\">Error [kPa]</th>"})
+    EXPECT_THAT(html, HasSubstr(cell));
+}
+
 TEST(Page, EqualContentGivesEqualBytes) {
   const auto build = [] {
     Page page{"Same"};
