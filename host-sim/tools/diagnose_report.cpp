@@ -10,6 +10,7 @@
 
 #include "host-sim/diagnose/found_rig.hpp"
 #include "host-sim/effects/catalogue.hpp"
+#include "host-sim/report/encoding.hpp"
 #include "host-sim/tools/gap_text.hpp"
 #include "host-sim/tools/model_charts.hpp"
 
@@ -124,14 +125,19 @@ Table effects_table(const GapReport& report) {
   return table;
 }
 
+/// As the numbers of the table beside it are set.
+std::string interval_cell(const Estimate& of) {
+  return fmt::format("{} to {}{}", report::significant(of.low95), report::significant(of.high95),
+                     of.at_bound ? ", at its bound" : "");
+}
+
 Table parameter_table(const GapReport& report) {
   Table table{.caption = "Parameters of the effects named",
-              .columns = {"Effect", "Parameter and unit", "Value", "95 % interval", ""},
+              .columns = {"Effect", "Parameter and unit", "Value", "95 % interval"},
               .rows = {}};
   for (const NamedEffect& one : report.effects) {
     for (const Estimate& of : plain_parameters(one)) {
-      table.rows.push_back({one.id, of.name, to_three_digits(of.value), interval_text(of),
-                            std::string(of.at_bound ? "at its bound" : "")});
+      table.rows.push_back({one.id, of.name, of.value, interval_cell(of)});
     }
   }
   return table;
@@ -403,10 +409,9 @@ void add_calibration(Page& page, const GapReport& report) {
   if (closed) table.columns.push_back("With the effects named");
   for (const CalibratedFigure& one : report.calibration) {
     const double change = 100.0 * (one.fitted.value / one.configured - 1.0);
-    table.rows.push_back({one.name, one.configured, to_three_digits(one.fitted.value),
-                          interval_text(one.fitted) + (one.fitted.at_bound ? ", at its bound" : ""),
-                          to_three_digits(change)});
-    if (closed) table.rows.back().emplace_back(to_three_digits(one.with_effects));
+    table.rows.push_back(
+        {one.name, one.configured, one.fitted.value, interval_cell(one.fitted), to_three_digits(change)});
+    if (closed) table.rows.back().emplace_back(one.with_effects);
   }
   Section& section = page.section("Calibration");
   section.paragraph(

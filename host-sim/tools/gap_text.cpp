@@ -56,13 +56,9 @@ std::string listed(const std::vector<std::string>& names, std::string_view conju
   return text;
 }
 
-std::string interval_text(const Estimate& of) {
-  return fmt::format("{} to {}", number_text(of.low95), number_text(of.high95));
-}
-
 std::string text_of(const Estimate& of) {
-  return fmt::format("{} {} ({}{})", of.name, number_text(of.value), interval_text(of),
-                     of.at_bound ? ", at its bound" : "");
+  return fmt::format("{} {} ({} to {}{})", of.name, number_text(of.value), number_text(of.low95),
+                     number_text(of.high95), of.at_bound ? ", at its bound" : "");
 }
 
 std::vector<Estimate> plain_parameters(const NamedEffect& effect) {

@@ -30,9 +30,6 @@ std::vector<diagnose::Estimate> plain_parameters(const diagnose::NamedEffect& ef
 /// Those in one line, and how many more there are.
 std::string parameters_text(const diagnose::NamedEffect& effect);
 
-/// "9.7 to 9.9", an open end as "-".
-std::string interval_text(const diagnose::Estimate& estimate);
-
 std::string percent(double share);
 
 /// Three significant digits, in kPa.
