@@ -323,9 +323,11 @@ void add_gaps(report::Page& page, const Demo& demo) {
       "what its "
       "model misses: where these alone make up for an effect, there is little left to gain.");
   report::Table table{
-      .caption = "Effects, withheld from the diagnosis, and what is made of them; errors in kPa RMS",
-      .columns = {"The machine has", "The diagnosis says, with 95 % intervals", "Model errs", "with it",
-                  "Tracking", "with it"},
+      .caption =
+          "Effects, withheld from the diagnosis, and what is made of them; errors in kPa RMS with the data "
+          "sheet's model and with the one found",
+      .columns = {"The machine has", "The diagnosis says, with 95 % intervals", "Model error, sheet",
+                  "Model error, found", "Tracking error, sheet", "Tracking error, found"},
       .rows = {}};
   report::BarChart bars{.title = "Tracking error before and after",
                         .caption = "True pressure less reference, RMS.",
