@@ -264,8 +264,9 @@ void add_tracking(report::Page& page, const Demo& demo) {
   report::Section& curves = page.section("References and commands");
   curves.paragraph(
       "For each reference the chamber that follows it worst: the others do better. Where the command rests "
-      "at 3 or 7 V or leaps from one to the other, the valve gives all it has, and what error is left "
-      "there belongs to the valve and not to the model.");
+      "at 3 or 7 V the valve gives all it has, and what error is left there belongs to the valve and not to "
+      "the model. Bursts in which it leaps to and fro, while the pressure is held or turns, are no such "
+      "limit: there the regulator chatters.");
   for (const DemoTracked& tracked : demo.tracked) {
     const auto [best, worst] =
         best_and_worst(tracked.chamber.size(), [&](std::size_t c) { return tracked.chamber[c].rmse_Pa; });
