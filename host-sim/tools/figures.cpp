@@ -56,7 +56,7 @@ report::Table table_of(const Figures& figures, std::string caption) {
   for (const Figure& of : figures) {
     const std::string error = of.error_text();
     table.rows.push_back({of.unit.empty() ? of.name : fmt::format("{} [{}]", of.name, of.unit),
-                          fmt::format("{:.5g}", of.per_unit * of.value), error.empty() ? "none" : error,
+                          fmt::format("{:.5g}", of.per_unit * of.value), error.empty() ? "-" : error,
                           of.identified() ? "identified" : of.remark()});
   }
   return table;

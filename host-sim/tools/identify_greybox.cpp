@@ -134,12 +134,12 @@ report::Page page_of(const GreyboxRequest& request, const GreyboxFit& fit) {
                         .rows = {}};
   for (const FigureFit& figure : fit.parameters) {
     figures.rows.push_back({figure.name, fmt::format("{:.6g}", figure.value),
-                            error_of(figure).empty() ? "none" : error_of(figure),
+                            error_of(figure).empty() ? "-" : error_of(figure),
                             bound_in_words(figure.at_bound)});
   }
   for (const NotTold& figure : fit.not_told) {
     figures.rows.push_back(
-        {figure.name, fmt::format("{:.6g}", figure.value), std::string("none"), std::string(kNotNeeded)});
+        {figure.name, fmt::format("{:.6g}", figure.value), std::string("-"), std::string(kNotNeeded)});
   }
   report::Table effects{
       .caption = "Effects that were tried", .columns = {"With", "Held-out rows, RMS [kPa]"}, .rows = {}};

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "host-sim/identify/free_run.hpp"
@@ -15,21 +16,36 @@ namespace {
 /// Volumes closer than this share their curve.
 constexpr double kSameVolume = 0.01;
 
+/// What each parameter of the model is, c1 to c9 and c_gamma, in words.
+constexpr std::array<const char*, identify::kFree + 1> kMeanings{
+    "command at the middle of s, about the valve's null",
+    "how steeply s rises there",
+    "how much more steeply away from there",
+    "how far s moves with the volume's rate",
+    "what the volume's rate adds to r",
+    "how much volume slows r",
+    "how fast r grows with the command",
+    "how much faster r grows on the supply's side than on the exhaust's",
+    "r at the null, in volts of command: leaks",
+    "width of the kink of r at the null",
+};
+
 report::Table parameter_table(const identify::Tassa9Fit& fit) {
   report::Table table{.caption = "Parameters and their standard errors",
-                      .columns = {"Parameter", "Value", "Standard error", "These logs say"},
+                      .columns = {"Parameter", "Meaning", "Value", "Standard error", "These logs say"},
                       .rows = {}};
   for (std::size_t i = 0; i < identify::kFree; ++i) {
     if (!identify::has_parameter(fit.model.form, i)) continue;
     const identify::ParameterFit& of = fit.parameters[i];
     const std::string mark = mark_of(of);
     table.rows.push_back(
-        {std::string(trace::kTassa9Names[i]), of.value,
-         std::isfinite(of.standard_error) ? fmt::format("{:.2g}", of.standard_error) : std::string("none"),
+        {std::string(trace::kTassa9Names[i]), std::string(kMeanings[i]), of.value,
+         std::isfinite(of.standard_error) ? fmt::format("{:.2g}", of.standard_error) : std::string("-"),
          mark.empty() ? std::string("identifiable") : mark});
   }
-  table.rows.push_back({std::string(trace::kTassa9Names[identify::kFree]), fit.model.c_gamma_V,
-                        std::string("none"), std::string("chosen, not fitted")});
+  table.rows.push_back({std::string(trace::kTassa9Names[identify::kFree]),
+                        std::string(kMeanings[identify::kFree]), fit.model.c_gamma_V, std::string("-"),
+                        std::string("chosen, not fitted")});
   return table;
 }
 
@@ -132,7 +148,11 @@ report::Page identify_page(const Identified& identified) {
                      fmt::format("over {:g} s, start estimated", identified.stretch_s)});
   }
   tiles.push_back({"Identifiable", static_cast<double>(known), repaired ? "of 8" : "of 9", {}, "parameters"});
-  tiles.push_back({"Condition", to_three_digits(fit.condition), "", {}, "of the scaled Jacobian"});
+  tiles.push_back({"Condition",
+                   to_three_digits(fit.condition),
+                   "",
+                   {},
+                   "of the scaled Jacobian; 1: no parameter acts as others do"});
   tiles.push_back({"c_gamma", fit.model.c_gamma_V, "V", {}, "width of the kink at the null"});
   tiles.push_back({"Samples", static_cast<double>(fit.rows), "", {}, "rows of the fitted logs"});
   page.tiles(std::move(tiles));

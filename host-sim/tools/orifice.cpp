@@ -244,7 +244,7 @@ report::Page page_of(const std::vector<Found>& all) {
     for (const Line& line : lines_of(found.fit)) {
       const std::string unit = *line.unit == '\0' ? "" : fmt::format(" [{}]", line.unit);
       table.rows.push_back({line.name + unit, fmt::format("{:.5g}", line.per_unit * line.of.value),
-                            line.error().empty() ? "none" : line.error(),
+                            line.error().empty() ? "-" : line.error(),
                             line.remark().empty() ? "identified" : line.remark()});
     }
     page.section(fmt::format("{}: {} at {:.4g} V", found.name, found.flow(), found.command_V))
