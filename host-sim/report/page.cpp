@@ -36,8 +36,8 @@ std::string tiles_html(const std::vector<Tile>& tiles) {
     if (tile.target)
       html += fmt::format(
           "<dd class=\"target\"><span class=\"verdict\">{}</span> "
-          "<span class=\"limit\">target {} {}</span></dd>",
-          is_met(tile.value, *tile.target) ? "✓ met" : "✗ missed",
+          "<span class=\"limit\">limit {} {}</span></dd>",
+          is_met(tile.value, *tile.target) ? "✓ pass" : "✗ fail",
           tile.target->side == Target::Side::kAtMost ? "≤" : "≥", significant(tile.target->limit));
     if (!tile.remark.empty()) html += fmt::format("<dd class=\"remark\">{}</dd>", escape_html(tile.remark));
     html += "</div>\n";

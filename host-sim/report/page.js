@@ -296,6 +296,10 @@
     };
     category.axisLabel = {...category.axisLabel, hideOverlap: false, interval: 0, width: lying ? label_width : undefined, overflow: 'break', lineHeight: 15};
     const value = {...value_axis(spec.value, ink), scale: false};
+    if (spec.value.log) {
+      value.startValue = spec.value.min;  // of the bars, which else begin at 1: that of a single count has no height
+      value.axisLabel.formatter = (at) => Number.isInteger(Math.log10(at)) ? number(at) : '';
+    }
     const labelled = spec.series.length * spec.categories.length <= 24;
     const top = spec.series.length > 1 ? 60 : 40;
     const series = spec.series.map((one) => ({

@@ -8,6 +8,7 @@ namespace plenum::host::tools {
 namespace {
 
 constexpr double kTick_s = 0.01;
+constexpr double kBelowOne = 0.5;  // tick: a bin that holds one has a bar on a logarithmic axis
 
 std::vector<double> ticks_s(std::size_t rows) {
   std::vector<double> times_s(rows);
@@ -16,7 +17,7 @@ std::vector<double> ticks_s(std::size_t rows) {
 }
 
 std::string limit_text(const client::Criterion& criterion) {
-  return fmt::format("at most {:g}", criterion.limit);
+  return fmt::format("≤ {:g}", criterion.limit);
 }
 
 report::Table verdict_table(std::span<const client::Judged> judged) {
@@ -40,7 +41,7 @@ report::BarChart latency_chart(const client::LoopLatency& loop) {
   report::BarChart chart{.title = "How late ticks began",
                          .caption = "Ticks by the board's own clock; each bar is a bin of object 2201h.",
                          .categories = {},
-                         .value = {"Ticks", "", {}, {}, true},
+                         .value = {"Ticks", "", kBelowOne, {}, true},
                          .series = {{"ticks", {}}}};
   std::for_each(first, last, [&](const client::LatencyBin& bin) {
     chart.categories.push_back(fmt::format("{} us", bin.lowest_us));
@@ -51,14 +52,14 @@ report::BarChart latency_chart(const client::LoopLatency& loop) {
 
 report::Table reading_table(const AcceptanceRun& run) {
   report::Table table{.caption = "Each chamber at rest",
-                      .columns = {"Chamber", "Mean [kPa]", "Noise [Pa]", "Standard deviation [Pa]",
+                      .columns = {"Chamber", "Mean [kPa]", "Noise [Pa]", "Standard deviation [kPa]",
                                   "Step [Pa]", "Position [V]", "Position noise [mV]", "Volume noise [mL]"},
                       .rows = {}};
   for (std::size_t c = 0; c < run.reading.size(); ++c) {
     const client::Reading& reading = run.reading[c];
     table.rows.push_back(
         {fmt::format("{}", c + 1), report::Fixed{1e-3 * reading.mean, 1}, report::Fixed{reading.noise, 1},
-         report::Fixed{reading.std, 1},
+         report::Fixed{1e-3 * reading.std, 2},
          reading.step ? report::Cell(*reading.step)
                       : report::Cell(std::string(reading.changed ? "not seen" : "never changed")),
          report::Fixed{run.position[c].mean, 3}, report::Fixed{1e3 * run.position[c].noise, 2},
