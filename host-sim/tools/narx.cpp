@@ -18,6 +18,7 @@
 #include "host-sim/tools/bench_input.hpp"
 #include "host-sim/tools/command.hpp"
 #include "host-sim/tools/figures.hpp"
+#include "host-sim/tools/model_charts.hpp"
 #include "host-sim/tools/output.hpp"
 #include "host-sim/tools/report_file.hpp"
 #include "host-sim/trace/input_error.hpp"
@@ -191,6 +192,28 @@ void require_scorable(const Stretches& stretches, const char* what, const Option
   }
 }
 
+/// A column as people see it: "pressure_Pa" in kPa; one whose name ends in no unit that is known has none.
+struct Shown {
+  report::Axis axis;
+  double per_unit = 1.0;
+};
+Shown shown(const std::string& column) {
+  if (column.ends_with("_Pa")) return {{column.substr(0, column.size() - 3), "kPa"}, 1e-3};
+  for (const std::string unit : {"V", "m", "K", "N"}) {
+    if (column.ends_with("_" + unit)) return {{column.substr(0, column.size() - unit.size() - 1), unit}};
+  }
+  return {{column, ""}};
+}
+
+/// Of an output over an input, with the factor from SI.
+std::pair<std::string, double> gain_unit(const Options& options) {
+  const Shown out = shown(options.output_column);
+  const Shown in = shown(options.input);
+  const bool known = !out.axis.unit.empty() && !in.axis.unit.empty();
+  return {known ? fmt::format("{}/{}", out.axis.unit, in.axis.unit) : "",
+          known ? out.per_unit / in.per_unit : 1.0};
+}
+
 template <class Model>
 Scored scored(std::string key, std::string name, std::string curve, const Model& model,
               const Answer& answer) {
@@ -202,25 +225,27 @@ Scored scored(std::string key, std::string name, std::string curve, const Model&
 }
 
 Scored linear(std::string key, std::string name, std::string curve, const Arx& arx, const ArxError& error,
-              const Answer& answer) {
+              const Answer& answer, const Options& options) {
   Scored model = scored(std::move(key), std::move(name), std::move(curve), arx, answer);
   const double period_s = answer.logs.front().period_s;
   const double T = network::slowest_time_constant(arx);
   const std::string unstable = T > 0.0 ? "" : "the model is not stable";
+  const auto [gain, per_gain] = gain_unit(options);
   model.figures = {
-      {"static_gain", "static gain", "", 1.0, network::static_gain(arx), error.static_gain, unstable},
+      {"static_gain", "static gain", gain, per_gain, network::static_gain(arx), error.static_gain, unstable},
       {"time_constant_s", "slowest time constant", "s", 1.0, period_s * T,
        period_s * error.slowest_time_constant, unstable}};
-  const auto add = [&](const char* letter, const std::vector<double>& values,
-                       const std::vector<double>& errors) {
+  const auto add = [&](const char* letter, const std::string& unit, double per_unit,
+                       const std::vector<double>& values, const std::vector<double>& errors) {
     for (std::size_t i = 0; i < values.size(); ++i) {
-      model.figures.push_back({fmt::format("{}{}", letter, i + 1), fmt::format("{}_{}", letter, i + 1), "",
-                               1.0, values[i], errors[i]});
+      model.figures.push_back({fmt::format("{}{}", letter, i + 1), fmt::format("{}_{}", letter, i + 1), unit,
+                               per_unit, values[i], errors[i]});
     }
   };
-  add("a", arx.outputs, error.outputs);
-  add("b", arx.inputs, error.inputs);
-  model.figures.push_back({"c", "c", "", 1.0, arx.constant, error.constant});
+  add("a", "", 1.0, arx.outputs, error.outputs);
+  add("b", gain, per_gain, arx.inputs, error.inputs);
+  const Shown out = shown(options.output_column);
+  model.figures.push_back({"c", "c", out.axis.unit, out.per_unit, arx.constant, error.constant});
   const Eigen::VectorXcd z = network::poles(arx);
   model.poles.assign(z.begin(), z.end());
   std::ranges::sort(model.poles, [](const auto& p, const auto& q) {
@@ -285,9 +310,9 @@ void identify_all(Answer& answer, const Options& options) {
     require_input_that_tells(error.input_F, options);
     const Arx arx = network::fit_arx(rows, options.orders());
     answer.models.push_back(linear("first_order", "first-order lag", "lag", network::fit_arx(rows, kFirst),
-                                   network::arx_error(rows, kFirst), answer));
+                                   network::arx_error(rows, kFirst), answer, options));
     answer.models.push_back(
-        linear("arx", fmt::format("ARX, order {}", options.order), "ARX", arx, error, answer));
+        linear("arx", fmt::format("ARX, order {}", options.order), "ARX", arx, error, answer, options));
     train(answer, arx, options);
   } catch (const CannotIdentify& why) {
     std::vector<std::string> names;
@@ -301,6 +326,11 @@ void identify_all(Answer& answer, const Options& options) {
 
 std::string percent(double fit) {
   return std::isfinite(fit) ? fmt::format("{:.2f} %", fit) : "none, it leaves all bounds";
+}
+
+/// Of a free run.
+bool worse_than_mean(double fit) {
+  return fit < 0.0;
 }
 
 std::string pole_text(std::complex<double> z) {
@@ -317,7 +347,8 @@ void print(const Options& options, const Answer& answer) {
                period_s * static_cast<double>(rows_of(answer.held_out)));
   output.print("fits of free runs, held out (of what was fitted):\n");
   for (const Scored& of : answer.models)
-    output.print("  {:<32} {} ({})\n", of.name, percent(of.held_out_percent), percent(of.fitted_percent));
+    output.print("  {:<32} {} ({}){}\n", of.name, percent(of.held_out_percent), percent(of.fitted_percent),
+                 worse_than_mean(of.held_out_percent) ? ": worse than the mean, do not use it" : "");
   for (const Scored& of : answer.models) {
     if (of.figures.empty()) continue;
     output.print("{}:\n", of.name);
@@ -332,7 +363,7 @@ void print(const Options& options, const Answer& answer) {
   output.print("training of the sigmoids:\n");
   for (std::size_t i = 0; i < answer.trained.size(); ++i) {
     const Trained& of = answer.trained[i];
-    output.print("  seed {}: fit {} of what chooses, {} iterations: {}{}\n", of.seed,
+    output.print("  seed {}: fit {} on the validation quarter, {} iterations: {}{}\n", of.seed,
                  percent(of.choosing_percent), of.fit.training.iterations, of.fit.training.stop,
                  i == answer.chosen ? "; chosen" : "");
   }
@@ -388,6 +419,8 @@ void add_held_out(report::Page& page, const Options& options, const Answer& answ
   const Stretch& rows = answer.held_out[i];
   const std::span<const double> y = rows.outputs();
   const std::span<const double> u = rows.inputs();
+  const Shown out = shown(options.output_column);
+  const Shown in = shown(options.input);
   std::vector<double> time_s(rows.rows);
   for (std::size_t k = 0; k < time_s.size(); ++k)
     time_s[k] = rows.log->period_s * static_cast<double>(rows.first + k);
@@ -395,27 +428,27 @@ void add_held_out(report::Page& page, const Options& options, const Answer& answ
       .title = "Free runs",
       .caption =
           fmt::format("From the first {} rows on each model is fed with its own outputs.", options.order),
-      .y = {options.output_column, ""},
-      .curves = {{"measured", time_s, {y.begin(), y.end()}, report::Stroke::kSolid, report::Ink::kNeutral}},
+      .y = out.axis,
+      .curves = {{"measured", time_s, scaled({y.begin(), y.end()}, out.per_unit), report::Stroke::kSolid,
+                  report::Ink::kNeutral}},
       .group = rows.log->name};
-  report::LineChart errors{.title = "Error",
-                           .caption = "Free run minus measured.",
-                           .y = {options.output_column, ""},
-                           .group = rows.log->name};
+  report::LineChart errors{
+      .title = "Error", .caption = "Free run minus measured.", .y = out.axis, .group = rows.log->name};
   for (const Scored& of : answer.models) {
     if (!std::isfinite(of.held_out_percent)) continue;
     const std::vector<double>& run = of.held_out_runs[i];
     std::vector<double> error(run.size());
-    for (std::size_t k = 0; k < run.size(); ++k) error[k] = run[k] - y[k];
-    runs.curves.push_back({of.curve, time_s, run});
+    for (std::size_t k = 0; k < run.size(); ++k) error[k] = out.per_unit * (run[k] - y[k]);
+    runs.curves.push_back({of.curve, time_s, scaled(run, out.per_unit)});
     errors.curves.push_back({of.curve, time_s, std::move(error)});
   }
   page.section(fmt::format("{}: held out", rows.log->name))
       .row({std::move(runs), std::move(errors)})
       .chart(
           report::LineChart{.title = "Input",
-                            .y = {options.input, ""},
-                            .curves = {{options.input, time_s, {u.begin(), u.end()}, report::Stroke::kSteps}},
+                            .y = in.axis,
+                            .curves = {{in.axis.quantity, time_s, scaled({u.begin(), u.end()}, in.per_unit),
+                                        report::Stroke::kSteps}},
                             .group = rows.log->name});
 }
 
@@ -432,7 +465,12 @@ report::Page page_of(const Options& options, const Answer& answer) {
   report::Table scores{
       .caption = "Fit of free runs", .columns = {"Model", "Held out", "Of what was fitted"}, .rows = {}};
   for (const Scored& of : answer.models) {
-    tiles.push_back({of.name, of.held_out_percent, "%", {}, "held out"});
+    tiles.push_back(
+        {of.name,
+         of.held_out_percent,
+         "%",
+         {},
+         worse_than_mean(of.held_out_percent) ? "held out: worse than the mean, do not use it" : "held out"});
     scores.rows.push_back({of.name, percent(of.held_out_percent), percent(of.fitted_percent)});
   }
   page.tiles(std::move(tiles));
@@ -454,9 +492,10 @@ report::Page page_of(const Options& options, const Answer& answer) {
         .table(table_of(of.figures, fmt::format("{} rows to fit", rows_of(answer.fitted))))
         .table(std::move(poles));
   }
-  report::Table seeds{.caption = "Trained on three quarters of the rows to fit; the last quarter chooses",
-                      .columns = {"Seed", "Fit of what chooses", "Iterations", "Stopped because", "Chosen"},
-                      .rows = {}};
+  report::Table seeds{
+      .caption = "Trained on three quarters of the rows to fit; the last, the validation quarter, chooses",
+      .columns = {"Seed", "Fit on the validation quarter", "Iterations", "Stopped because", "Chosen"},
+      .rows = {}};
   for (std::size_t i = 0; i < answer.trained.size(); ++i) {
     const Trained& of = answer.trained[i];
     seeds.rows.push_back({fmt::format("{}", of.seed), percent(of.choosing_percent),

@@ -421,6 +421,8 @@ class Narx(Component):
         self.assertEqual(len(seeds), 3)
         for seed, fit in seeds:
             self.assertIn(f"<td>{seed}</td><td>{fit}</td>", page)
+        self.assertIn("<td>static gain [kPa/V]</td>", page)
+        self.assertIn('"unit":"kPa"', page)
 
     def test_what_tells_nothing_is_exit_3_and_says_why(self):
         random = Random(10)
