@@ -169,8 +169,8 @@ Answer identified(const Options& options) {
   }
   for (std::size_t r = 0; r < answer.records.size(); ++r) {
     answer.coulomb.push_back({"coulomb_N",
-                              fmt::format("F_c at {:.4g} bar", 1e-5 * answer.records[r].pressure_Pa), "N",
-                              1.0, fit.coulomb_N[r], fit.coulomb_error_N[r], sign(fit.coulomb_N[r])});
+                              fmt::format("F_c at {:.4g} bar gauge", 1e-5 * answer.records[r].pressure_Pa),
+                              "N", 1.0, fit.coulomb_N[r], fit.coulomb_error_N[r], sign(fit.coulomb_N[r])});
   }
   return answer;
 }
@@ -277,7 +277,7 @@ report::Page page_of(const Options& options, const Answer& answer) {
                                 .curves = {std::move(force), std::move(predicted)}};
     if (!record.held_out.empty())
       over_time.marks.push_back({report::Mark::On::kX, record.held_out.front().time_s, "held out from here"});
-    page.section(fmt::format("{}: {:.4g} bar", record.name, 1e-5 * record.pressure_Pa))
+    page.section(fmt::format("{}: {:.4g} bar gauge", record.name, 1e-5 * record.pressure_Pa))
         .row({report::XyChart{.title = "Friction over velocity",
                               .caption = "Force less pressure and force zero.",
                               .x = {"Velocity", "mm/s"},
