@@ -68,9 +68,10 @@ void print(const Output& output, const Part& part) {
   for (const Finding& of : part.findings) {
     const Verdict verdict = reproduce::verdict(of);
     output.print("    {:<14} {}\n", of.item, of.quantity);
-    output.print("    {:<14} {}{}, ours {}, difference {}: {}{}\n", "", paper_text(of), unit_text(of),
-                 number_text(of.ours), number_text(difference(of)), name_of(verdict),
-                 verdict == Verdict::kReproduced ? "" : fmt::format(". {}", of.why));
+    output.print(
+        "    {:<14} {}{}, ours {}, {}: {}{}\n", "", paper_text(of), unit_text(of), number_text(of.ours),
+        within_bound(of) ? "within bound" : fmt::format("difference {}", number_text(difference(of))),
+        name_of(verdict), verdict == Verdict::kReproduced ? "" : fmt::format(". {}", of.why));
   }
 }
 

@@ -25,8 +25,9 @@ Table findings_table(const Part& part) {
   for (const Finding& of : part.findings) {
     const std::string stated =
         of.instead.empty() ? stated_text(of) : fmt::format("{} ({})", stated_text(of), of.instead);
-    table.rows.push_back(
-        {of.item, of.quantity, stated, of.ours, difference(of), of.unit, std::string(name_of(verdict(of)))});
+    table.rows.push_back({of.item, of.quantity, stated, of.ours,
+                          within_bound(of) ? report::Cell("within bound") : report::Cell(difference(of)),
+                          of.unit, std::string(name_of(verdict(of)))});
   }
   return table;
 }
@@ -68,6 +69,10 @@ std::string paper_text(const Finding& of) {
   return fmt::format("{} {}", of.instead.empty() ? "paper" : of.instead, stated_text(of));
 }
 
+bool within_bound(const Finding& of) {
+  return of.expect != Expect::kNear && verdict(of) == Verdict::kReproduced;
+}
+
 std::string unit_text(const Finding& of) {
   return of.unit.empty() ? "" : " " + of.unit;
 }
@@ -92,8 +97,8 @@ Page reproduce_page(const std::vector<Reproduced>& papers) {
                      static_cast<double>(counts.at(Verdict::kReproduced)),
                      "reproduced",
                      {},
-                     fmt::format("{} differ, {} contradict themselves", counts.at(Verdict::kDiffers),
-                                 counts.at(Verdict::kPaperContradictsItself))});
+                     fmt::format("{} differ, {} where the paper contradicts itself",
+                                 counts.at(Verdict::kDiffers), counts.at(Verdict::kPaperContradictsItself))});
   }
   page.tiles(std::move(tiles));
   for (const auto& [paper, parts] : papers) {

@@ -21,6 +21,8 @@ std::string number_text(double value);
 std::string stated_text(const reproduce::Finding& finding);
 /// What ours is compared with: "paper 0.528 ± 0.0005", "the physical fit at least 96.8".
 std::string paper_text(const reproduce::Finding& finding);
+/// Whether the paper states a bound and ours keeps it: how far it is from it says nothing then.
+bool within_bound(const reproduce::Finding& finding);
 /// " kPa", or nothing where the number has no unit.
 std::string unit_text(const reproduce::Finding& finding);
 /// "34 reproduced, 3 differ, 1 where the paper contradicts itself"

@@ -26,7 +26,8 @@ class Reproduce(CommandTest):
         self.assertLessEqual(max(len(line) for line in text.split("\n") if line.startswith("  ") and line[2:3].strip()), 100)
         for one in findings:
             self.assertIn(one["quantity"], text)
-            self.assertIn(f"difference {one['difference']:.5g}: {one['verdict']}", text)
+            kept = one["expect"] != "near" and one["verdict"] == "reproduced"
+            self.assertIn(f"{'within bound' if kept else 'difference %.5g' % one['difference']}: {one['verdict']}", text)
             self.assertIn(one["quantity"], page)
             self.assertEqual(one["verdict"] == "reproduced", agrees(one), one)
             self.assertTrue(one["verdict"] == "reproduced" or one["why"], one)
