@@ -131,9 +131,14 @@ class Markup {
 std::string contents_html(const std::deque<Section>& sections) {
   if (sections.size() < 3) return "";
   std::string html = "<nav aria-label=\"Sections\">\n";
-  for (std::size_t i = 0; i < sections.size(); ++i)
+  bool below = false;
+  for (std::size_t i = 0; i < sections.size(); ++i) {
+    const bool goes_below = sections[i].place() == Section::Place::kBelow;
+    if (goes_below != below) html += goes_below ? "<div class=\"below\">\n" : "</div>\n";
+    below = goes_below;
     html += fmt::format("<a href=\"#s{}\">{}</a>\n", i + 1, escape_html(sections[i].title()));
-  return html + "</nav>\n";
+  }
+  return html + (below ? "</div>\n</nav>\n" : "</nav>\n");
 }
 
 }  // namespace
@@ -145,7 +150,7 @@ Target at_least(double limit) {
   return {limit, Target::Side::kAtLeast};
 }
 
-Section::Section(std::string title) : title_(std::move(title)) {}
+Section::Section(std::string title, Place place) : title_(std::move(title)), place_(place) {}
 
 Section& Section::paragraph(std::string text) {
   blocks_.emplace_back(Paragraph{std::move(text)});
@@ -203,6 +208,10 @@ Page& Page::tiles(std::vector<Tile> tiles) {
 
 Section& Page::section(std::string title) {
   return sections_.emplace_back(std::move(title));
+}
+
+Section& Page::subsection(std::string title) {
+  return sections_.emplace_back(std::move(title), Section::Place::kBelow);
 }
 
 std::string Page::html() const {

@@ -79,7 +79,8 @@ using Block = std::variant<Paragraph, Note, List, std::vector<Tile>, Table, Row>
 /// are added: std::invalid_argument names the chart, the array, its length and the one expected.
 class Section {
  public:
-  explicit Section(std::string title);
+  enum class Place { kTop, kBelow };
+  explicit Section(std::string title, Place place = Place::kTop);
 
   Section& paragraph(std::string text);
   Section& note(std::string text);
@@ -90,10 +91,12 @@ class Section {
   Section& row(std::vector<Chart> charts);
 
   const std::string& title() const { return title_; }
+  Place place() const { return place_; }
   const std::vector<Block>& blocks() const { return blocks_; }
 
  private:
   std::string title_;
+  Place place_;
   std::vector<Block> blocks_;
 };
 
@@ -107,6 +110,8 @@ class Page {
   Page& tiles(std::vector<Tile> tiles);
   /// Appends a section. The reference lives as long as the page.
   Section& section(std::string title);
+  /// Likewise; the contents have it below the section before it.
+  Section& subsection(std::string title);
 
   std::string html() const;
 

@@ -104,7 +104,7 @@ Page reproduce_page(const std::vector<Reproduced>& papers) {
   for (const auto& [paper, parts] : papers) {
     page.section(fmt::format("{}. {}", paper->number, paper->title)).paragraph(verdicts_text(parts) + ".");
     for (const Part& part : parts) {
-      Section& section = page.section(part.title);
+      Section& section = page.subsection(part.title);
       section.paragraph(part.text);
       if (!part.findings.empty()) section.table(findings_table(part));
       const std::vector<std::string> why = reasons(part);

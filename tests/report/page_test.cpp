@@ -72,6 +72,17 @@ TEST(Page, SetsANumberToTheDecimalsOfItsColumnAndRightAligned) {
     EXPECT_THAT(html, HasSubstr(cell));
 }
 
+TEST(Page, PutsSubsectionsBelowTheirSectionInTheContents) {
+  Page page{"t"};
+  page.section("One");
+  page.subsection("First of one");
+  page.subsection("Second of one");
+  page.section("Two");
+  EXPECT_THAT(page.html(),
+              HasSubstr("<a href=\"#s1\">One</a>\n<div class=\"below\">\n<a href=\"#s2\">First of one</a>\n"
+                        "<a href=\"#s3\">Second of one</a>\n</div>\n<a href=\"#s4\">Two</a>\n</nav>"));
+}
+
 TEST(Page, EqualContentGivesEqualBytes) {
   const auto build = [] {
     Page page{"Same"};
