@@ -130,6 +130,7 @@ struct Found {
   /// ISO 6358, dm3/(s bar) at its reference atmosphere: m = C rho_0 p sqrt(T_0/T) and k p = alpha R T m/V, and
   /// R T_0 rho_0 is 1 bar. T is the rig's.
   double sonic_conductance = 0.0;
+  double sonic_conductance_error = 0.0;  ///< standard; that of the choked rate, volume and exponent as given
 
   const char* flow() const { return record.flow == orifice::Flow::kCharge ? "charge" : "discharge"; }
 };
@@ -158,8 +159,10 @@ Found find(const trace::NamedLog& of, const trace::RigDescription& rig, const Op
     throw identify::CannotIdentify(fmt::format(
         "{}: {}{}", of.name, why.what(), options.thin_plate ? "" : "; --thin-plate holds the flow's shape"));
   }
-  found.sonic_conductance = 1e3 * found.fit.choked_rate_1_s.value * found.volume_m3 / options.exponent *
-                            std::sqrt(reference_K / rig.gas.temperature_K);
+  const double per_rate =
+      1e3 * found.volume_m3 / options.exponent * std::sqrt(reference_K / rig.gas.temperature_K);
+  found.sonic_conductance = per_rate * found.fit.choked_rate_1_s.value;
+  found.sonic_conductance_error = per_rate * found.fit.choked_rate_1_s.standard_error;
   return found;
 }
 
@@ -184,12 +187,21 @@ std::array<Line, 5> lines_of(const OrificeFit& fit) {
            {"subsonic_index", "", 1.0, fit.subsonic_index}}};
 }
 
+/// What stands behind the number.
+std::string conductance_text(const Found& found) {
+  return fmt::format("dm3/(s bar){}: the choked rate, times volume over exponent",
+                     std::isfinite(found.sonic_conductance_error)
+                         ? fmt::format(" +- {:.2g}", found.sonic_conductance_error)
+                         : "");
+}
+
 void print(const Output& output, const Found& found) {
   const OrificeFit& fit = found.fit;
   output.print("{}: {} of {:.6g} mL at {:.4g} V, {:.4g} s, pressure ratio {:.3f} to {:.3f}\n", found.name,
                found.flow(), 1e6 * found.volume_m3, found.command_V,
                found.record.time_s.back() - found.record.time_s.front(), fit.least_ratio, fit.greatest_ratio);
-  output.print("  {:<18} {:>12.6g} dm3/(s bar)\n", "sonic_conductance", found.sonic_conductance);
+  output.print("  {:<18} {:>12.6g} {}\n", "sonic_conductance", found.sonic_conductance,
+               conductance_text(found));
   for (const Line& line : lines_of(fit)) {
     output.print("  {:<18} {:>12.6g} {:<4} {:<12} {}\n", line.name, line.per_unit * line.of.value, line.unit,
                  line.error().empty() ? "" : "+- " + line.error(), line.remark());
@@ -237,10 +249,10 @@ report::Page page_of(const std::vector<Found>& all) {
     const std::vector<double> measured_kPa = scaled(found.record.vessel_Pa, 1e-3);
     std::vector<double> error_kPa = run_kPa;
     for (std::size_t row = 0; row < error_kPa.size(); ++row) error_kPa[row] -= measured_kPa[row];
-    report::Table table{
-        .caption = fmt::format("Sonic conductance {:.4g} dm3/(s bar)", found.sonic_conductance),
-        .columns = {"Parameter", "Value", "Standard error", "This log says"},
-        .rows = {}};
+    report::Table table{.caption = fmt::format("Sonic conductance {:.4g} {}", found.sonic_conductance,
+                                               conductance_text(found)),
+                        .columns = {"Parameter", "Value", "Standard error", "This log says"},
+                        .rows = {}};
     for (const Line& line : lines_of(found.fit)) {
       const std::string unit = *line.unit == '\0' ? "" : fmt::format(" [{}]", line.unit);
       table.rows.push_back({line.name + unit, fmt::format("{:.5g}", line.per_unit * line.of.value),

@@ -71,6 +71,7 @@ class Orifice(CommandTest):
     def test_the_page_and_the_text_say_the_same(self):
         self.assertIn("effective_area", self.done("orifice", "--thin-plate", self.emptying("vent.csv")))
         text = self.done("orifice", "--thin-plate", self.emptying("leak.csv"), "--report", "leak.html")
+        self.assertRegex(text, r"sonic_conductance +\S+ dm3/\(s bar\) \+- \S+: the choked rate, times")
         rate = re.search(r"choked_rate +(\S+)", text)[1]
         self.assertIn(rate[:6], html.unescape((self.folder / "leak.html").read_text(encoding="utf-8")))
 
