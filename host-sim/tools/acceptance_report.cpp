@@ -17,7 +17,7 @@ std::vector<double> ticks_s(std::size_t rows) {
 }
 
 std::string limit_text(const client::Criterion& criterion) {
-  return fmt::format("≤ {:g}", criterion.limit);
+  return fmt::format("≤\u00a0{:g}", criterion.limit);
 }
 
 report::Table verdict_table(std::span<const client::Judged> judged) {
