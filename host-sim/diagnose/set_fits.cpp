@@ -186,10 +186,16 @@ std::optional<Figures> SetFits::finer_start(std::size_t effect, const Figures& b
     return start;
   }
   if (effect == effects::kIdChamberLeak) {
-    // straight in the gauge pressure: beside a gap's, of which there is little, the valve's own leaks took it
+    // straight in the gauge pressure: beside a gap's, of which there is little, the valve's own leaks took it; or past a piston, to
+    // half way between ambient and supply, to which no small steps lead from where nothing leaks
     if (base.on == 0) std::copy_n(scene_.nominal.begin(), effects::kValveFigures, start.begin());
     x[1] = 0.0;
-    return least_of({1.0, 3.0, 10.0, 30.0, 100.0});
+    std::vector<Figures> starts = sizes_of(effect, start, {1.0, 3.0, 10.0, 30.0});
+    x[1] = 1.0;
+    x[3] = 0.5e-3 * (scene_.around.supply_Pa - scene_.around.ambient_Pa);
+    const std::vector<Figures> past = sizes_of(effect, start, {1.0, 3.0, 10.0, 30.0});
+    starts.insert(starts.end(), past.begin(), past.end());
+    return least_erring(base.on | bit(effect), starts, base.start);
   }
   if (effect == effects::kIdExhaustBackpressure) {
     // half straight and no manifold, where an orifice's ran away with one

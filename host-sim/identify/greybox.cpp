@@ -21,6 +21,9 @@ constexpr double kLeastTransition_mL_s = 1e-3;
 /// Of the spool on a board; it knows a spool by its lateness z/(pi f) alone (firmware/control/model_paths.hpp).
 constexpr double kMostSpoolDamping = 2.0;
 
+/// Beyond ambient, to which the board's leak goes: one that goes elsewhere, past a piston, is left out.
+constexpr double kNearAmbient_kPa = 10.0;
+
 struct Hose {
   double length_m, bore_m;
 
@@ -66,6 +69,7 @@ GreyboxModel greybox_of(const trace::RigDescription& rig, std::optional<unsigned
   const Hose hose{figure(effects::kIdTubeDynamics, 0), 1e-3 * figure(effects::kIdTubeDynamics, 1)};
   const auto plate = plant::thin_plate_constants(gas, rig.valve.discharge_coefficient);
   const double exponent = figure(effects::kIdHeatTransfer, 1);
+  const bool leaks_out = figure(effects::kIdChamberLeak, 3) < kNearAmbient_kPa;
   const double mL_Pa_per_kg = exponent * gas.specific_gas_constant_J_kg_K() * gas.temperature_K * kMl_per_m3;
   const double conductance_mL_s_m2 = mL_Pa_per_kg * plate.beta_s_m;
   const auto conductance = [&](double area_m2) { return conductance_mL_s_m2 * area_m2; };
@@ -75,40 +79,42 @@ GreyboxModel greybox_of(const trace::RigDescription& rig, std::optional<unsigned
   GreyboxModel made;
   made.file.kind = "greybox";
   made.file.chamber = chamber;
-  made.file.parameters = {rig.valve.open_above_V + drifted_V,
-                          rig.valve.exhaust_below_V + drifted_V,
-                          conductance(rig.valve.inlet_area_per_V_m2),
-                          conductance(rig.valve.exhaust_area_per_V_m2),
-                          conductance(rig.valve.inlet_leak_m2),
-                          conductance(rig.valve.exhaust_leak_m2),
-                          std::max(conductance(rig.valve.transition_m2), kLeastTransition_mL_s),
-                          figure(effects::kIdAreaShape, 0),  // slope, curve and bend of the inlet
-                          figure(effects::kIdAreaShape, 1),
-                          figure(effects::kIdAreaShape, 4),
-                          figure(effects::kIdAreaShape, 2),  // and of the exhaust
-                          figure(effects::kIdAreaShape, 3),
-                          figure(effects::kIdAreaShape, 5),
-                          figure(effects::kIdFlowFunction, 0),
-                          figure(effects::kIdFlowFunction, 1),
-                          figure(effects::kIdFlowFunction, 2),
-                          figure(effects::kIdFlowFunction, 3),
-                          figure(effects::kIdVolumeError, 0) + kMl_per_m3 * hose.volume_m3(),
-                          exponent,
-                          mL_Pa_per_kg * figure(effects::kIdChamberLeak, 0) * kKg_s_Pa_per_g_s_MPa,
-                          figure(effects::kIdDeadTime, 0) + hose.late_s(gas, volume_m3),
-                          std::numbers::pi * spool_late_s / spool_damping,  // 1/f
-                          spool_damping,
-                          figure(effects::kIdValveHysteresis, 0),
-                          figure(effects::kIdSensorLag, 0),
-                          rig.supply.pressure_Pa / kPascals_per_kPa,
-                          rig.ambient.pressure_Pa / kPascals_per_kPa};
-  constexpr effects::EffectSet kAlways =
-      1U << effects::kIdAreaShape | 1U << effects::kIdFlowFunction | 1U << effects::kIdVolumeError |
-      1U << effects::kIdChamberLeak | 1U << effects::kIdDeadTime | 1U << effects::kIdSpoolLag |
-      1U << effects::kIdValveHysteresis | 1U << effects::kIdSensorLag | 1U << effects::kIdTubeDynamics;
+  made.file.parameters = {
+      rig.valve.open_above_V + drifted_V,
+      rig.valve.exhaust_below_V + drifted_V,
+      conductance(rig.valve.inlet_area_per_V_m2),
+      conductance(rig.valve.exhaust_area_per_V_m2),
+      conductance(rig.valve.inlet_leak_m2),
+      conductance(rig.valve.exhaust_leak_m2),
+      std::max(conductance(rig.valve.transition_m2), kLeastTransition_mL_s),
+      figure(effects::kIdAreaShape, 0),  // slope, curve and bend of the inlet
+      figure(effects::kIdAreaShape, 1),
+      figure(effects::kIdAreaShape, 4),
+      figure(effects::kIdAreaShape, 2),  // and of the exhaust
+      figure(effects::kIdAreaShape, 3),
+      figure(effects::kIdAreaShape, 5),
+      figure(effects::kIdFlowFunction, 0),
+      figure(effects::kIdFlowFunction, 1),
+      figure(effects::kIdFlowFunction, 2),
+      figure(effects::kIdFlowFunction, 3),
+      figure(effects::kIdVolumeError, 0) + kMl_per_m3 * hose.volume_m3(),
+      exponent,
+      leaks_out ? mL_Pa_per_kg * figure(effects::kIdChamberLeak, 0) * kKg_s_Pa_per_g_s_MPa : 0.0,
+      figure(effects::kIdDeadTime, 0) + hose.late_s(gas, volume_m3),
+      std::numbers::pi * spool_late_s / spool_damping,  // 1/f
+      spool_damping,
+      figure(effects::kIdValveHysteresis, 0),
+      figure(effects::kIdSensorLag, 0),
+      rig.supply.pressure_Pa / kPascals_per_kPa,
+      rig.ambient.pressure_Pa / kPascals_per_kPa};
+  constexpr effects::EffectSet kAlways = 1U << effects::kIdAreaShape | 1U << effects::kIdFlowFunction |
+                                         1U << effects::kIdVolumeError | 1U << effects::kIdDeadTime |
+                                         1U << effects::kIdSpoolLag | 1U << effects::kIdValveHysteresis |
+                                         1U << effects::kIdSensorLag | 1U << effects::kIdTubeDynamics;
   const bool keeps_heat =
       figure(effects::kIdHeatTransfer, 0) == 0.0 && figure(effects::kIdHeatTransfer, 4) == 0.0;
-  const effects::EffectSet carried = kAlways | (keeps_heat ? 1U << effects::kIdHeatTransfer : 0U);
+  const effects::EffectSet carried = kAlways | (keeps_heat ? 1U << effects::kIdHeatTransfer : 0U) |
+                                     (leaks_out ? 1U << effects::kIdChamberLeak : 0U);
   for (std::size_t id = 0; id < effects::kEffects; ++id) {
     if (((of.on & ~carried) >> id & 1U) != 0) made.left_out.emplace_back(effects::kCatalogue[id]->id);
   }

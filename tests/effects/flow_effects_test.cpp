@@ -221,8 +221,9 @@ TEST(SupplyDroop, MiddleOfAStepIsAnImplicitHalfAndHoldsAFlowThatAnyDroopStops) {
 // ---- exhaust_backpressure
 
 ExhaustBackpressure<double> silencer_of(double resistance_kPa_s_per_g, double manifold_mL, double step_s,
-                                        double straight_share = 0.0, double standing_kPa = 0.0) {
-  const double x[] = {resistance_kPa_s_per_g, manifold_mL, straight_share, standing_kPa};
+                                        double straight_share = 0.0, double standing_kPa = 0.0,
+                                        double critical_ratio = 0.0) {
+  const double x[] = {resistance_kPa_s_per_g, manifold_mL, straight_share, standing_kPa, critical_ratio};
   ExhaustBackpressure<double> silencer;
   silencer.prepare(x, RT(), 1.4, step_s, kAmbient_Pa);
   return silencer;
@@ -249,6 +250,39 @@ TEST(ExhaustBackpressure, SteadyPressureBehindThePortIsThatOfTheSilencer) {
     ExhaustBackpressure<double> silencer = silencer_of(40.0, manifold_mL, 0.0025);
     for (int k = 0; k < 4000; ++k) silencer.vent(2e-3);
     EXPECT_NEAR(silencer.behind_Pa(), std::hypot(kAmbient_Pa, 80e3), 1e-3) << "Pa, " << manifold_mL << " mL";
+  }
+}
+
+TEST(ExhaustBackpressure, OfACriticalRatioTheSilencerObeysIso6358AndChokes) {
+  constexpr double kResistance_Pa_s_kg = 80e6;
+  for (const double b : {0.2, 0.5, 0.528, 0.7}) {
+    int choked = 0;
+    for (const double flow_kg_s : {0.2e-3, 1e-3, 1.6e-3, 2e-3, 3e-3, 8e-3}) {
+      for (const double manifold_mL : {0.0, 5.0}) {
+        ExhaustBackpressure<double> silencer = silencer_of(80.0, manifold_mL, 0.0025, 0.0, 0.0, b);
+        for (int k = 0; k < 4000; ++k) silencer.vent(flow_kg_s);
+        const double P = silencer.behind_Pa();
+        const double ratio = std::max((kAmbient_Pa / P - b) / (1.0 - b), 0.0);
+        EXPECT_NEAR(P / kResistance_Pa_s_kg * std::sqrt(1.0 - ratio * ratio), flow_kg_s, 1e-6 * flow_kg_s)
+            << "kg/s, b " << b << ", " << P << " Pa, " << manifold_mL << " mL";
+        choked += ratio == 0.0;
+      }
+    }
+    EXPECT_GT(choked, 0) << b;
+    EXPECT_LT(choked, 12) << b;
+  }
+}
+
+TEST(ExhaustBackpressure, PressureRisesWithTheFlowAndNeverJumpsAlsoWhereAHalfStraightSilencerChokes) {
+  constexpr double kFlow_kg_s = 1e-5, kResistance_Pa_s_kg = 60e6;
+  double before_Pa = kAmbient_Pa;
+  for (double flow_kg_s = kFlow_kg_s; flow_kg_s < 6e-3; flow_kg_s += kFlow_kg_s) {
+    ExhaustBackpressure<double> silencer = silencer_of(60.0, 0.0, 0.0025, 0.4, 0.0, 0.5);
+    silencer.vent(flow_kg_s);
+    const double rise_Pa = silencer.behind_Pa() - before_Pa;
+    EXPECT_GT(rise_Pa, 0.0) << flow_kg_s << " kg/s";
+    EXPECT_LT(rise_Pa, 2.5 * kResistance_Pa_s_kg * kFlow_kg_s) << "Pa, at " << flow_kg_s << " kg/s";
+    before_Pa = silencer.behind_Pa();
   }
 }
 
@@ -353,7 +387,7 @@ TEST(ChamberLeak, SealedChamberDecaysAsTheLaminarLawInClosedForm) {
 
 TEST(ChamberLeak, SlopeIsThatOfItsFlow) {
   for (const double density_share : {0.0, 0.4, 1.0}) {
-    const double x[] = {2.0, density_share, 0.0};
+    const double x[] = {2.0, density_share, 0.0, 150.0};
     ChamberLeak<double> leak;
     leak.prepare(x, kAmbient_Pa, 100e-6, 100e-6);
     for (const double p : {5e4, 2e5, 7e5}) {
@@ -379,7 +413,7 @@ TEST(ChamberLeak, StraightInTheGaugePressureASealedChamberDecaysExponentially) {
 }
 
 TEST(ChamberLeak, GrowsWithThePowerOfTheVolumeAlongAWornBore) {
-  const double x[] = {2.0, 1.0, 1.5};
+  const double x[] = {2.0, 1.0, 1.5, 0.0};
   ChamberLeak<double> leak;
   // the conductance is that at the mean volume, wherever a log begins
   const double gauge_Pa = 4e5 - kAmbient_Pa;
@@ -389,6 +423,24 @@ TEST(ChamberLeak, GrowsWithThePowerOfTheVolumeAlongAWornBore) {
   for (const double share : {0.5, 1.0, 3.0}) {
     leak.at(share * 100e-6);
     EXPECT_NEAR(leak.flow(4e5) / mean_kg_s, std::pow(share, 1.5), 1e-6) << share;
+  }
+}
+
+TEST(ChamberLeak, PastAPistonASealedChamberComesToThePressureOfTheOtherSide) {
+  // p' = -K (p^2 - P^2):  (p - P)/(p + P) falls as e^(-2 K P t), from above and from below
+  const double volume_m3 = 200e-6, beyond_Pa = kAmbient_Pa + 250e3;
+  const double conductance = 0.3;  // g/(s MPa)
+  const double K = 1.4 * RT() / volume_m3 * conductance * 1e-9 / (2.0 * beyond_Pa);
+  const Figures figures = with(sealed(), kIdChamberLeak, {conductance, 1.0, 0.0, 250.0});
+  Drive drive = drive_of(std::vector<double>(1000, 5.0), plant::VolumeMotion(volume_m3), 4);
+  drive.timing.average_s = 0.0;
+  for (const double start_Pa : {6e5, 1.5e5}) {
+    const std::vector<double> p = run(only(kIdChamberLeak), figures, drive, start_Pa);
+    for (std::size_t k = 0; k < p.size(); k += 50) {
+      const double c = (start_Pa - beyond_Pa) / (start_Pa + beyond_Pa) *
+                       std::exp(-2.0 * K * beyond_Pa * static_cast<double>(k) * kTick_s);
+      EXPECT_NEAR(p[k], beyond_Pa * (1.0 + c) / (1.0 - c), 0.5) << "Pa at row " << k << " from " << start_Pa;
+    }
   }
 }
 

@@ -114,6 +114,14 @@ TEST(GreyboxOfARig, CompressesItsGasWithTheExponentOfTheRigs) {
   EXPECT_THAT(greybox_of(rig).left_out, ::testing::ElementsAre("heat_transfer"));
 }
 
+TEST(GreyboxOfARig, LeavesOutALeakThatGoesElsewhereThanToAmbient) {
+  trace::RigDescription rig;
+  rig.effects["chamber_leak"] = {{"conductance_g_s_MPa", 0.3}, {"beyond_kPa", 2.0}};
+  EXPECT_THAT(greybox_of(rig).left_out, ::testing::IsEmpty());
+  rig.effects["chamber_leak"]["beyond_kPa"] = 250.0;
+  EXPECT_THAT(greybox_of(rig).left_out, ::testing::ElementsAre("chamber_leak"));
+}
+
 TEST(GreyboxOfARig, FollowsItsValveAndItsSensor) {
   trace::RigDescription rig;
   rig.effects["dead_time"] = {{"delay_s", 0.0234}};
