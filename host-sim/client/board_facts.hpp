@@ -71,7 +71,7 @@ std::vector<const plenum::safety::FaultSpec*> fault_specs(const FaultEntry& faul
 bool reacts(const FaultEntry& fault);
 /// "set-point timeout", "stored set damaged or stored set cannot be written", or that the code is unknown here.
 std::string fault_name(const FaultEntry& fault);
-/// "8250h set-point timeout, chamber 2".
+/// "6300h no valid model, chamber 2".
 std::string fault_text(const FaultEntry& fault);
 
 /// The standing fault; empty when there is none.

@@ -99,7 +99,7 @@ TEST(Faults, AreReadWithTheirChamberAndNamedFromTheFirmwaresTable) {
   EXPECT_EQ(fault->chamber, 3U);
   EXPECT_EQ(read_fault_history(session).size(), 1U);
   EXPECT_EQ(fault_name({0x8250, 0}), "set-point timeout");
-  EXPECT_EQ(fault_text({0x8250, 2}), "8250h set-point timeout, chamber 2");
+  EXPECT_EQ(fault_text({0x6300, 2}), "6300h no valid model, chamber 2");
   EXPECT_THAT(fault_name({0x1234, 0}), HasSubstr("does not know"));
   // one code for three: of a chamber it is another fault than of the board
   EXPECT_EQ(fault_name({0x6300, 2}), "no valid model");
