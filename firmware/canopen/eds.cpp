@@ -53,21 +53,17 @@ constexpr std::string_view kComments[] = {
     "A PDO shorter than its mapping changes nothing: EMCY 8210h; of a longer one the beginning counts:",
     "8220h. A SYNC that 1019h does not allow changes nothing: 8240h.",
     "Mapping, inhibit time and SYNC start value change only while the PDO is switched off: abort 0800 0022h;",
-    "another identifier likewise: 0609 0030h. Remote frames are not answered, whatever bit 30 of an "
-    "identifier.",
+    "another identifier likewise: 0609 0030h. Remote frames are not answered, whatever bit 30 says.",
     "The bit rate is that of the interface; LSS takes that one alone.",
     "1010h:2 keeps 1005h, 1014h, 1016h, 1017h, 1019h, 1029h and the PDOs;",
     "1010h:3 keeps the settings, 2160h, 2228h:2 and 6394h. A default is what 1011h restores.",
     "A model: a number of one's own to 2121h:1 before each image (may be left out), the image to",
     "2110h + c; when 2128h + c:1 says that it is staged, the mask of chambers to 2120h:1, the CRC-32 of the",
-    "images' own CRCs in chamber order to 2120h:2, and 746D6F63h to 2120h:3, which keeps it, too. 0800 "
-    "0022h:",
-    "not yet, the key again later; 0800 0020h: no, or nothing is staged. Reset node forgets what is staged.",
-    "2128h + c:2: 1 too short, 2 no image, 3 unknown kind, 4 other schema, 5 count, 6 size, 7 CRC, 8 no "
-    "number,",
-    "9 range, 10 not admissible, 11 commit under way, 13 predicts worse, 14 serial number, 15 staged by "
-    "another,",
-    "16 its inverse fails, 17 no command moves the pressure.",
+    "images' own CRCs in chamber order to 2120h:2, and 746D6F63h to 2120h:3, which keeps it, too.",
+    "0800 0022h: not yet, the key again later; 0800 0020h: no, or nothing is staged. Reset node forgets what",
+    "is staged. 2128h + c:2: 1 too short, 2 no image, 3 unknown kind, 4 other schema, 5 count, 6 size,",
+    "7 CRC, 8 no number, 9 range, 10 not admissible, 11 commit under way, 13 predicts worse,",
+    "14 serial number, 15 staged by another, 16 its inverse fails, 17 no command moves the pressure.",
     "Reset node leaves a frozen log (2300h:4 = 2) as it is; 0 to 2300h:1 lets it roll on.",
     "REAL32 values and limits are written as decimal numbers.",
     "Settings (2400h.., 63A0h, 63A1h) are written in INIT, FAULT_INIT only; 241Ah tells why not.",
