@@ -79,34 +79,35 @@ GreyboxModel greybox_of(const trace::RigDescription& rig, std::optional<unsigned
   GreyboxModel made;
   made.file.kind = "greybox";
   made.file.chamber = chamber;
-  made.file.parameters = {
-      rig.valve.open_above_V + drifted_V,
-      rig.valve.exhaust_below_V + drifted_V,
-      conductance(rig.valve.inlet_area_per_V_m2),
-      conductance(rig.valve.exhaust_area_per_V_m2),
-      conductance(rig.valve.inlet_leak_m2),
-      conductance(rig.valve.exhaust_leak_m2),
-      std::max(conductance(rig.valve.transition_m2), kLeastTransition_mL_s),
-      figure(effects::kIdAreaShape, 0),  // slope, curve and bend of the inlet
-      figure(effects::kIdAreaShape, 1),
-      figure(effects::kIdAreaShape, 4),
-      figure(effects::kIdAreaShape, 2),  // and of the exhaust
-      figure(effects::kIdAreaShape, 3),
-      figure(effects::kIdAreaShape, 5),
-      figure(effects::kIdFlowFunction, 0),
-      figure(effects::kIdFlowFunction, 1),
-      figure(effects::kIdFlowFunction, 2),
-      figure(effects::kIdFlowFunction, 3),
-      figure(effects::kIdVolumeError, 0) + kMl_per_m3 * hose.volume_m3(),
-      exponent,
-      leaks_out ? mL_Pa_per_kg * figure(effects::kIdChamberLeak, 0) * kKg_s_Pa_per_g_s_MPa : 0.0,
-      figure(effects::kIdDeadTime, 0) + hose.late_s(gas, volume_m3),
-      std::numbers::pi * spool_late_s / spool_damping,  // 1/f
-      spool_damping,
-      figure(effects::kIdValveHysteresis, 0),
-      figure(effects::kIdSensorLag, 0),
-      rig.supply.pressure_Pa / kPascals_per_kPa,
-      rig.ambient.pressure_Pa / kPascals_per_kPa};
+  const double leak_mL_s =
+      leaks_out ? mL_Pa_per_kg * figure(effects::kIdChamberLeak, 0) * kKg_s_Pa_per_g_s_MPa : 0.0;
+  made.file.parameters = {rig.valve.open_above_V + drifted_V,
+                          rig.valve.exhaust_below_V + drifted_V,
+                          conductance(rig.valve.inlet_area_per_V_m2),
+                          conductance(rig.valve.exhaust_area_per_V_m2),
+                          conductance(rig.valve.inlet_leak_m2),
+                          conductance(rig.valve.exhaust_leak_m2),
+                          std::max(conductance(rig.valve.transition_m2), kLeastTransition_mL_s),
+                          figure(effects::kIdAreaShape, 0),  // slope, curve and bend of the inlet
+                          figure(effects::kIdAreaShape, 1),
+                          figure(effects::kIdAreaShape, 4),
+                          figure(effects::kIdAreaShape, 2),  // and of the exhaust
+                          figure(effects::kIdAreaShape, 3),
+                          figure(effects::kIdAreaShape, 5),
+                          figure(effects::kIdFlowFunction, 0),
+                          figure(effects::kIdFlowFunction, 1),
+                          figure(effects::kIdFlowFunction, 2),
+                          figure(effects::kIdFlowFunction, 3),
+                          figure(effects::kIdVolumeError, 0) + kMl_per_m3 * hose.volume_m3(),
+                          exponent,
+                          leak_mL_s,
+                          figure(effects::kIdDeadTime, 0) + hose.late_s(gas, volume_m3),
+                          std::numbers::pi * spool_late_s / spool_damping,  // 1/f
+                          spool_damping,
+                          figure(effects::kIdValveHysteresis, 0),
+                          figure(effects::kIdSensorLag, 0),
+                          rig.supply.pressure_Pa / kPascals_per_kPa,
+                          rig.ambient.pressure_Pa / kPascals_per_kPa};
   constexpr effects::EffectSet kAlways = 1U << effects::kIdAreaShape | 1U << effects::kIdFlowFunction |
                                          1U << effects::kIdVolumeError | 1U << effects::kIdDeadTime |
                                          1U << effects::kIdSpoolLag | 1U << effects::kIdValveHysteresis |
