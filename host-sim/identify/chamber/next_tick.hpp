@@ -2,10 +2,9 @@
 //
 //   e_k = reading(t_k) - y_k of a free run,   RMS of e_k - e_(k-1)
 //
-// The error that a prediction of the next tick would have from a start that is known, but for what the run is off by then, which
-// fades; and, unlike that prediction, it asks for no state but the pressure: a spool, a hose and what else has memory go on as they
-// are. The paper's one-step error ("Modeling and Identification of Pneumatic Actuators", section V.C) in place of which the board is
-// told it.
+// Near the error of a prediction of the next tick from a known start, but for the share of e that fades within a tick. It asks for no
+// state but the pressure: a spool, a hose and what else has memory go on as they are, of which the row before says nothing. It stands
+// in for the paper's one-step error ("Modeling and Identification of Pneumatic Actuators", section V.C).
 #pragma once
 
 #include "host-sim/identify/chamber/fit.hpp"
