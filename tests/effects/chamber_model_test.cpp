@@ -183,5 +183,23 @@ TEST(ChamberModel, ClosedValveAndRestingVolumeHoldThePressure) {
   for (const double reading_Pa : run(0, sealed(), drive, 4.4e5)) ASSERT_NEAR(reading_Pa, 4.4e5, 1e-6) << "Pa";
 }
 
+TEST(SensorAverage, IsOverTheEndOfATickHoweverLong) {
+  // a pressure that rises linearly: choked fill of a large chamber
+  const Figures figures = sharp_valve(1e-6);
+  const std::vector<double> volume_m3(5, 1.0);
+  const auto late_s = [&](double average_s) {
+    ChamberModel<double> model({}, {.tick_s = kTick_s, .average_s = average_s, .steps = 4}, 0, figures.data(),
+                               1.5e5, 7.0, 1.0);
+    const double before = model.pressure_Pa();
+    const double reading = model.tick(7.0, volume_m3.data());
+    const double rate_Pa_s = (model.pressure_Pa() - before) / kTick_s;
+    return (model.pressure_Pa() - reading) / rate_Pa_s;
+  };
+  EXPECT_NEAR(late_s(0.0), 0.0, 1e-12);
+  for (const double average_s : {0.0004, 0.002, 0.0025, 0.004, 0.005, 0.0093, 0.01}) {
+    EXPECT_NEAR(late_s(average_s), 0.5 * average_s, 1e-6) << average_s << " s";
+  }
+}
+
 }  // namespace
 }  // namespace plenum::host::effects

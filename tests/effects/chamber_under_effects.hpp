@@ -8,11 +8,21 @@
 
 #include "host-sim/effects/chamber_model.hpp"
 #include "host-sim/effects/free_run.hpp"
+#include "host-sim/plant/orifice.hpp"
 #include "host-sim/plant/volume_motion.hpp"
 
 namespace plenum::host::effects {
 
 inline constexpr double kTick_s = 0.01;
+inline constexpr double kGain_m2_V = 1e-6;
+inline constexpr double kSupply_Pa = 700000.0;
+inline constexpr double kAmbient_Pa = 101325.0;
+
+/// Of the thin plate: choked flow over area and upstream pressure.
+inline double choked_s_m() {
+  const Surroundings around;
+  return plant::thin_plate_constants(around.gas, around.discharge_coefficient).beta_s_m;
+}
 
 inline EffectSet only(Id id) {
   return EffectSet{1} << id;

@@ -6,7 +6,6 @@
 namespace plenum::host::effects {
 namespace {
 
-constexpr double kGain_m2_V = 1e-6;
 /// Of the pressure, 6e-11 Pa, in the tick's gain of 1e-5 Pa from which a small area is read.
 constexpr double kRounding = 1e-5;
 
