@@ -70,7 +70,8 @@ inline bool is_valid(const PdoParameters& parameters) noexcept {
 }
 
 struct Rpdo {
-  bool latched = false;  ///< a checked frame waits for its SYNC
+  bool latched = false;          ///< a checked frame waits for its SYNC ...
+  std::uint32_t latched_us = 0;  ///< ... and has done so this long
   std::array<std::uint8_t, 8> data{};
   /// It has come since 6040h asks for ACTIVE, and must keep coming where it has a deadline.
   bool watched = false;

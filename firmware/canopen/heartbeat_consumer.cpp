@@ -40,6 +40,10 @@ HeartbeatConsumer::Heard HeartbeatConsumer::hear(std::uint8_t node_id,
   return Heard::not_watched;
 }
 
+bool HeartbeatConsumer::is_watching() const noexcept {
+  return std::any_of(watch_.begin(), watch_.end(), [](const Watch& watch) { return watch.running; });
+}
+
 bool HeartbeatConsumer::elapse(std::uint32_t elapsed_us) noexcept {
   bool lost = false;
   for (Watch& watch : watch_) {

@@ -25,6 +25,9 @@ class HeartbeatConsumer {
   /// not that it is well: it neither starts a watch nor feeds it.
   Heard hear(std::uint8_t node_id, std::span<const std::uint8_t> data) noexcept;
 
+  /// A node has been heard, and must be heard again.
+  bool is_watching() const noexcept;
+
   /// Time passes. Returns true while a node is silent for longer than its pause.
   bool elapse(std::uint32_t elapsed_us) noexcept;
 

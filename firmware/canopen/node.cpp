@@ -226,12 +226,25 @@ void Node::enter(NmtState state) noexcept {
   state_ = state;
 }
 
+/// A reset of the communication leaves the machine regulating, and ends every watch over whoever makes it regulate: as if he had
+/// fallen silent.
+void Node::end_watches() noexcept {
+  constexpr std::uint16_t kRegulates = word::kHold;
+  if ((device_.image.control_word & kRegulates) != kRegulates) return;
+  const std::array<Rpdo, kRpdos>& all = device_.communication.rpdo;
+  setpoint_watch_ended_ = std::any_of(all.begin(), all.end(), [](const Rpdo& one) {
+    return one.watched && one.parameters().event_timer_ms != 0;
+  });
+  heartbeat_watch_ended_ = device_.communication.heartbeats.is_watching();
+}
+
 void Node::begin_communication() noexcept {
   const std::uint8_t given = lss_.given_node_id();
   if (given != 0 && given != config_.node_id) {
     config_.node_id = given;
     device_.image.control_word = 0;  // its master knows it by the old one, and could not stop it
   }
+  end_watches();
   device_.communication = sheet_.delivered().communication;
   give_node_id(device_.communication, config_.node_id);
 }
@@ -354,8 +367,21 @@ void Node::receive_pdo(Rpdo& rpdo, const CanFrame& frame) noexcept {
   rpdo.data = frame.data;
   if (is_synchronous(rpdo.parameters())) {
     rpdo.latched = true;
+    rpdo.latched_us = 0;
   } else {
     apply(rpdo);
+  }
+}
+
+/// What was ordered so long ago that its SYNC was lost, or its master, must not move the machine with somebody else's.
+void Node::forget_old_orders(std::uint32_t elapsed_us) noexcept {
+  constexpr std::uint32_t kLongestWait_us = 1'000'000;
+  const std::uint32_t period_us = std::min(device_.communication.cycle_period_us, UINT32_MAX / 2);
+  const std::uint32_t longest_us = std::max(kLongestWait_us, 2 * period_us);
+  for (Rpdo& rpdo : device_.communication.rpdo) {
+    if (!rpdo.latched) continue;
+    rpdo.latched_us = add_saturating(rpdo.latched_us, elapsed_us);
+    rpdo.latched = rpdo.latched_us <= longest_us;
   }
 }
 
@@ -390,8 +416,9 @@ void Node::work_off_reset() noexcept {
 
 void Node::tick(std::uint32_t elapsed_us) noexcept {
   work_off_reset();
+  forget_old_orders(elapsed_us);
   watch_setpoints(elapsed_us);
-  device_.image.heartbeat_lost = device_.communication.heartbeats.elapse(elapsed_us);
+  watch_heartbeats(elapsed_us);
   device_.image.pdo_short = pdo_short_.elapse(elapsed_us);
   device_.image.pdo_long = pdo_long_.elapse(elapsed_us);
   device_.image.sync_misfits = sync_misfits_.elapse(elapsed_us);
@@ -421,7 +448,14 @@ void Node::watch_setpoints(std::uint32_t elapsed_us) noexcept {
     rpdo.since_applied_us = add_saturating(rpdo.since_applied_us, elapsed_us);
     lost = lost || rpdo.since_applied_us > 1000U * rpdo.parameters().event_timer_ms;
   }
-  device_.image.setpoint_lost = lost;
+  device_.image.setpoint_lost = lost || setpoint_watch_ended_;
+  setpoint_watch_ended_ = false;
+}
+
+void Node::watch_heartbeats(std::uint32_t elapsed_us) noexcept {
+  const bool lost = device_.communication.heartbeats.elapse(elapsed_us);
+  device_.image.heartbeat_lost = lost || heartbeat_watch_ended_;
+  heartbeat_watch_ended_ = false;
 }
 
 /// 1029h:1 acts when the error comes, so that a master may start the node again while it stands.

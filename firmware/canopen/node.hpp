@@ -107,9 +107,12 @@ class Node {
   void go_on(Work& work) noexcept;
   void forget_process() noexcept;
   void take_restored(std::size_t owner) noexcept;
+  void end_watches() noexcept;
   void begin_communication() noexcept;
   void boot_up() noexcept;
+  void forget_old_orders(std::uint32_t elapsed_us) noexcept;
   void watch_setpoints(std::uint32_t elapsed_us) noexcept;
+  void watch_heartbeats(std::uint32_t elapsed_us) noexcept;
   void obey_error_behaviour() noexcept;
   void report_error() noexcept;
   void beat(std::uint32_t elapsed_us) noexcept;
@@ -129,7 +132,10 @@ class Node {
   Step step_ = Step::begin;    ///< of reset_
   std::size_t owner_ = 0;      ///< in Step::settings, whose come next
   KeptRestoration restoration_;
-  Restored restored_;                  ///< of the last reset
+  Restored restored_;  ///< of the last reset
+  bool setpoint_watch_ended_ =
+      false;  ///< by a reset since the last tick, while the machine was regulated; and that of a heartbeat
+  bool heartbeat_watch_ended_ = false;
   bool communication_failed_ = false;  ///< as of the last tick: bus-off, or a heartbeat lost
   std::uint32_t since_heartbeat_us_ = 0;
   Lately pdo_short_, pdo_long_, sync_misfits_;

@@ -92,6 +92,29 @@ TEST(HeartbeatConsumer, EndsWithItsEntry) {
   EXPECT_FALSE(bench.image.heartbeat_lost);
 }
 
+TEST(HeartbeatConsumer, TakesAResetOfTheCommunicationForItsEndWhileTheMachineRegulates) {
+  Watching bench(true);
+  bench.send("702 05");
+  bench.send("405 03 00");  // HOLD
+  bench.send("000 82 05");
+  bench.tick();
+  EXPECT_TRUE(bench.image.heartbeat_lost)
+      << "the machine goes on, and nobody listens for its master any more";
+  bench.tick();
+  EXPECT_FALSE(bench.image.heartbeat_lost) << "told once: the controller keeps it";
+  Watching at_rest(true);
+  at_rest.send("702 05");
+  at_rest.send("405 01 00");
+  at_rest.send("000 82 05");
+  at_rest.tick();
+  EXPECT_FALSE(at_rest.image.heartbeat_lost);
+  Watching unheard(true);
+  unheard.send("405 03 00");
+  unheard.send("000 82 05");
+  unheard.tick();
+  EXPECT_FALSE(unheard.image.heartbeat_lost) << "it was not watched yet";
+}
+
 TEST(HeartbeatConsumer, RefusesWhatIsNoEntry) {
   Watching bench;
   EXPECT_EQ(bench.answer("605 40 16 10 01 00 00 00 00"), "585 43 16 10 01 64 00 02 00");

@@ -40,6 +40,24 @@ TEST(Rpdo, TakesTheNewestOfTwoFramesBeforeASync) {
   EXPECT_EQ(bench.image.chamber[3].setpoint_Pa, 1000.0F);
 }
 
+TEST(Rpdo, ForgetsAFrameThatHasWaitedASecondForItsSync) {
+  Bench bench(true);
+  bench.send(kSetpoints);
+  bench.tick(100);
+  bench.send("080");
+  EXPECT_EQ(bench.image.chamber[0].setpoint_Pa, 100000.0F) << "1 s";
+  bench.send("205 0A 00 0A 00 0A 00 0A 00");
+  bench.tick(101);
+  bench.send("080");
+  EXPECT_EQ(bench.image.chamber[0].setpoint_Pa, 100000.0F)
+      << "whoever sends this SYNC knows nothing of that frame";
+  bench.answer("605 23 06 10 00 80 84 1E 00");  // SYNC every 2 s
+  bench.send("205 0A 00 0A 00 0A 00 0A 00");
+  bench.tick(400);
+  bench.send("080");
+  EXPECT_EQ(bench.image.chamber[0].setpoint_Pa, 1000.0F) << "two periods of SYNC";
+}
+
 TEST(Rpdo, AppliesTheControlWordAtOnceAndDoesNotCountItAsASetPoint) {
   Bench bench(true);
   bench.send("405 07 00");
@@ -332,6 +350,20 @@ TEST(SetpointWatchdog, IsNotFooledByStoppingTheNode) {
   bench.send("000 80 05");
   bench.tick();
   EXPECT_EQ(bench.drain(), Frames{"085 50 82 11 00 00 00 00 00"}) << "but has not forgotten it";
+}
+
+TEST(SetpointWatchdog, TakesAResetOfTheCommunicationForTheStreamsEnd) {
+  Watched bench;
+  bench.send("000 82 05");
+  bench.tick();
+  EXPECT_TRUE(bench.image.setpoint_lost) << "the machine goes on, and nothing watches its master any more";
+  bench.tick();
+  EXPECT_FALSE(bench.image.setpoint_lost) << "told once: the controller keeps it";
+  Watched at_rest;
+  at_rest.send("405 01 00");
+  at_rest.send("000 82 05");
+  at_rest.tick();
+  EXPECT_FALSE(at_rest.image.setpoint_lost);
 }
 
 TEST(SetpointWatchdog, IsTheEventTimerOfEveryRpdo) {
