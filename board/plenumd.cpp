@@ -52,6 +52,7 @@ void Plenumd::tick(const rt::Pace::Tick& tick, std::uint64_t now_ns) noexcept {
   waits_ = 0;
   board_.handle_frames();
   board_.tick({.overrun = tick.missed == 0 ? Overrun::none : overrun_,
+               .missed = tick.missed,
                .latency_us = microseconds(tick.latency_ns),
                .scan_age_us = microseconds(now_ns - scans_ns_)});
   board_.store_changed();
@@ -62,7 +63,7 @@ void Plenumd::tick(const rt::Pace::Tick& tick, std::uint64_t now_ns) noexcept {
 
 void Plenumd::finish_storing() noexcept {
   for (int i = 0; i < kFinish_ms; ++i) {
-    if (board_.controller().image().store.phase != canopen::StorePhase::writing) return;
+    if (board_.controller().image().store.phase == canopen::StorePhase::idle) return;
     board_.store_changed();
     events_.wait(events_.now_ns() + kMillisecond_ns, rt::WaitFor::moment_or_stop);
   }

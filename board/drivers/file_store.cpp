@@ -107,7 +107,7 @@ bool FileStore::read(std::uint8_t slot, std::size_t offset, std::span<std::uint8
 
 StoreResult FileStore::write(std::uint8_t slot, std::size_t offset,
                              std::span<const std::uint8_t> bytes) noexcept {
-  if (!in_a_slot(slot, offset, bytes.size())) return StoreResult::failed;
+  if (!in_a_slot(slot, offset, bytes.size()) || bytes.size() > kMostBytes) return StoreResult::failed;
   return ask({Kind::write, slot, offset, bytes});
 }
 
@@ -124,6 +124,7 @@ StoreResult FileStore::ask(const Order& order) noexcept {
     return state == State::done ? StoreResult::done : StoreResult::failed;
   }
   order_ = order;
+  std::copy(order.bytes.begin(), order.bytes.end(), bytes_.begin());
   state_.store(State::ordered, std::memory_order_release);
   ::sem_post(&wake_);
   return StoreResult::busy;
@@ -143,7 +144,7 @@ void FileStore::work() noexcept {
 bool FileStore::carry_out() const noexcept {
   const int file = file_[order_.slot];
   if (order_.kind == Kind::sync) return ::fdatasync(file) == 0;
-  return write_at(file, order_.offset, order_.bytes);
+  return write_at(file, order_.offset, std::span(bytes_).first(order_.bytes.size()));
 }
 
 bool FileStore::Order::operator==(const Order& other) const noexcept {

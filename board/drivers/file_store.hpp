@@ -38,6 +38,7 @@ class FileStore final : public ports::ParameterStore {
   ports::StoreResult sync(std::uint8_t slot) noexcept override;
 
  private:
+  static constexpr std::size_t kMostBytes = 512;  // of a write
   enum class Kind : std::uint8_t { write, sync };
   struct Order {
     Kind kind = Kind::write;
@@ -55,7 +56,8 @@ class FileStore final : public ports::ParameterStore {
   enum class State : std::uint8_t { idle, ordered, done, failed };
 
   std::array<int, kSlots> file_{-1, -1};
-  Order order_;  ///< the worker's while `ordered`, the caller's otherwise
+  Order order_;  ///< these two the worker's while `ordered`, the caller's otherwise
+  std::array<std::uint8_t, kMostBytes> bytes_{};  ///< of the order: the worker may outlive whoever gave it
   std::atomic<State> state_{State::idle};
   std::atomic<bool> stop_{false};
   sem_t wake_{};

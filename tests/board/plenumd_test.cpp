@@ -170,6 +170,21 @@ TEST_F(PlenumdTest, WhatIsBeingStoredIsFinishedBeforeTheEnd) {
   EXPECT_EQ(image().store.generation, 1U);
 }
 
+TEST_F(PlenumdTest, ModelsThatCouldNotBeStoredAreTriedAgainBeforeTheEnd) {
+  bench.board.start();
+  bench.session.upload_models(std::array{host::client::ModelUpload{0, image_of(kValve, 7)}});
+  hardware.ticks.resize(static_cast<std::size_t>(bench.ticks));
+  bench.store.refuses = true;
+  events.stop_after(31);
+  hardware.when_stopping = [&] {
+    EXPECT_EQ(image().store.phase, canopen::StorePhase::failing);
+    bench.store.refuses = false;
+  };
+  run(kClock);
+  EXPECT_EQ(image().store.phase, canopen::StorePhase::idle);
+  EXPECT_EQ(image().store.generation, 1U);
+}
+
 TEST_F(PlenumdTest, TheOutputsRestWhereTheSettingsInForceSay) {
   bench.can.to_board.push_back(  // null_V of chamber 1
       {.id = 0x605,
@@ -240,6 +255,14 @@ TEST_F(OverrunTest, ThreeOnEndAreAFault) {
   run_late(Overrun::fault, 3);
   EXPECT_EQ(image().overrun_count, 3U);
   EXPECT_EQ(image().error_code, 0xFF01U);
+}
+
+TEST_F(OverrunTest, SetPointsThatEndAreMissedInTheirTimeThoughTicksAreLeftOut) {
+  bench.go_active(300.0);  // set points every tick, missed after ten
+  hardware.ticks.resize(static_cast<std::size_t>(bench.ticks));
+  events.events.push_back({kStart + 96 * kMs, {}, [this] { EXPECT_EQ(image().error_code, 0U) << "95 ms"; }});
+  run_late(Overrun::counted, 4);
+  EXPECT_EQ(image().error_code, 0x8250U) << "125 ms";
 }
 
 TEST_F(OverrunTest, LatencyIsKnownOnTheBus) {

@@ -183,6 +183,21 @@ TEST_F(FileStoreTest, AStoreThatEndsHasCarriedOutItsOrder) {
   EXPECT_EQ(read(store, 0, 0, bytes.size()), bytes);
 }
 
+TEST_F(FileStoreTest, AnOrderIsCarriedOutThoughItsBytesAreGone) {
+  const Bytes bytes = counting(512);
+  for (int i = 0; i < 20; ++i) {
+    {
+      FileStore store(folder_);
+      ASSERT_EQ(write(store, 0, 0, Bytes(512)), StoreResult::done);
+      Bytes passing = bytes;
+      EXPECT_EQ(store.write(0, 0, passing), StoreResult::busy);
+      std::fill(passing.begin(), passing.end(), std::uint8_t{0xEE});
+    }
+    FileStore store(folder_);
+    ASSERT_EQ(read(store, 0, 0, bytes.size()), bytes) << "round " << i;
+  }
+}
+
 TEST_F(FileStoreTest, ADiskThatIsFullFailsTheWriteAndTheOtherSlotWorks) {
   const FullFile full;
   std::filesystem::create_symlink(full.path(), folder_ / "slot-a.bin");
