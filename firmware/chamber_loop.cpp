@@ -141,7 +141,8 @@ void ChamberLoop::observe_pressure(const control::PressureModel& model) noexcept
 safety::FaultSet ChamberLoop::measure(const Measured& readings, bool regulation_asked,
                                       bool model_needed) noexcept {
   const safety::ChamberMonitor::Output seen =
-      monitor_.step(settings_, {.pressure_V = readings.pressure.mean_V,
+      monitor_.step(settings_, {.ticks = readings.ticks,
+                                .pressure_V = readings.pressure.mean_V,
                                 .pressure_fresh = readings.pressure.fresh,
                                 .position_V = readings.position.mean_V,
                                 .position_fresh = readings.position.fresh,

@@ -45,6 +45,7 @@ class ChamberLoop {
   bool state_intact() noexcept;
 
   struct Measured {
+    std::uint32_t ticks = 1;  ///< since the last, this one among them
     ports::AnalogReading pressure;
     ports::AnalogReading position;
   };

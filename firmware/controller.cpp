@@ -1,5 +1,7 @@
 #include "firmware/controller.hpp"
 
+#include <algorithm>
+
 #include "firmware/config/units.hpp"
 #include "firmware/numeric/fixed.hpp"
 
@@ -17,6 +19,12 @@ constexpr safety::FaultSet kWithoutPower = safety::only(safety::Fault::hardware)
 std::uint32_t chamber_seed(std::uint32_t board_seed, std::size_t chamber) noexcept {
   constexpr std::uint32_t kGoldenRatio = 0x9E3779B9U;
   return board_seed + kGoldenRatio * static_cast<std::uint32_t>(chamber + 1);
+}
+
+/// With those that were left out. No watch waits for longer than this many.
+std::uint32_t ticks_passed(const TickTiming& timing) noexcept {
+  constexpr std::uint32_t kMost = UINT16_MAX;
+  return 1 + std::min(timing.missed, kMost);
 }
 
 std::uint64_t sum_of(const control::Regulator::Config& regulator,
@@ -155,7 +163,7 @@ Outputs Controller::step(const Inputs& inputs) noexcept {
   image_.overrun_count += inputs.timing.overrun != Overrun::none ? 1U : 0U;
   image_.latency.add(inputs.timing.latency_us);
   image_.scan_age_us = inputs.timing.scan_age_us;
-  node_.tick(config::kTick_us);
+  node_.tick(ticks_passed(inputs.timing) * config::kTick_us);
   return outputs;
 }
 
@@ -166,8 +174,10 @@ safety::FaultReport Controller::judge(const Inputs& inputs, bool upset) noexcept
   const bool active_asked = (image_.control_word & canopen::word::kStateMask) == canopen::word::kActive;
   // In excitation there are no set points: there the master shows by its SYNC that it is still there.
   const std::uint32_t master_count = model_needed() ? image_.setpoint_count : image_.sync_count;
+  const std::uint32_t ticks = ticks_passed(inputs.timing);
   const safety::FaultSet board_causes =
-      monitor_.step(settings_.board(), {.emergency_stop = inputs.digital.emergency_stop,
+      monitor_.step(settings_.board(), {.ticks = ticks,
+                                        .emergency_stop = inputs.digital.emergency_stop,
                                         .outputs_ok = inputs.outputs_ok,
                                         .memory_upset = upset,
                                         .configuration_refused = inputs.configuration_refused,
@@ -190,9 +200,10 @@ safety::FaultReport Controller::judge(const Inputs& inputs, bool upset) noexcept
   safety::ChamberFaults causes{};
   for (std::size_t c = 0; c < config::kChambers; ++c) {
     setpoint_news_[c].step((std::uint32_t{image_.setpoints_came} >> c & 1U) != 0, was_active,
-                           settings_.board().setpoint_watchdog_ticks);
-    causes[c] = chamber_[c].measure({.pressure = inputs.pressure[c], .position = inputs.position[c]}, asked,
-                                    model_needed());
+                           settings_.board().setpoint_watchdog_ticks, ticks);
+    causes[c] =
+        chamber_[c].measure({.ticks = ticks, .pressure = inputs.pressure[c], .position = inputs.position[c]},
+                            asked, model_needed());
     if (inputs.position[c].fresh) image_.chamber[c].position_V = inputs.position[c].mean_V;
   }
   image_.setpoints_came = 0;

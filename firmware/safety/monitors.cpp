@@ -40,12 +40,12 @@ ChamberMonitor::Output ChamberMonitor::step(const config::ChamberSettings& setti
   out.position_usable = in.position_fresh && position.finite && position.in_range;
 
   // What did not arrive in this tick is an old value, and was judged when it came.
-  out.causes |= if_so(lasts(pressure_stale_.step(!in.pressure_fresh), settings.stale_limit_ticks),
+  out.causes |= if_so(lasts(pressure_stale_.step(!in.pressure_fresh, in.ticks), settings.stale_limit_ticks),
                       Fault::pressure_stale);
   out.causes |= if_so(in.pressure_fresh && !pressure.finite, Fault::pressure_not_finite);
   out.causes |=
       if_so(in.pressure_fresh && pressure.finite && !pressure.in_range, Fault::pressure_out_of_range);
-  out.causes |= if_so(lasts(position_stale_.step(!in.position_fresh), settings.stale_limit_ticks),
+  out.causes |= if_so(lasts(position_stale_.step(!in.position_fresh, in.ticks), settings.stale_limit_ticks),
                       Fault::position_stale);
   out.causes |= if_so(in.position_fresh && !position.finite, Fault::position_not_finite);
   out.causes |=
@@ -69,7 +69,7 @@ ChamberMonitor::Output ChamberMonitor::step(const config::ChamberSettings& setti
   // pressure.
   if (in.pressure_fresh && pressure.finite) {
     out.pressure_kPa = config::pressure_kPa(settings, in.pressure_V);
-    const std::uint16_t count = over_pressure_.step(out.pressure_kPa > settings.over_pressure_kPa);
+    const std::uint16_t count = over_pressure_.step(out.pressure_kPa > settings.over_pressure_kPa, in.ticks);
     over_pressure_tripped_ = count >= settings.over_pressure_ticks ||
                              (over_pressure_tripped_ && out.pressure_kPa > settings.pressure_high_kPa);
   }
@@ -89,7 +89,7 @@ ChamberMonitor::Output ChamberMonitor::step(const config::ChamberSettings& setti
 FaultSet BoardMonitor::step(const config::BoardSettings& settings, const Input& in) noexcept {
   const bool setpoint_came = in.setpoint_count != setpoint_count_before_;
   setpoint_count_before_ = in.setpoint_count;
-  const std::uint16_t silence = setpoint_silence_.step(in.setpoints_needed && !setpoint_came);
+  const std::uint16_t silence = setpoint_silence_.step(in.setpoints_needed && !setpoint_came, in.ticks);
   const bool supply_watched = settings.supply_low_kPa > 0.0F;
   const bool supply_enough =
       in.supply_fresh && config::supply_kPa(settings, in.supply_V) >= settings.supply_low_kPa;
@@ -104,7 +104,7 @@ FaultSet BoardMonitor::step(const config::BoardSettings& settings, const Input& 
   causes |= if_so(in.heartbeat_lost, Fault::heartbeat_lost);
   causes |=
       if_so(in.setpoint_lost || lasts(silence, settings.setpoint_watchdog_ticks), Fault::setpoint_timeout);
-  causes |= if_so(lasts(supply_low_.step(supply_watched && !supply_enough), settings.supply_ticks),
+  causes |= if_so(lasts(supply_low_.step(supply_watched && !supply_enough, in.ticks), settings.supply_ticks),
                   Fault::supply_low);
   causes |= if_so(in.stored_set_lost, Fault::stored_set_lost);
   causes |= if_so(in.store_failing, Fault::store_failing);

@@ -3,10 +3,12 @@
 //
 // They judge what the converters say, which may be no number at all: in float, whatever the core computes in.
 //
-// A limit of n ticks means: the cause is raised in the n-th tick on end. Counters saturate; no check divides,
-// loops or waits.
+// A limit of n ticks means: the cause is raised in the n-th tick on end. What lasts is counted in time, with the ticks that a late
+// board has left out; what must be seen several times, in ticks that there were. Counters saturate; no check divides, loops or
+// waits.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 #include "firmware/config/chamber_settings.hpp"
@@ -17,9 +19,10 @@ namespace plenum::safety {
 /// Ticks on end for which a condition has held, saturating.
 class TickCount {
  public:
-  std::uint16_t step(bool condition) noexcept {
-    count_ =
-        !condition ? std::uint16_t{0} : static_cast<std::uint16_t>(count_ + (count_ < UINT16_MAX ? 1 : 0));
+  /// `ticks` have passed since the last step, this one among them.
+  std::uint16_t step(bool condition, std::uint32_t ticks = 1) noexcept {
+    const auto left = static_cast<std::uint32_t>(UINT16_MAX - count_);
+    count_ = !condition ? std::uint16_t{0} : static_cast<std::uint16_t>(count_ + std::min(ticks, left));
     return count_;
   }
 
@@ -38,6 +41,7 @@ inline constexpr float kDriftGone = 0.7F;
 class ChamberMonitor {
  public:
   struct Input {
+    std::uint32_t ticks = 1;      ///< since the last step, this one among them
     float pressure_V = 0.0F;      ///< mean at the pressure sensor's pin over the tick
     bool pressure_fresh = false;  ///< a sample arrived in the tick
     float position_V = 0.0F;
@@ -75,9 +79,9 @@ class ChamberMonitor {
 /// watchdog waits. Where that is off any is.
 class SetpointNews {
  public:
-  /// One tick. `came`: it was written since the last; `active`: the board was ACTIVE in that.
-  void step(bool came, bool active, std::uint16_t watchdog_ticks) noexcept {
-    const std::uint16_t age = age_.step(!came);
+  /// One tick, of which `ticks` have passed since the last. `came`: it was written since; `active`: the board was ACTIVE in that.
+  void step(bool came, bool active, std::uint16_t watchdog_ticks, std::uint32_t ticks) noexcept {
+    const std::uint16_t age = age_.step(!came, ticks);
     is_of_now_ = came || watchdog_ticks == 0 || (is_of_now_ && (active || age < watchdog_ticks));
   }
   bool is_of_now() const noexcept { return is_of_now_; }
@@ -90,6 +94,7 @@ class SetpointNews {
 class BoardMonitor {
  public:
   struct Input {
+    std::uint32_t ticks = 1;             ///< since the last step, this one among them
     bool emergency_stop = false;         ///< its circuit is open
     bool outputs_ok = true;              ///< every output took the last write
     bool memory_upset = false;           ///< a bit has flipped in what decides what may move

@@ -92,6 +92,30 @@ TEST(ChamberMonitor, RaisesAStaleSensorInTheTickOfItsLimit) {
   EXPECT_EQ(chamber_tick(Fault::position_stale, in, settings), 4);
 }
 
+TEST(ChamberMonitor, CountsTheTicksThatWereLeftOutWhereTimeIsWhatCounts) {
+  config::ChamberSettings settings;
+  settings.stale_limit_ticks = 10;
+  settings.over_pressure_ticks = 10;
+  settings.residual_ticks = 10;
+  auto in = healthy();
+  in.ticks = 4;
+  in.pressure_fresh = false;
+  EXPECT_EQ(chamber_tick(Fault::pressure_stale, in, settings), 3) << "12 of 10 have passed";
+  in = healthy();
+  in.ticks = 4;
+  in.position_fresh = false;
+  EXPECT_EQ(chamber_tick(Fault::position_stale, in, settings), 3);
+  in = healthy();
+  in.ticks = 4;
+  in.pressure_V =
+      (settings.over_pressure_kPa + 1.0F - settings.pressure_offset_kPa) / settings.pressure_gain_kPa_per_V;
+  EXPECT_EQ(chamber_tick(Fault::over_pressure, in, settings), 3);
+  in = healthy();
+  in.ticks = 4;
+  in.residual_kPa = 2.0F * settings.residual_alarm_kPa;
+  EXPECT_EQ(chamber_tick(Fault::model_residual, in, settings), 10) << "as often as it was seen";
+}
+
 TEST(ChamberMonitor, ForgivesGapsShorterThanTheStaleLimit) {
   const config::ChamberSettings settings;
   ASSERT_EQ(settings.stale_limit_ticks, 3);
@@ -241,6 +265,18 @@ TEST(BoardMonitor, RaisesLateTicksOnEndInTheTickOfTheirLimit) {
   EXPECT_EQ(board_tick(Fault::tick_overrun, in, settings), 5);
 }
 
+TEST(BoardMonitor, CountsTheTicksThatWereLeftOutWhereTimeIsWhatCounts) {
+  config::BoardSettings settings;
+  settings.supply_low_kPa = 500.0F;
+  settings.supply_ticks = 10;
+  settings.setpoint_watchdog_ticks = 10;
+  settings.overrun_limit_ticks = 10;
+  const BoardMonitor::Input in{.ticks = 4, .tick_late = true, .supply_V = 4.9F, .setpoints_needed = true};
+  EXPECT_EQ(board_tick(Fault::supply_low, in, settings), 3) << "12 of 10 have passed";
+  EXPECT_EQ(board_tick(Fault::setpoint_timeout, in, settings), 3);
+  EXPECT_EQ(board_tick(Fault::tick_overrun, in, settings), 10) << "as often as it was late";
+}
+
 TEST(BoardMonitor, RaisesALowOrUnreadableSupplyThatLasts) {
   config::BoardSettings settings;
   settings.supply_low_kPa = 500.0F;
@@ -259,24 +295,30 @@ TEST(BoardMonitor, RaisesALowOrUnreadableSupplyThatLasts) {
 
 TEST(SetpointNews, AreOfNowWithinTheWatchdogsTicksAndThroughoutAnActiveInWhichTheyCame) {
   SetpointNews news;
-  news.step(false, false, 10);
+  news.step(false, false, 10, 1);
   EXPECT_FALSE(news.is_of_now()) << "none has ever come";
   for (int tick = 0; tick < 25; ++tick) {
-    news.step(tick == 0, false, 10);
+    news.step(tick == 0, false, 10, 1);
     EXPECT_EQ(news.is_of_now(), tick < 10) << "tick " << tick << " after it, not ACTIVE";
   }
   for (int tick = 0; tick < 25; ++tick) {
-    news.step(false, true, 10);
+    news.step(false, true, 10, 1);
     EXPECT_FALSE(news.is_of_now()) << "ACTIVE makes nothing new";
   }
   for (int tick = 0; tick < 25; ++tick) {
-    news.step(tick == 0, true, 10);
+    news.step(tick == 0, true, 10, 1);
     EXPECT_TRUE(news.is_of_now()) << "tick " << tick << " after it, ACTIVE";
   }
-  news.step(false, false, 10);
+  news.step(false, false, 10, 1);
   EXPECT_FALSE(news.is_of_now()) << "of an ACTIVE that is over";
+  news.step(true, false, 10, 1);
+  news.step(false, false, 10, 9);
+  EXPECT_TRUE(news.is_of_now());
+  news.step(true, false, 10, 1);
+  news.step(false, false, 10, 10);
+  EXPECT_FALSE(news.is_of_now()) << "with the ticks that were left out";
   SetpointNews unwatched;
-  unwatched.step(false, false, 0);
+  unwatched.step(false, false, 0, 1);
   EXPECT_TRUE(unwatched.is_of_now()) << "nobody watches";
 }
 
