@@ -14,6 +14,8 @@ constexpr float kFarthest = 10.0F;
 constexpr float kDriftForgetting = 1.0F / 512.0F;
 /// No model is taken to fit better: sensors are noisier on one day than on another.
 constexpr float kLeastFit_kPa = 0.2F;
+/// So long a volume whose sensor is silent is taken to move on as it did.
+constexpr std::uint8_t kBridged_ticks = 4;
 constexpr numeric::Scalar kHalfTick_s = numeric::Scalar(0.5F * config::kTick_s);
 
 }  // namespace
@@ -62,7 +64,8 @@ std::uint64_t ChamberLoop::sum_of_state() const noexcept {
   std::uint64_t sum = config::sum_of_object(volume_) + regulator_.sum_of_estimates();
   if (was_regulating_) sum += config::sum_of_object(shaper_);
   if (was_exciting_) sum += config::sum_of_object(excitation_);
-  return sum + std::uint64_t{pressure_seen_} + (std::uint64_t{volume_seen_} << 8U);
+  return sum + std::uint64_t{pressure_seen_} + (std::uint64_t{volume_seen_} << 8U) +
+         (std::uint64_t{volume_unseen_ticks_} << 16U);
 }
 
 bool ChamberLoop::state_intact() noexcept {
@@ -113,6 +116,7 @@ void ChamberLoop::take_over(const config::ModelParameters& parameters) noexcept 
 void ChamberLoop::observe_volume(numeric::Scalar measured_mL) noexcept {
   if (!volume_seen_) volume_.reset(measured_mL);
   volume_seen_ = true;
+  volume_unseen_ticks_ = 0;
   motion_ = volume_.step(measured_mL);
   // written so that what is no number is not near
   const bool near = numeric::abs(motion_.volume_mL - measured_mL) <= farthest_mL_ &&
@@ -120,6 +124,19 @@ void ChamberLoop::observe_volume(numeric::Scalar measured_mL) noexcept {
   if (near) return;
   volume_.reset(measured_mL);
   motion_ = {.volume_mL = measured_mL, .volume_rate_mL_s = numeric::Scalar(0)};
+}
+
+/// Without a measurement it goes on as it moved, and soon nobody knows how: then the volume is the last one known, at rest, and a
+/// measurement that comes begins anew.
+void ChamberLoop::bridge_volume() noexcept {
+  if (volume_unseen_ticks_ < kBridged_ticks && volume_seen_) {
+    ++volume_unseen_ticks_;
+    motion_ = volume_.coast();
+    return;
+  }
+  volume_seen_ = false;
+  motion_.volume_rate_mL_s = 0;
+  volume_.reset(motion_.volume_mL);
 }
 
 /// Every estimate of the regulator, from what is measured.
@@ -156,7 +173,7 @@ safety::FaultSet ChamberLoop::measure(const Measured& readings, bool regulation_
   if (seen.position_usable) {
     observe_volume(config::volume_mL(settings_, readings.position.mean_V));
   } else {
-    motion_.volume_rate_mL_s = 0;  // the last volume known; its motion is not
+    bridge_volume();
   }
 
   const control::PressureModel* const model = known_.in_force();

@@ -80,6 +80,7 @@ class ChamberLoop {
   std::uint64_t sum_of_paths() const noexcept;
   std::uint64_t sum_of_state() const noexcept;
   void observe_volume(numeric::Scalar measured_mL) noexcept;
+  void bridge_volume() noexcept;
   void begin_anew() noexcept;
   void observe_pressure(const control::PressureModel& model) noexcept;
 
@@ -112,6 +113,7 @@ class ChamberLoop {
   bool pressure_fresh_ = false;     ///< a usable measurement has come this tick
   bool pressure_seen_ = false;      ///< a usable measurement has come since the start
   bool volume_seen_ = false;
+  std::uint8_t volume_unseen_ticks_ = 0;  ///< since it was measured
   bool was_regulating_ = false;
   bool was_exciting_ = false;
 };

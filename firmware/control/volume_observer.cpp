@@ -44,6 +44,11 @@ ChamberMotion VolumeObserver::step(Scalar measured_mL) noexcept {
   return motion(predict(state_));
 }
 
+ChamberMotion VolumeObserver::coast() noexcept {
+  state_ = predict(state_);
+  return motion(predict(state_));
+}
+
 ChamberMotion VolumeObserver::motion(const State& state) noexcept {
   constexpr Scalar kPerSecond = Scalar(1) / kTick_s;
   return {.volume_mL = state[0], .volume_rate_mL_s = state[1] * kPerSecond};

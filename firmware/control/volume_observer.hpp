@@ -37,6 +37,9 @@ class VolumeObserver {
   /// Takes the volume measured over the tick just past, returns volume and rate of the tick to come.
   ChamberMotion step(Scalar measured_mL) noexcept;
 
+  /// In place of step() when the tick just past brought no measurement: it goes on as it moves.
+  ChamberMotion coast() noexcept;
+
   /// Volume and rate of the tick just past, as known after its measurement.
   ChamberMotion past() const noexcept { return motion(state_); }
 

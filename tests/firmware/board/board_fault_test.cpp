@@ -384,6 +384,32 @@ TEST(BoardFault, APressureMissedForATickIsBridgedByTheModel) {
   }
 }
 
+/// Chambers 1 and 2 grow alike; of the first the position is missed for some ticks, and comes back.
+void expect_bridged(int missed_ticks, double command_within_V) {
+  Settings settings = bench_settings();
+  for (config::ChamberSettings& chamber : settings.chamber) chamber.stale_limit_ticks = 0;
+  Bench bench(settings);
+  bench.go_active(300.0);
+  for (int t = 0; t < 60; ++t) {
+    for (Chamber& chamber : bench.chamber) chamber.volume_mL += 1.0;
+    if (t >= 30 && t < 30 + missed_ticks) force(bench, kChambers, 0.0F, false);
+    bench.tick();
+    free_inputs(bench);
+    EXPECT_NEAR(bench.image().chamber[0].command_V, bench.image().chamber[1].command_V, command_within_V)
+        << "V, tick " << t << ", " << missed_ticks << " missed";
+  }
+}
+
+TEST(BoardFault, APositionMissedForAFewTicksIsBridgedByItsMotion) {
+  expect_bridged(0, 0.0);
+  expect_bridged(1, 0.01);
+  expect_bridged(4, 0.01);
+}
+
+TEST(BoardFault, APositionMissedForLongIsAtRestAndKicksNothingAsItComesBack) {
+  expect_bridged(12, 0.12);  // 0.1 V is what a motion that is not known takes
+}
+
 TEST(BoardFault, LostFramesAreReportedForTheTickAndStopNothing) {
   Bench bench;
   bench.go_active(300.0);

@@ -43,6 +43,19 @@ TEST(VolumeObserver, FollowsConstantAccelerationWithoutError) {
   EXPECT_NEAR(real(motion.volume_rate_mL_s), 20 + 40 * end, 0.2);
 }
 
+TEST(VolumeObserver, GoesOnAsItMovedWhereNothingIsMeasured) {
+  VolumeObserver observer = observer_at(100.0F);
+  const auto volume_mL = [](double t) { return 100 + 20 * t + 0.5 * 40 * t * t; };
+  for (int i = 0; i < 300; ++i) observer.step(static_cast<float>(volume_mL((i + 0.5) * kTick_s)));
+  for (int i = 300; i < 305; ++i) {
+    const ChamberMotion next = observer.coast();
+    const double middle = (i + 0.5) * kTick_s;
+    EXPECT_NEAR(real(observer.past().volume_mL), volume_mL(middle), 5e-3);
+    EXPECT_NEAR(real(next.volume_mL), volume_mL(middle + kTick_s), 5e-3);
+    EXPECT_NEAR(real(next.volume_rate_mL_s), 20 + 40 * (middle + kTick_s), 0.2);
+  }
+}
+
 // 100 mL swinging by a third at 1.5 Hz, noise of a good potentiometer: the rate of the tick to come.
 TEST(VolumeObserver, BeatsTheBareDifferenceOnANoisySine) {
   const double omega = 2 * std::numbers::pi * 1.5;
