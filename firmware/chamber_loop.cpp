@@ -63,7 +63,7 @@ std::uint64_t ChamberLoop::sum_of_paths() const noexcept {
 std::uint64_t ChamberLoop::sum_of_state() const noexcept {
   std::uint64_t sum = config::sum_of_object(volume_) + regulator_.sum_of_estimates();
   if (was_regulating_) sum += config::sum_of_object(shaper_);
-  if (was_exciting_) sum += config::sum_of_object(excitation_);
+  if (was_exciting_) sum += config::sum_of_object(excitation_) + std::uint64_t{may_excite_};
   return sum + std::uint64_t{pressure_seen_} + (std::uint64_t{volume_seen_} << 8U) +
          (std::uint64_t{volume_unseen_ticks_} << 16U);
 }
@@ -238,20 +238,24 @@ numeric::Scalar ChamberLoop::driven_V(const Order& order, canopen::ChamberImage&
   image.demand_Pa = pressure_kPa_ * kPascal_per_kPa;
   image.reference_Pa = image.demand_Pa;
   // The guard of the excitation lives on fresh pressures: without one the ports are shut.
-  if (exciting) return pressure_fresh_ ? allowed(excitation_.step(pressure_kPa_)) : settings_.null_V;
+  // Within limits that leave nothing they stay shut.
+  if (exciting)
+    return pressure_fresh_ && may_excite_ ? allowed(excitation_.step(pressure_kPa_)) : settings_.null_V;
   const safety::Drive resting = order.drive == safety::Drive::vent ? order.drive : safety::Drive::safe;
   return safety::resting_command_V(resting_, resting, order.must_vent);
 }
 
 void ChamberLoop::begin_excitation(const Order& order) noexcept {
   const canopen::ExcitationImage& asked = order.excitation;
-  excitation_.configure(control::restrict_to({.seed = order.excitation_seed,
-                                              .command_low_V = asked.command_low_V,
-                                              .command_high_V = asked.command_high_V,
-                                              .null_V = settings_.null_V,
-                                              .pressure_low_kPa = asked.pressure_low_Pa / kPascal_per_kPa,
-                                              .pressure_high_kPa = asked.pressure_high_Pa / kPascal_per_kPa},
-                                             settings_));
+  const auto allowed = control::restrict_to({.seed = order.excitation_seed,
+                                             .command_low_V = asked.command_low_V,
+                                             .command_high_V = asked.command_high_V,
+                                             .null_V = settings_.null_V,
+                                             .pressure_low_kPa = asked.pressure_low_Pa / kPascal_per_kPa,
+                                             .pressure_high_kPa = asked.pressure_high_Pa / kPascal_per_kPa},
+                                            settings_);
+  may_excite_ = allowed.has_value();
+  if (allowed) excitation_.configure(*allowed);
 }
 
 numeric::Scalar ChamberLoop::regulated_V(const Order& order, canopen::ChamberImage& image) noexcept {

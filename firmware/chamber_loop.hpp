@@ -116,6 +116,7 @@ class ChamberLoop {
   std::uint8_t volume_unseen_ticks_ = 0;  ///< since it was measured
   bool was_regulating_ = false;
   bool was_exciting_ = false;
+  bool may_excite_ = false;  ///< what was asked of the excitation, and the settings, leave it a range
 };
 
 }  // namespace plenum

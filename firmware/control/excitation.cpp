@@ -7,8 +7,10 @@ using numeric::clamp;
 using numeric::max;
 using numeric::min;
 
-constexpr Scalar kNearNull = Scalar(0.1);  // of the way from the null to an end of the range
-constexpr Scalar kForced = Scalar(0.25);   // of that way, while a limit is being left
+constexpr Scalar kNearNull = Scalar(0.1);              // of the way from the null to an end of the range
+constexpr Scalar kForced = Scalar(0.25);               // of that way, while a limit is being left
+constexpr Scalar kMostApproach = Scalar(4);            // ranges of the pressure
+constexpr Scalar kForgetting = Scalar(1.0F / 512.0F);  // a tick, of what exceeds a range: five seconds
 constexpr Scalar kAheadTicks =
     Scalar(1.5);  // from the middle of the tick just past to the end of the coming one
 
@@ -29,6 +31,7 @@ void Excitation::configure(const Config& config) noexcept {
   config_ = config;
   level_V_ = config.null_V;
   command_V_ = config.null_V;
+  command_before_V_ = config.null_V;
   approach_kPa_ = config.approach_kPa;
   const std::uint32_t scrambled = scramble(config.seed + 0x9E3779B9U);
   random_ = scrambled != 0 ? scrambled : 1U;
@@ -86,6 +89,7 @@ Scalar Excitation::step(Scalar pressure_kPa) noexcept {
   --ticks_left_;
   level_V_ += slope_V_;
   const Scalar wanted_V = numeric::is_finite(pressure_kPa) ? guard(level_V_, pressure_kPa) : config_.null_V;
+  command_before_V_ = command_V_;
   command_V_ = clamp(wanted_V, config_.command_low_V, config_.command_high_V);
   return command_V_;
 }
@@ -94,9 +98,16 @@ Excitation::Room Excitation::room_at_tick_end(Scalar pressure_kPa) noexcept {
   const Scalar change_kPa = has_pressure_ ? pressure_kPa - pressure_before_kPa_ : Scalar(0);
   has_pressure_ = true;
   pressure_before_kPa_ = pressure_kPa;
-  // Bounded by the range, one wild sample still leaves half openings in its middle for the rest of the run.
+  // Beyond the range it is forgotten in time: a chamber that crosses it in a tick says so again, one wild sample does not.
   const Scalar range_kPa = config_.pressure_high_kPa - config_.pressure_low_kPa;
-  approach_kPa_ = min(max(approach_kPa_, Scalar(2) * numeric::abs(change_kPa)), range_kPa);
+  approach_kPa_ -= kForgetting * max(approach_kPa_ - range_kPa, Scalar(0));
+  const Scalar seen_kPa = Scalar(2) * numeric::abs(change_kPa);
+  // What a small chamber does at full opening its supply cuts short: there a part of the opening tells more.
+  const Scalar opened =
+      max(max(numeric::abs(opening(command_V_)), numeric::abs(opening(command_before_V_))), kForced);
+  const Scalar full_kPa = seen_kPa / opened;
+  approach_kPa_ =
+      min(max(approach_kPa_, full_kPa > range_kPa ? full_kPa : seen_kPa), kMostApproach * range_kPa);
 
   // Two ways in which the pressure may have moved on since the mean: by going on as it did (a wall), and,
   // right after a reversal, which two means do not show, by half a tick of the command now held.
@@ -124,13 +135,18 @@ Scalar Excitation::guard(Scalar wanted_V, Scalar pressure_kPa) noexcept {
       min(config_.hysteresis_kPa, (config_.pressure_high_kPa - config_.pressure_low_kPa) / Scalar(4));
   if (force_ == Force::exhaust && pressure_kPa <= config_.pressure_high_kPa - back_kPa) force_ = Force::none;
   if (force_ == Force::supply && pressure_kPa >= config_.pressure_low_kPa + back_kPa) force_ = Force::none;
+  // Back to the middle in a tick, or as far as the valve can: a small chamber would be thrown from limit to limit.
+  const Scalar middle_kPa = numeric::shifted_down<1>(config_.pressure_low_kPa + config_.pressure_high_kPa);
+  const auto back = [&](Scalar away_kPa) noexcept {
+    return clamp(away_kPa / numeric::shifted_down<1>(approach_kPa_), kForced, Scalar(1));
+  };
   if (room.above_kPa <= Scalar(0)) {
     force_ = Force::exhaust;
-    return config_.command_low_V;
+    return command_V(-back(pressure_kPa - middle_kPa));
   }
   if (room.below_kPa <= Scalar(0)) {
     force_ = Force::supply;
-    return config_.command_high_V;
+    return command_V(back(middle_kPa - pressure_kPa));
   }
   const Scalar lowest_V = command_V(-min(room.below_kPa / approach_kPa_, Scalar(1)));
   const Scalar highest_V = command_V(min(room.above_kPa / approach_kPa_, Scalar(1)));
@@ -139,25 +155,19 @@ Scalar Excitation::guard(Scalar wanted_V, Scalar pressure_kPa) noexcept {
   return clamp(wanted_V, lowest_V, highest_V);
 }
 
-Excitation::Config restrict_to(const Excitation::Config& asked,
-                               const config::ChamberSettings& settings) noexcept {
+std::optional<Excitation::Config> restrict_to(const Excitation::Config& asked,
+                                              const config::ChamberSettings& settings) noexcept {
   Excitation::Config config = asked;
   config.null_V = settings.null_V;
-  const Scalar low_V = settings.command_low_V, high_V = settings.command_high_V;
-  config.command_low_V = clamp(asked.command_low_V, low_V, high_V);
-  config.command_high_V = clamp(asked.command_high_V, low_V, high_V);
-  // Comparisons are written so that what is not a number fails them.
-  if (!(config.command_low_V < config.null_V && config.null_V < config.command_high_V)) {
-    config.command_low_V = low_V;
-    config.command_high_V = high_V;
-  }
-  const Scalar low_kPa = settings.pressure_low_kPa, high_kPa = settings.pressure_high_kPa;
-  config.pressure_low_kPa = clamp(asked.pressure_low_kPa, low_kPa, high_kPa);
-  config.pressure_high_kPa = clamp(asked.pressure_high_kPa, low_kPa, high_kPa);
-  if (!(config.pressure_low_kPa < config.pressure_high_kPa)) {
-    config.pressure_low_kPa = low_kPa;
-    config.pressure_high_kPa = high_kPa;
-  }
+  config.command_low_V = max(asked.command_low_V, Scalar(settings.command_low_V));
+  config.command_high_V = min(asked.command_high_V, Scalar(settings.command_high_V));
+  config.pressure_low_kPa = max(asked.pressure_low_kPa, Scalar(settings.pressure_low_kPa));
+  config.pressure_high_kPa = min(asked.pressure_high_kPa, Scalar(settings.pressure_high_kPa));
+  const bool finite = numeric::is_finite(asked.command_low_V) && numeric::is_finite(asked.command_high_V) &&
+                      numeric::is_finite(asked.pressure_low_kPa) &&
+                      numeric::is_finite(asked.pressure_high_kPa);
+  const bool both_ports = config.command_low_V < config.null_V && config.null_V < config.command_high_V;
+  if (!finite || !both_ports || !(config.pressure_low_kPa < config.pressure_high_kPa)) return std::nullopt;
   return config;
 }
 

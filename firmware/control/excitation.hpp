@@ -11,11 +11,12 @@
 //
 // The guard shapes the command that a segment asks for:
 //  - within `approach` of a limit the valve may open towards it only in proportion to the room left;
-//  - beyond a limit, projected to the end of the coming tick, the valve opens fully to the other side; from
-//    there at least a quarter, until the pressure has come back by the hysteresis. The upper limit prevails.
+//  - beyond a limit, projected to the end of the coming tick, the valve opens to the other side, as far as leads to the
+//    middle of the range in a tick (in most chambers fully); from there at least a quarter, until the pressure has come
+//    back by the hysteresis. The upper limit prevails.
 //
 // `approach` is what the chamber can do in two ticks at full opening: the configured value, or twice the
-// fastest change seen so far where that is more, at most the whole range.
+// fastest change seen so far where that is more; what exceeds the range is forgotten within seconds.
 //
 // A wall that moves faster than the open valve can answer still takes the pressure past a limit: the trip of
 // firmware/safety stands behind this guard.
@@ -25,6 +26,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "firmware/config/chamber_settings.hpp"
 #include "firmware/numeric/scalar.hpp"
@@ -80,13 +82,14 @@ class Excitation {
   Scalar pressure_before_kPa_ = 0;
   Scalar approach_kPa_ = Scalar(100);
   Scalar command_V_ = Scalar(5);  // now held at the valve
+  Scalar command_before_V_ = Scalar(5);
   Force force_ = Force::none;
 };
 
 /// `asked`, brought inside what the installer allows: commands and pressures within the limits of `settings`,
-/// null_V of `settings`. A command or pressure range that is empty, does not reach both sides of the null, or
-/// holds what is not a number is replaced by that of `settings`.
-Excitation::Config restrict_to(const Excitation::Config& asked,
-                               const config::ChamberSettings& settings) noexcept;
+/// null_V of `settings`. Nothing where that leaves a command or pressure range that is empty or does not reach both sides of the
+/// null, or where a limit is not a number: whoever asked meant something else.
+std::optional<Excitation::Config> restrict_to(const Excitation::Config& asked,
+                                              const config::ChamberSettings& settings) noexcept;
 
 }  // namespace plenum::control
