@@ -108,6 +108,14 @@ bool is_regulating(std::uint16_t status_word) {
   return (status_word & word::kHold & ~word::kDisabled) != 0;
 }
 
+void require_at_rest(Session& session, const char* why) {
+  const std::uint16_t status = session.status_word();
+  if (!is_regulating(status)) return;
+  const auto fault = read_fault(session);
+  throw Refused(fmt::format("node {}: is in {}, expected a board at rest: {}", session.node_id(),
+                            state_name(status, fault ? fault->code : std::uint16_t{0}), why));
+}
+
 const char* nmt_name(canopen::NmtState state) {
   switch (state) {
     case canopen::NmtState::initialising:

@@ -55,6 +55,8 @@ void require_compatible(Session& session);
 const char* state_name(std::uint16_t status_word, std::uint16_t error_code);
 /// The state is one in which outputs are regulated: HOLD, ACTIVE, FAULT_REACTION or FAULT_HOLD.
 bool is_regulating(std::uint16_t status_word);
+/// Throws Refused for a board that is in such a state, with `why` it should not be.
+void require_at_rest(Session& session, const char* why);
 const char* nmt_name(canopen::NmtState state);
 const char* phase_name(plenum::config::SetPhase phase);
 

@@ -4,12 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
+#include <iterator>
 #include <optional>
 #include <random>
 #include <stdexcept>
 
 #include "firmware/canopen/objects.hpp"
 #include "firmware/canopen/process_image.hpp"
+#include "firmware/config/setting_fields.hpp"
 #include "host-sim/client/board_facts.hpp"
 #include "host-sim/client/borrowed_stream.hpp"
 
@@ -22,7 +25,13 @@ namespace object = canopen::object;
 constexpr double kCycle_s = 0.01;
 constexpr double kSilence_s = 0.5;  ///< without a row of the stream: the board or the bus is gone
 constexpr double kRate_Hz = 100.0;  // a time k / 100 is written with two decimals, k * 0.01 with sixteen
+constexpr const char* kSomebodys = "somebody regulates it, and would lose it in motion";
 constexpr int kSettleCycles = 100;  ///< time that HOLD gets to reach the first reference
+
+/// One that is reported only spoils no row.
+bool spoils(const FaultEntry& fault) {
+  return fault_specs(fault).empty() || reacts(fault);
+}
 
 /// Gathers the rows that the board streams, one a tick, and keeps step with them: the master's cycle is the board's tick,
 /// whatever either clock says, and a master that was late by some ticks goes on with the row that it has reached.
@@ -33,6 +42,7 @@ class Recorder {
         mask_(chambers),
         stream_(stream),
         subscription_(session, [this](const Arrival& arrival) {
+          look(arrival.frame);
           stream_.accept(arrival.time_s, arrival.frame, [this](const StreamRow& row) { take(row); });
         }) {}
 
@@ -48,8 +58,16 @@ class Recorder {
     rows_.clear();
   }
   const std::vector<StreamRow>& rows() const { return rows_; }
+  /// The board has told of a fault that takes its outputs from whoever drives them: what comes now is of no use.
+  bool is_broken() const { return broken_; }
 
  private:
+  void look(const CanFrame& frame) {
+    const auto emergency = decode_emergency(frame);
+    if (!emergency || emergency->node_id != session_.node_id() || emergency->code == 0) return;
+    broken_ = broken_ || spoils({emergency->code, emergency->chamber});
+  }
+
   void await_row() {
     const std::size_t before = rows_.size();
     if (session_.listen_until([&] { return rows_.size() != before; }, kSilence_s)) return;
@@ -71,6 +89,7 @@ class Recorder {
   std::uint8_t mask_;
   Stream stream_;
   std::vector<StreamRow> rows_;
+  bool broken_ = false;
   Subscription subscription_;
 };
 
@@ -136,12 +155,62 @@ void require_chambers(unsigned chambers) {
   }
 }
 
-/// One that is reported only has spoilt no row.
 void require_no_fault(Session& session) {
   const std::optional<FaultEntry> fault = read_fault(session);
-  if (!fault || (!fault_specs(*fault).empty() && !reacts(*fault))) return;
+  if (!fault || !spoils(*fault)) return;
   throw Refused(fmt::format("node {}: fault {} stands after the run, expected none: see plenum faults",
                             session.node_id(), fault_text(*fault)));
+}
+
+void require_below(const StreamRow& row, const FollowOptions& options) {
+  for (std::size_t c = 0; c < options.chambers; ++c) {
+    const double actual_Pa = row.sample[c].actual_Pa;
+    if (actual_Pa <= options.highest_Pa) continue;
+    throw Refused(
+        fmt::format("chamber {}: {:g} kPa, expected at most {:g} kPa: regulation overshoots its references "
+                    "so far where the model lacks a delay "
+                    "of valve or sensor, which plenum diagnose names",
+                    c + 1, 1e-3 * actual_Pa, 1e-3 * options.highest_Pa));
+  }
+}
+
+/// The setting of a chamber that is this member.
+float setting(Session& session, unsigned chamber, float plenum::config::ChamberSettings::*member) {
+  const auto& fields = plenum::config::kChamberFloats;
+  const auto at = std::find_if(std::begin(fields), std::end(fields),
+                               [member](const auto& field) { return field.member == member; });
+  return session.read<float>(static_cast<std::uint16_t>(object::kChamberSettings + chamber),
+                             static_cast<std::uint8_t>(at - std::begin(fields) + 1));
+}
+
+/// The board would not move a valve within such limits.
+void require_excitable(Session& session, const CaptureOptions& options) {
+  using plenum::config::ChamberSettings;
+  for (unsigned c = 0; c < options.chambers; ++c) {
+    const auto of = [&](float ChamberSettings::*member) {
+      return static_cast<double>(setting(session, c, member));
+    };
+    const double least_kPa = of(&ChamberSettings::pressure_low_kPa),
+                 most_kPa = of(&ChamberSettings::pressure_high_kPa);
+    const double low_kPa = 1e-3 * options.pressure_low_Pa, high_kPa = 1e-3 * options.pressure_high_Pa;
+    if (std::max(low_kPa, least_kPa) >= std::min(high_kPa, most_kPa)) {
+      throw std::invalid_argument(
+          fmt::format("node {}: chamber {}: pressures from {:g} to {:g} kPa, expected some of {:g} to {:g} "
+                      "kPa, absolute, which its settings allow",
+                      session.node_id(), c + 1, low_kPa, high_kPa, least_kPa, most_kPa));
+    }
+    const double null_V = of(&ChamberSettings::null_V);
+    const double low_V =
+        std::max(static_cast<double>(options.command_low_V), of(&ChamberSettings::command_low_V));
+    const double high_V =
+        std::min(static_cast<double>(options.command_high_V), of(&ChamberSettings::command_high_V));
+    if (low_V < null_V && null_V < high_V) continue;
+    throw std::invalid_argument(
+        fmt::format("node {}: chamber {}: commands from {:g} to {:g} V, expected some on both sides of its "
+                    "null, {:g} V, and within {:g} to {:g} V, which its settings allow",
+                    session.node_id(), c + 1, options.command_low_V, options.command_high_V, null_V,
+                    of(&ChamberSettings::command_low_V), of(&ChamberSettings::command_high_V)));
+  }
 }
 
 /// `count` rows, or as many as there are, after the first `lead`.
@@ -156,15 +225,34 @@ std::vector<CapturedRow> rows_of(const Recorder& recorder, std::size_t lead, std
   return rows;
 }
 
+/// Sees that what is recorded is not lost with the exception that ends the recording.
+class Rescue {
+ public:
+  Rescue(const Recorder& recorder, std::vector<CapturedRow>* so_far, std::size_t lead, std::size_t count)
+      : recorder_(recorder), so_far_(so_far), lead_(lead), count_(count) {}
+  ~Rescue() {
+    if (so_far_ != nullptr && std::uncaught_exceptions() > before_)
+      *so_far_ = rows_of(recorder_, lead_, count_);
+  }
+  Rescue(const Rescue&) = delete;
+  Rescue& operator=(const Rescue&) = delete;
+
+ private:
+  const Recorder& recorder_;
+  std::vector<CapturedRow>* so_far_;
+  std::size_t lead_, count_;
+  int before_ = std::uncaught_exceptions();
+};
+
 bool asked(const Stopped& stopped) {
   return stopped && stopped();
 }
 
-/// Runs cycles until `count` rows are there, or it is stopped; `before(row)` queues what goes out with the SYNC before that row.
+/// Runs cycles until `count` rows are there, or it is stopped, or a fault has broken it; `before(row)` queues what goes out with the SYNC before that row.
 void record(Recorder& recorder, std::size_t count, const std::function<void(std::size_t)>& before,
             const Progress& progress, const Stopped& stopped) {
   constexpr std::size_t kTell = 100;  // rows
-  for (std::size_t told = 0; recorder.rows().size() < count && !asked(stopped);) {
+  for (std::size_t told = 0; recorder.rows().size() < count && !recorder.is_broken() && !asked(stopped);) {
     before(recorder.rows().size());
     recorder.cycle();
     if (!progress || recorder.rows().size() < told) continue;
@@ -177,6 +265,8 @@ void record(Recorder& recorder, std::size_t count, const std::function<void(std:
 
 std::vector<CapturedRow> capture(Session& session, const CaptureOptions& options, const Progress& progress) {
   require_chambers(options.chambers);
+  require_at_rest(session, kSomebodys);
+  require_excitable(session, options);
   session.nmt(canopen::NmtCommand::enter_pre_operational);
   const std::uint8_t mask = mask_of(options.chambers);
   BorrowedStream borrowed(session, {.chambers = mask, .largest_volume_m3 = options.largest_volume_m3});
@@ -194,11 +284,12 @@ std::vector<CapturedRow> capture(Session& session, const CaptureOptions& options
     session.enable();
     recorder.restart();
     const auto count = static_cast<std::size_t>(std::lround(options.seconds / kCycle_s));
+    const Rescue rescue(recorder, options.so_far, 0, count);
     record(
         recorder, count, [](std::size_t) {}, progress, options.stopped);
+    require_no_fault(session);
     rows = rows_of(recorder, 0, count);
   }
-  require_no_fault(session);
   drive.end();
   borrowed.give_back();
   return rows;
@@ -218,6 +309,7 @@ std::vector<CapturedRow> follow(Session& session, std::span<const std::vector<do
           "a reference of {} rows beside one of {}, expected one length above 0", reference.size(), count));
     }
   }
+  require_at_rest(session, kSomebodys);
   session.nmt(canopen::NmtCommand::enter_pre_operational);
   const std::uint8_t mask = mask_of(options.chambers);
   BorrowedSettings setpoints(session, is_of_setpoints);
@@ -259,9 +351,15 @@ std::vector<CapturedRow> follow(Session& session, std::span<const std::vector<do
       const std::size_t ahead = std::max<std::size_t>(options.preview_ticks, 1);
       // The set points of rows 1 to `ahead` - 1 have to be on their way before row 0.
       const std::size_t lead = ahead - 1;
+      const Rescue rescue(recorder, options.so_far, lead, count);
       record(
-          recorder, lead + count, [&](std::size_t row) { send_row(row + ahead - lead); }, progress,
-          options.stopped);
+          recorder, lead + count,
+          [&](std::size_t row) {
+            if (row > 0) require_below(recorder.rows().back(), options);
+            send_row(row + ahead - lead);
+          },
+          progress, options.stopped);
+      require_no_fault(session);
       rows = rows_of(recorder, lead, count);
     }
   }

@@ -9,6 +9,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -22,6 +23,13 @@ using Progress = std::function<void(double done)>;
 /// Asked each row; once it says true the recording ends there, as at its end. Empty: it goes on to its end.
 using Stopped = std::function<bool()>;
 
+struct CapturedRow {
+  double time_s = 0.0;      ///< from the first row on
+  double bus_time_s = 0.0;  ///< when its first frame came, in the time of the link
+  std::array<StreamSample, kChambers> sample{};
+  std::array<double, kChambers> reference_Pa{};  ///< follow() only: the reference at this row's time
+};
+
 struct CaptureOptions {
   double seconds = 60.0;
   std::uint32_t seed = 1;
@@ -32,18 +40,14 @@ struct CaptureOptions {
   double largest_volume_m3 = 3e-3;  ///< what the volume column can show
   unsigned chambers = 8;
   Stopped stopped = {};
-};
-
-struct CapturedRow {
-  double time_s = 0.0;      ///< from the first row on
-  double bus_time_s = 0.0;  ///< when its first frame came, in the time of the link
-  std::array<StreamSample, kChambers> sample{};
-  std::array<double, kChambers> reference_Pa{};  ///< follow() only: the reference at this row's time
+  std::vector<CapturedRow>* so_far = nullptr;  ///< takes the rows from before an exception that ends the run
 };
 
 /// Excites the chambers on the board (control mode -1, no model needed) and records them. Leaves the node operational, the
 /// board DISABLED and its settings and mode as they were (but for the excitation's, 2310h); also when it throws, as far as
-/// the bus allows. Throws as Session does, Refused when a fault stands at the end, ProtocolError when a row is incomplete.
+/// the bus allows. Throws as Session does, before anything moves Refused for a board that regulates and std::invalid_argument for
+/// limits that leave nothing within the board's settings; Refused when a fault ends it or stands at the end, ProtocolError when a row
+/// is incomplete.
 /// Returns fewer rows than asked for, or none, when stopped.
 std::vector<CapturedRow> capture(Session& session, const CaptureOptions& options,
                                  const Progress& progress = {});
@@ -52,8 +56,10 @@ struct FollowOptions {
   std::uint8_t preview_ticks = 2;  ///< how far ahead of its time a set point is sent; 0..8
   bool open_loop = false;          ///< pure feedforward (control mode 3)
   double largest_volume_m3 = 3e-3;
+  double highest_Pa = std::numeric_limits<double>::infinity();  ///< a pressure above ends the run, Refused
   unsigned chambers = 8;
   Stopped stopped = {};
+  std::vector<CapturedRow>* so_far = nullptr;  ///< as in CaptureOptions
 };
 
 /// One reference [Pa, absolute] a chamber, sampled at 100 Hz, all of one length. The board regulates to them;

@@ -22,15 +22,6 @@ constexpr std::uint8_t kVolumeGain = 5;  ///< of kChamberSettings
 constexpr std::uint8_t kSupplyLow = 3;   ///< of kBoardSettings
 constexpr std::uint32_t kCutTicks = 2;   ///< whose rows were on their way when the ticks were read
 
-void require_at_rest(client::Session& session) {
-  const std::uint16_t status = session.status_word();
-  if (!client::is_regulating(status)) return;
-  const auto fault = client::read_fault(session);
-  throw client::Refused(fmt::format(
-      "node {}: is in {}, expected a board at rest: noise is told from motion only while no valve moves",
-      session.node_id(), client::state_name(status, fault ? fault->code : std::uint16_t{0})));
-}
-
 /// Ticks and overruns, and the time of the link when they were so.
 struct Counted {
   std::uint32_t ticks;
@@ -234,7 +225,7 @@ client::Measured answer_measured(const AcceptanceRun& run) {
 
 AcceptanceRun run_acceptance(MeteredLink& link, client::Session& session, const AcceptancePlan& plan,
                              const client::Progress& progress) {
-  require_at_rest(session);
+  client::require_at_rest(session, "noise is told from motion only while no valve moves");
   AcceptanceRun run;
   session.nmt(canopen::NmtCommand::enter_pre_operational);
   {

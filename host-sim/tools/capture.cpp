@@ -44,6 +44,11 @@ SetpointRange reference_range(const Options& options, const trace::RigDescriptio
       options.pressure_low_kPa, options.pressure_high_kPa, able.low_Pa / 1e3, able.high_Pa / 1e3));
 }
 
+/// What regulation may do beyond the references: a twentieth of their range. The board's own settings trip later.
+double highest_Pa(const Options& options) {
+  return 1e3 * (options.pressure_high_kPa + 0.05 * (options.pressure_high_kPa - options.pressure_low_kPa));
+}
+
 /// Of what is built into the board's chambers, as far as it states them.
 void state_serials(trace::RigDescription& description, client::Session& session, unsigned chambers) {
   for (unsigned c = 0; c < chambers; ++c) {
@@ -74,6 +79,7 @@ int run(const Options& options) {
   const OutputFolder folder(options.out);
   const auto seed = static_cast<std::uint32_t>(options.board.rig.seed);
   std::vector<client::CapturedRow> rows;
+  RecordedSoFar so_far(options.out, chambers, options.closed_loop, description, options.output);
   std::string how = options.closed_loop ? "following random references" : "excited";
   if (options.last) {
     Progress progress("reading what the board remembers");
@@ -91,7 +97,11 @@ int run(const Options& options) {
     rows = client::follow(
         board.session(),
         client::random_references(chambers, options.seconds, range.low_Pa, range.high_Pa, seed),
-        {.largest_volume_m3 = options.largest_volume_L / 1e3, .chambers = chambers, .stopped = stopped},
+        {.largest_volume_m3 = options.largest_volume_L / 1e3,
+         .highest_Pa = highest_Pa(options),
+         .chambers = chambers,
+         .stopped = stopped,
+         .so_far = so_far.rows()},
         std::ref(progress));
   } else {
     Progress progress("recording");
@@ -104,7 +114,8 @@ int run(const Options& options) {
                             .pressure_high_Pa = options.pressure_high_kPa * 1e3,
                             .largest_volume_m3 = options.largest_volume_L / 1e3,
                             .chambers = chambers,
-                            .stopped = stopped},
+                            .stopped = stopped,
+                            .so_far = so_far.rows()},
                            std::ref(progress));
   }
   if (stopped()) {

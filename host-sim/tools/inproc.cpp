@@ -6,6 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 #include <string_view>
+#include <utility>
 
 #include "host-sim/effects/catalogue.hpp"
 #include "host-sim/rig/rig.hpp"
@@ -149,6 +150,24 @@ void write_recording(const std::filesystem::path& folder, const std::vector<clie
   trace::write_rig(folder / "rig.toml", description);
   for (unsigned c = 0; c < chambers; ++c) {
     trace::write_log(folder / fmt::format("chamber-{}.csv", c + 1), log_of(rows, c, with_reference));
+  }
+}
+
+RecordedSoFar::RecordedSoFar(std::filesystem::path folder, unsigned chambers, bool with_reference,
+                             const trace::RigDescription& description, const Output& output)
+    : folder_(std::move(folder)),
+      chambers_(chambers),
+      with_reference_(with_reference),
+      description_(description),
+      output_(output) {}
+
+RecordedSoFar::~RecordedSoFar() {
+  constexpr std::size_t kLeastRows = 2;  // of a log: fewer tell no rate
+  if (rows_.size() < kLeastRows) return;
+  try {
+    write_recording(folder_, rows_, chambers_, with_reference_, description_);
+    output_.print("{} rows from before this run broke off are in {}\n", rows_.size(), folder_.string());
+  } catch (const std::exception&) {  // what ended the recording is the one to tell
   }
 }
 

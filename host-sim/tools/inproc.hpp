@@ -8,6 +8,7 @@
 
 #include "host-sim/client/capture.hpp"
 #include "host-sim/client/session.hpp"
+#include "host-sim/tools/output.hpp"
 #include "host-sim/trace/log.hpp"
 #include "host-sim/trace/rig_toml.hpp"
 
@@ -45,6 +46,26 @@ struct RigChoice {
 /// Writes chamber-1.csv .. and rig.toml. Throws InputError.
 void write_recording(const std::filesystem::path& folder, const std::vector<client::CapturedRow>& rows,
                      unsigned chambers, bool with_reference, const trace::RigDescription& description);
+
+/// What was recorded before an exception that ends a recording is written all the same, as far as it makes logs. `description` and
+/// `output` must outlive it.
+class RecordedSoFar {
+ public:
+  RecordedSoFar(std::filesystem::path folder, unsigned chambers, bool with_reference,
+                const trace::RigDescription& description, const Output& output);
+  ~RecordedSoFar();
+  RecordedSoFar(const RecordedSoFar&) = delete;
+  RecordedSoFar& operator=(const RecordedSoFar&) = delete;
+  std::vector<client::CapturedRow>* rows() { return &rows_; }
+
+ private:
+  std::filesystem::path folder_;
+  unsigned chambers_;
+  bool with_reference_;
+  const trace::RigDescription& description_;
+  const Output& output_;
+  std::vector<client::CapturedRow> rows_;
+};
 
 /// Set points that leave a twentieth of the span free at both ends: what random references stay within.
 struct SetpointRange {

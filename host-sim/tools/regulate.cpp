@@ -42,7 +42,8 @@ constexpr unsigned kMostPreview_ticks = 8;
 
 /// A valve's delay and what a prompt one needs, as far as a board can be told.
 unsigned preview_over(double delay_s) {
-  const auto ticks = static_cast<unsigned>(std::ceil(delay_s / kTick_s));
+  constexpr double kNone = 0.05;  // of a tick: hardly seen, and printed as 0.0
+  const auto ticks = static_cast<unsigned>(std::ceil(std::max(0.0, delay_s / kTick_s - kNone)));
   return std::min(ticks + client::FollowOptions{}.preview_ticks, kMostPreview_ticks);
 }
 
@@ -64,12 +65,14 @@ int run(const Options& options) {
   const StopSignal stop;  // the valves have to come to rest, and what is borrowed be given back
   const OutputFolder folder(options.out);
   std::vector<client::CapturedRow> rows;
+  RecordedSoFar so_far(options.out, chambers, true, description, options.output);
   {
     Progress progress("regulating");
     rows = client::follow(board.session(), references,
                           {.preview_ticks = static_cast<std::uint8_t>(options.preview_ticks),
                            .chambers = chambers,
-                           .stopped = [&stop] { return stop.asked(); }},
+                           .stopped = [&stop] { return stop.asked(); },
+                           .so_far = so_far.rows()},
                           std::ref(progress));
   }
   constexpr std::size_t kLeastRows = client::kOnsetRows + 2;
@@ -111,13 +114,14 @@ int run(const Options& options) {
         lagging);
   }
   const unsigned wanted_ticks = preview_over(delay_s);
-  if (delay_s > 0.0 && options.preview_ticks < wanted_ticks) {
+  if (wanted_ticks > preview_over(0.0) && options.preview_ticks < wanted_ticks) {
     options.output.print(
         "the models have a valve late by {:.1f} ticks: --preview {} tells the board of the reference early "
         "enough\n",
         delay_s / kTick_s, wanted_ticks);
   }
-  if (const auto fault = client::read_fault(board.session())) {
+  const auto fault = client::read_fault(board.session());
+  if (fault) {
     options.output.print("the board reports {}\n  {}\n", client::fault_text(*fault), fault_advice(*fault));
   }
   options.output.print("the first half second is left out; {}recorded in {}\n",
@@ -126,8 +130,9 @@ int run(const Options& options) {
   options.output.finish({{"rows", rows.size()},
                          {"stopped", stop.asked()},
                          {"bus_load", number(board.bus_load())},
+                         {"fault", fault ? Json(client::fault_text(*fault)) : Json()},
                          {"chambers", list}});
-  return kDone;
+  return fault && client::reacts(*fault) ? kFailure : kDone;
 }
 
 }  // namespace

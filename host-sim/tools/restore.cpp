@@ -45,15 +45,6 @@ void require_fitting(const Backup& backup, client::Session& session, const Optio
                   hex(client::own_schema_hash(), 8), client::own_parameter_count()));
 }
 
-void require_at_rest(client::Session& session) {
-  const std::uint16_t status = session.status_word();
-  if (!client::is_regulating(status)) return;
-  const auto fault = client::read_fault(session);
-  throw client::Refused(fmt::format(
-      "node {}: is in {}, expected a board at rest: its settings are not changed while it regulates",
-      session.node_id(), client::state_name(status, fault ? fault->code : std::uint16_t{0})));
-}
-
 /// A file that was cut would leave the board half as it was.
 void require_complete(const Backup& backup, client::Session& session, const Options& options) {
   std::set<client::SettingId> stated;
@@ -97,7 +88,7 @@ int run(const Options& options) {
   const ShownTransfers shown(session, "restoring");
   require_fitting(backup, session, options);
   client::require_compatible(session);
-  require_at_rest(session);
+  client::require_at_rest(session, "its settings are not changed while it regulates");
   if (!options.partial) require_complete(backup, session, options);
   options.board.keep_rig();
   if (!options.settings_only && !backup.models.empty()) {

@@ -288,6 +288,69 @@ TEST(Capture, ThatIsStoppedGivesTheRowsSoFarAndEndsAsItsEndDoes) {
   EXPECT_EQ(watched.rig.board(0).controller().state(), safety::State::disabled);
 }
 
+TEST(Capture, OfABoardThatSomebodyRegulatesIsRefusedAndTouchesNothing) {
+  WatchedRig watched(mpye_rig(followed_rig(0.2)));
+  Session session(watched, 1);
+  session.upload_models(fitted_models(0.2));
+  session.nmt(canopen::NmtCommand::start);
+  session.request_state(canopen::word::kDisabled);
+  session.request_state(canopen::word::kHold);
+  EXPECT_THROW(client::capture(session, {.chambers = kFollowed}), client::Refused);
+  EXPECT_THROW(
+      client::follow(session, same_for_both(std::vector<double>(50, 300e3)), {.chambers = kFollowed}),
+      client::Refused);
+  watched.wait(0.1);
+  EXPECT_EQ(watched.rig.board(0).controller().state(), safety::State::hold);
+  EXPECT_EQ(watched.rig.board(0).controller().node().state(), canopen::NmtState::operational);
+}
+
+TEST(Capture, WithinLimitsThatLeaveNothingIsRefusedBeforeAnythingMoves) {
+  WatchedRig watched(mpye_rig({.chambers = 2}));
+  Session session(watched, 1);
+  for (const auto& [low_Pa, high_Pa] : {std::pair{1e3, 4e3}, {900e3, 950e3}}) {
+    EXPECT_THROW(
+        client::capture(session, {.pressure_low_Pa = low_Pa, .pressure_high_Pa = high_Pa, .chambers = 2}),
+        std::invalid_argument)
+        << low_Pa << " to " << high_Pa << " Pa";
+  }
+  for (const auto& [low_V, high_V] : {std::pair{4.5F, 4.9F}, {5.5F, 7.0F}, {1.0F, 2.0F}}) {
+    EXPECT_THROW(client::capture(session, {.command_low_V = low_V, .command_high_V = high_V, .chambers = 2}),
+                 std::invalid_argument)
+        << low_V << " to " << high_V << " V";
+  }
+  EXPECT_EQ(watched.rig.board(0).controller().state(), safety::State::init);
+}
+
+TEST(Capture, ThatAFaultEndsLeavesTheRowsFromBeforeIt) {
+  WatchedRig watched(mpye_rig({.chambers = 2}));
+  Session session(watched, 1);
+  std::vector<CapturedRow> so_far;
+  std::size_t asked = 0;
+  const auto dies = [&] {
+    if (++asked == 30) watched.rig.board(0).analog_in().set_dead(1, true);
+    return false;
+  };
+  EXPECT_THROW(client::capture(session, {.seconds = 10.0, .chambers = 2, .stopped = dies, .so_far = &so_far}),
+               client::Refused);
+  EXPECT_GE(so_far.size(), 30U);
+  EXPECT_LE(so_far.size(), 35U) << "of 1000: a sensor is stale after three ticks";
+}
+
+TEST(Follow, ThatLeadsAPressureAboveItsLimitEndsThere) {
+  WatchedRig watched(mpye_rig(followed_rig(0.2)));
+  Session session(watched, 1);
+  session.upload_models(fitted_models(0.2));
+  std::vector<double> reference_Pa(300, 250e3);
+  std::fill(reference_Pa.begin() + 100, reference_Pa.end(), 400e3);
+  std::vector<CapturedRow> so_far;
+  EXPECT_THROW(client::follow(session, same_for_both(reference_Pa),
+                              {.highest_Pa = 300e3, .chambers = kFollowed, .so_far = &so_far}),
+               client::Refused);
+  EXPECT_EQ(watched.rig.board(0).controller().state(), safety::State::disabled);
+  ASSERT_GT(so_far.size(), 100U);
+  EXPECT_LT(so_far.size(), 110U);
+}
+
 TEST(Follow, ThatIsStoppedWhileItSettlesDrivesNothingAndHasNoRows) {
   WatchedRig watched(mpye_rig(followed_rig(0.2)));
   Session session(watched, 1);
