@@ -1,5 +1,6 @@
 #include "host-sim/rig/standard_rigs.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -35,10 +36,30 @@ void fit_volume_sensor(ChamberConfig& chamber, plenum::config::ChamberSettings& 
   settings.volume_gain_mL_per_V = static_cast<float>(largest_m3 / 10.0 / kMl);
 }
 
-void fit_limits(plenum::config::ChamberSettings& settings, double supply_Pa, double ambient_Pa) {
+/// At which an over-pressure is told: 1.3 times the supply, as far as a board's settings go.
+double over_pressure_Pa(double supply_Pa) {
+  return std::min(1.3 * supply_Pa, 2e6);
+}
+
+/// Of 1 bar a volt, 2 bar, ...: the first sensor whose valid range holds the over-pressure of this supply.
+SensorConfig pressure_sensor(double supply_Pa) {
+  constexpr double kBar = 1e5, kValid_V = 9.9;
+  return {.at_zero_V = 0.0, .per_V = kBar * std::ceil(over_pressure_Pa(supply_Pa) / (kValid_V * kBar))};
+}
+
+/// A pressure sensor for this supply, the limits that go with it, and a calibration that is true.
+void fit_pressures(ChamberConfig& chamber, plenum::config::ChamberSettings& settings, double supply_Pa,
+                   double ambient_Pa) {
+  chamber.pressure_Pa = pressure_sensor(supply_Pa);
+  settings.pressure_gain_kPa_per_V = static_cast<float>(chamber.pressure_Pa.per_V / kPa);
   settings.pressure_low_kPa = static_cast<float>(ambient_Pa / kPa);
-  settings.pressure_high_kPa = static_cast<float>(supply_Pa / kPa);
-  settings.over_pressure_kPa = static_cast<float>(1.3 * supply_Pa / kPa);
+  settings.pressure_high_kPa = static_cast<float>(std::min(supply_Pa, 1.9e6) / kPa);
+  settings.over_pressure_kPa = static_cast<float>(over_pressure_Pa(supply_Pa) / kPa);
+}
+
+void fit_supply_sensor(BoardConfig& board, double supply_Pa) {
+  board.supply_Pa = pressure_sensor(supply_Pa);
+  board.settings.board.supply_gain_kPa_per_V = static_cast<float>(board.supply_Pa.per_V / kPa);
 }
 
 void fit_noise(plenum::Settings& settings, const BoardConfig& board) {
@@ -89,11 +110,12 @@ RigConfig mpye_rig(const MpyeRig& wanted) {
                                .volume_m3 = {}});
       plenum::config::ChamberSettings& settings = board.settings.chamber[c];
       fit_volume_sensor(board.chamber.back(), settings);
-      fit_limits(settings, chamber.supply_Pa, chamber.ambient_Pa);
+      fit_pressures(board.chamber.back(), settings, chamber.supply_Pa, chamber.ambient_Pa);
       const double omega = 2.0 * std::numbers::pi * 1.618 * frequency_Hz;
       largest_jerk_mL_s3 =
           std::max(largest_jerk_mL_s3, wanted.volume_swing * mean_m3 / kMl * std::pow(omega, 3));
     }
+    fit_supply_sensor(board, wanted.supply_Pa);
     fit_noise(board.settings, board);
     board.settings.volume.jerk_mL_s3 = static_cast<float>(largest_jerk_mL_s3);
     // The delay of a second-order spool, damping / (pi f), and the dead band that it crosses (regulator.hpp),
@@ -141,12 +163,13 @@ RigConfig thin_plate_rig(const trace::RigDescription& description, const ThinPla
            .effects = effects});
       plenum::config::ChamberSettings& settings = board.settings.chamber[c];
       fit_volume_sensor(board.chamber.back(), settings);
-      fit_limits(settings, chamber.supply_Pa, chamber.ambient_Pa);
+      fit_pressures(board.chamber.back(), settings, chamber.supply_Pa, chamber.ambient_Pa);
     }
     // The description's noise is that of a row, after averaging.
     board.adc.sample_noise_V = description.sensor.pressure_noise_Pa /
                                board.chamber.front().pressure_Pa.per_V *
                                std::sqrt(board.adc.samples_per_tick);
+    fit_supply_sensor(board, description.supply.pressure_Pa);
     fit_noise(board.settings, board);
     board.settings.regulator.valve_delay_ticks = 0.0F;
     rig.board.push_back(std::move(board));

@@ -168,6 +168,20 @@ TEST(Rig, ValveWithoutPowerGoesWhereItsSpringsPutIt) {
   EXPECT_NEAR(plant.effective_command_V(), 4.6, 1e-6) << "V, what the valve does";
 }
 
+TEST(Rig, HasSensorsForAnySupplyThatARigMayState) {
+  for (const double supply_Pa : {150e3, 700e3, 765e3, 1e6, 1.6e6, 2e6}) {
+    trace::RigDescription description;
+    description.supply.pressure_Pa = supply_Pa;
+    Rig rig(thin_plate_rig(description, {.chambers = 2, .volume_swing = 0.0}));
+    rig.run_until(3 * kTick_ns);
+    const plenum::canopen::ProcessImage& image = rig.board(0).controller().image();
+    EXPECT_EQ(image.error_code, 0) << supply_Pa << " Pa";
+    EXPECT_NEAR(image.supply_Pa, supply_Pa, 0.001 * supply_Pa);
+    EXPECT_NEAR(image.chamber[0].actual_Pa, description.ambient.pressure_Pa, 0.002 * supply_Pa)
+        << supply_Pa << " Pa";
+  }
+}
+
 TEST(Rig, RefusesWhatCannotBe) {
   RigConfig twins = mpye_rig({.boards = 2, .chambers = 1});
   twins.board[1].settings.node.node_id = 1;
