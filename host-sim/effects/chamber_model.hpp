@@ -149,7 +149,7 @@ ChamberModel<N>::ChamberModel(const Surroundings& around, const Timing& timing, 
   heat_.prepare(x(kIdHeatTransfer), around.gas.specific_gas_constant_J_kg_K(), around.ambient_Pa,
                 (start_Pa - start_warmth_Pa) * volume * (1.0 / gas_J_kg_));
   sensor_lag_.prepare(x(kIdSensorLag), step_s_, start_Pa);
-  sensor_bias_.prepare(x(kIdSensorBias), around.ambient_Pa, timing.tick_s, command_V,
+  sensor_bias_.prepare(x(kIdSensorBias), around.ambient_Pa, around.supply_Pa, timing.tick_s, command_V,
                        0.5 * (valve_[kOpenAbove] + valve_[kExhaustBelow]));
 }
 

@@ -32,6 +32,20 @@ TEST(SensorBias, ReadingDriftsWithItsTimeConstantOrAsARampAndFollowsTheCommandsG
   }
 }
 
+TEST(SensorBias, BentReadingIsOffAParabolaThroughAmbientAndSupply) {
+  const Drive drive = drive_of(jumping_command_V(300), swinging_volume(), 4);
+  const std::vector<double> plain = run(0, nominal(), drive, 3e5);
+  Figures figures = nominal();
+  figures[kFirstFigure[kIdSensorBias] + 6] = -0.01;
+  const std::vector<double> bent = run(only(kIdSensorBias), figures, drive, 3e5);
+  const double span_Pa = kSupply_Pa - kAmbient_Pa;
+  for (std::size_t k = 1; k < plain.size(); ++k) {
+    const double share = (plain[k] - kAmbient_Pa) / span_Pa;
+    ASSERT_NEAR(bent[k], plain[k] - 0.01 * span_Pa * (1.0 - std::pow(2.0 * share - 1.0, 2)), 1e-6)
+        << "Pa, row " << k;
+  }
+}
+
 TEST(SensorBias, ReadingIsOffByItsOffsetAndByItsGainAboveAmbient) {
   const Drive drive = drive_of(jumping_command_V(300), swinging_volume(), 4);
   const std::vector<double> plain = run(0, nominal(), drive, 3e5);
