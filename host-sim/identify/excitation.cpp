@@ -31,22 +31,40 @@ Range range_of(const std::vector<double>& values) {
   return {*low, *high};
 }
 
-/// Means over whole blocks of the rows first .. last - 1, less the mean of all of these.
-Eigen::VectorXd block_means(const std::vector<double>& values, std::size_t first, std::size_t last,
-                            std::size_t block) {
-  Eigen::VectorXd means(static_cast<Eigen::Index>((last - first) / block));
+/// Over whole blocks of the rows first .. last - 1.
+Eigen::VectorXd means(const std::vector<double>& values, std::size_t first, std::size_t last,
+                      std::size_t block) {
+  Eigen::VectorXd made(static_cast<Eigen::Index>((last - first) / block));
   auto at = values.begin() + static_cast<std::ptrdiff_t>(first);
-  for (double& mean : means) {
+  for (double& mean : made) {
     const auto end = at + static_cast<std::ptrdiff_t>(block);
     mean = std::accumulate(at, end, 0.0) / static_cast<double>(block);
     at = end;
   }
-  if (means.size() > 0) means.array() -= means.mean();
-  return means;
+  return made;
 }
 
-double squares_left(const Eigen::MatrixXd& by, const Eigen::VectorXd& of) {
-  return (of - by * by.colPivHouseholderQr().solve(of)).squaredNorm();
+Eigen::VectorXd centred(Eigen::VectorXd values) {
+  if (values.size() > 0) values.array() -= values.mean();
+  return values;
+}
+
+struct Fitted {
+  Eigen::VectorXd by;
+  double squares_left = 0.0;
+};
+Fitted fitted(const Eigen::MatrixXd& columns, const Eigen::VectorXd& to) {
+  const Eigen::VectorXd by = columns.colPivHouseholderQr().solve(to);
+  return {by, (to - columns * by).squaredNorm()};
+}
+
+/// Of an isothermal compression from each block to the next [kPa].
+Eigen::VectorXd compressions_kPa(const Ticks& ticks, std::size_t first, std::size_t last, std::size_t block) {
+  const Eigen::VectorXd pressure_kPa = means(ticks.pressure_kPa, first, last, block);
+  const Eigen::VectorXd volume_mL = means(ticks.volume_mL, first, last, block);
+  const Eigen::Index steps = std::max<Eigen::Index>(volume_mL.size() - 1, 0);
+  return pressure_kPa.head(steps).array() *
+         (volume_mL.head(steps).array() / volume_mL.tail(steps).array() - 1.0);
 }
 
 struct Prediction {
@@ -54,23 +72,30 @@ struct Prediction {
   double left_kPa = 0.0;  ///< RMS of its errors
 };
 Prediction predict_blocks(const Ticks& ticks, std::size_t block) {
-  std::vector<std::array<double, 4>> rows;  // Y_(b+1), Y_b, U_b, U_(b-1)
+  constexpr Eigen::Index kColumns = 6;
+  std::vector<std::array<double, kColumns>> rows;  // Y_(b+1), U_(b-1), U_b, Y_b, K_b, K_(b-1)
   for (std::size_t log = 0; log + 1 < ticks.begin.size(); ++log) {
     const std::size_t first = ticks.begin[log];
     const std::size_t last = ticks.begin[log + 1];
-    const Eigen::VectorXd y = block_means(ticks.pressure_kPa, first, last, block);
-    const Eigen::VectorXd u = block_means(ticks.command_V, first, last, block);
-    for (Eigen::Index b = 1; b + 1 < y.size(); ++b) rows.push_back({y[b + 1], y[b], u[b], u[b - 1]});
+    const Eigen::VectorXd y = centred(means(ticks.pressure_kPa, first, last, block));
+    const Eigen::VectorXd u = centred(means(ticks.command_V, first, last, block));
+    const Eigen::VectorXd k = centred(compressions_kPa(ticks, first, last, block));
+    for (Eigen::Index b = 1; b + 1 < y.size(); ++b) {
+      rows.push_back({y[b + 1], u[b - 1], u[b], y[b], k[b], k[b - 1]});
+    }
   }
   if (rows.size() < kFewestBlocks + ticks.begin.size()) return {};
-  const auto count = static_cast<Eigen::Index>(rows.size());
-  using Rows = Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor>;
-  const Eigen::Map<const Rows> table(rows.front().data(), count, 4);
-  const double without = squares_left(table.middleCols(1, 1), table.col(0));
-  const double with = squares_left(table.rightCols(3), table.col(0));
-  const double freedom = static_cast<double>(rows.size()) - 3.0 - static_cast<double>(ticks.begin.size() - 1);
-  return {freedom * (without - with) / std::max(with, 1e-300),
-          std::sqrt(with / static_cast<double>(rows.size()))};
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, kColumns, Eigen::RowMajor>;
+  const Eigen::Map<const Rows> table(rows.front().data(), static_cast<Eigen::Index>(rows.size()), kColumns);
+  Fitted without = fitted(table.rightCols(3), table.col(0));
+  const bool compressed = without.by.tail(2).sum() > 0.0;
+  if (!compressed) without = fitted(table.middleCols(3, 1), table.col(0));
+  const Fitted with = fitted(table.middleCols(1, 2 + without.by.size()), table.col(0));
+  const auto count = static_cast<double>(rows.size());
+  const double freedom =
+      count - static_cast<double>(with.by.size()) - static_cast<double>(ticks.begin.size() - 1);
+  return {freedom * (without.squares_left - with.squares_left) / std::max(with.squares_left, 1e-300),
+          std::sqrt(with.squares_left / count)};
 }
 
 void require_answer(const Ticks& ticks) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numbers>
 #include <random>
 #include <string>
 #include <vector>
@@ -117,6 +118,53 @@ TEST(Excitation, TwoStepsOfTheCommandAreEnough) {
     log.command_V[k] = k < 300 ? 6.0 : 4.0;
     log.pressure_Pa[k] += 1e3 * (p_kPa - 300.0);
     p_kPa += ((k < 300 ? 600.0 : 110.0) - p_kPa) * 0.05;
+  }
+  EXPECT_EQ(refusal({log}), "accepted");
+}
+
+/// A log whose volume swings by that share at so many hertz, and `gained_kPa` beside its adiabatic compression.
+trace::Log swinging(unsigned seed, double share, double at_Hz, double noise_kPa,
+                    const std::function<double(double u_V)>& gained_kPa) {
+  trace::Log log = log_of(seed, 6000, 30, 0.0, [](double p, double) { return p; });
+  std::mt19937_64 random(seed + 1000);
+  std::normal_distribution<double> noise(0.0, noise_kPa);
+  double p_kPa = 300.0;
+  for (std::size_t k = 0; k < log.size(); ++k) {
+    log.volume_m3[k] = 3e-3 * (1.0 + share * std::sin(2.0 * std::numbers::pi * at_Hz * log.time_s[k]));
+    if (k > 0) p_kPa *= std::pow(log.volume_m3[k - 1] / log.volume_m3[k], 1.4);
+    log.pressure_Pa[k] = 1e3 * (p_kPa + noise(random));
+    p_kPa += gained_kPa(log.command_V[k]);
+  }
+  return log;
+}
+
+TEST(Excitation, ALargeChamberThatItsVolumeMovesFarMoreThanItsValveIsAccepted) {
+  for (const double share : {0.1, 0.2, 0.3}) {
+    for (const double at_Hz : {0.3, 1.0}) {
+      const auto valve = [](double u) { return 0.03 * (u - 5.0); };
+      EXPECT_EQ(refusal({swinging(9, share, at_Hz, 0.1, valve)}), "accepted")
+          << share << " at " << at_Hz << " Hz";
+    }
+  }
+}
+
+TEST(Excitation, AShutChamberWhoseVolumeMovesIsRefused) {
+  const auto shut = [](double) { return 0.0; };
+  for (unsigned seed = 1; seed <= 100; ++seed) {
+    EXPECT_THAT(refusal({swinging(seed, 0.2, 1.0, 0.1, shut)}),
+                AllOf(HasSubstr("does not move with the command"), HasSubstr("noise of 0.")))
+        << "seed " << seed;
+  }
+}
+
+TEST(Excitation, AVolumeThatThePressureMovesLeavesTheCommandItsPart) {
+  const auto slow = [](double p, double u) { return p + 0.01 * (u - 5.0); };
+  trace::Log log = log_of(10, 6000, 30, 0.0, slow);
+  std::mt19937_64 random(11);
+  std::normal_distribution<double> noise_Pa(0.0, 100.0);
+  for (std::size_t k = 0; k < log.size(); ++k) {
+    log.volume_m3[k] = 1e-4 * std::sqrt(log.pressure_Pa[k] / 3e5);
+    log.pressure_Pa[k] += noise_Pa(random);
   }
   EXPECT_EQ(refusal({log}), "accepted");
 }
