@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "host-sim/identify/sign_of_command.hpp"
 #include "host-sim/trace/input_error.hpp"
 
 namespace plenum::host::diagnose {
@@ -36,24 +38,31 @@ void require_acting_command(const Scene& scene, const Fit& recalibrated) {
     double rms_Pa;
     std::string what, expected;
   };
+  Found best{as_logged_Pa, {}, {}};
+  const auto take = [&](Found found) {
+    if (found.rms_Pa < best.rms_Pa) best = std::move(found);
+  };
   const double twice_null_V = scene.nominal[effects::kOpenAbove] + scene.nominal[effects::kExhaustBelow];
-  Found best{rms_Pa_of(scene,
-                       [&](std::vector<double>& command_V) {
-                         for (double& u : command_V) u = twice_null_V - u;
-                       }),
-             fmt::format("to have the other sign: by {:g} V less the command", twice_null_V),
-             "a command that fills the chamber where it is above valve.open_above_V"};
+  const bool late_as_turned = std::ranges::all_of(scene.records, [](const Record& record) {
+    return identify::turned_is_late(record.drive.command_V, record.drive.timing.tick_s);
+  });
+  if (!late_as_turned) {
+    take({rms_Pa_of(scene,
+                    [&](std::vector<double>& command_V) {
+                      for (double& u : command_V) u = twice_null_V - u;
+                    }),
+          fmt::format("to have the other sign: by {:g} V less the command", twice_null_V),
+          "a command that fills the chamber where it is above valve.open_above_V"});
+  }
   for (std::size_t late = 1; late <= kMostRowsLate; ++late) {
     const double rms_Pa = rms_Pa_of(scene, [&](std::vector<double>& command_V) {
       const double last_V = command_V.back();
       command_V.erase(command_V.begin(), command_V.begin() + static_cast<std::ptrdiff_t>(late));
       command_V.insert(command_V.end(), late, last_V);
     });
-    if (rms_Pa < best.rms_Pa) {
-      const std::string rows = late == 1 ? "one row" : fmt::format("{} rows", late);
-      best = {rms_Pa, fmt::format("to be {} late: {} earlier", rows, rows),
-              "in each row the command held from its time to the next row's"};
-    }
+    const std::string rows = late == 1 ? "one row" : fmt::format("{} rows", late);
+    take({rms_Pa, fmt::format("to be {} late: {} earlier", rows, rows),
+          "in each row the command held from its time to the next row's"});
   }
   if (best.rms_Pa * best.rms_Pa > kFarBetter * as_logged_Pa * as_logged_Pa) return;
   throw trace::InputError(fmt::format(

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "host-sim/identify/cannot_identify.hpp"
+#include "host-sim/identify/sign_of_command.hpp"
 
 namespace plenum::host::tools {
 namespace {
@@ -51,9 +52,11 @@ void require_useful(const FitError& error,
   const std::string found =
       fmt::format("the model found errs {:.3g} times as much in free runs as holding the logs' {} does",
                   ratio, error.held);
+  const bool late_as_turned = std::ranges::all_of(
+      logs, [](const trace::Log& log) { return identify::turned_is_late(log.command_V, log.period_s); });
   double turned_ratio = std::numeric_limits<double>::infinity();
   try {
-    turned_ratio = turned_kPa(with_turned_commands(logs)) / error.held_kPa;
+    if (!late_as_turned) turned_ratio = turned_kPa(with_turned_commands(logs)) / error.held_kPa;
   } catch (const identify::CannotIdentify&) {  // then the sign is not what is wrong
   }
   if (turned_ratio < kTurned * ratio) {
@@ -61,6 +64,12 @@ void require_useful(const FitError& error,
         fmt::format("{}, and {:.3g} times with the command turned about the middle of its range: has the "
                     "command another sign, expected more volts for more pressure?",
                     found, turned_ratio));
+  }
+  if (!(ratio < kUseful) && late_as_turned) {
+    throw identify::CannotIdentify(fmt::format(
+        "{}, expected less: does the pressure follow late, or a command of another sign? The command is "
+        "its own mirror image within a second, so that both look alike: log steps of random height besides",
+        found));
   }
   if (!(ratio < kUseful)) {
     throw identify::CannotIdentify(

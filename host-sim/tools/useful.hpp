@@ -21,8 +21,8 @@ struct FitError {
 };
 
 /// A model that follows its own logs hardly better than whoever knows nothing is none, nor is one that follows the logs' mirror
-/// images in the command far better: its command has another sign. `turned_kPa`: the error of a fit to those, asked for in doubt only.
-/// Throws CannotIdentify.
+/// images in the command far better: its command has another sign, if one of the logs can tell that from a lag
+/// (identify/sign_of_command.hpp). `turned_kPa`: the error of a fit to those, asked for in doubt only. Throws CannotIdentify.
 void require_useful(const FitError& error,
                     const std::function<double(const std::vector<trace::Log>&)>& turned_kPa,
                     const std::vector<trace::Log>& logs);

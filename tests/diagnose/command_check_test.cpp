@@ -3,7 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <string>
+#include <vector>
 
 #include "host-sim/trace/input_error.hpp"
 #include "tests/identify/chamber/chamber_scene.hpp"
@@ -55,6 +59,19 @@ TEST(ActingCommand, WrittenARowOrTwoLateIsRefused) {
     const std::string said = refusal(scene);
     EXPECT_TRUE(says(said, late == 1 ? "to be one row late" : "to be 2 rows late")) << said;
   }
+}
+
+TEST(ActingCommand, IsNotBlamedForItsSignWhereALagWouldLookAlike) {
+  std::vector<double> sine_V;
+  for (int row = 0; row < 2000; ++row) {
+    sine_V.push_back(5.0 + 0.6 * std::sin(2.0 * std::numbers::pi * 1.25 * 0.01 * row));
+  }
+  Scene scene = chamber_scene(sine_V, 30e-6);
+  scene.noise_Pa = 50.0;
+  std::vector<double>& command_V = scene.records[0].drive.command_V;
+  std::rotate(command_V.begin(), command_V.end() - 40, command_V.end());
+  EXPECT_EQ(refusal(scene), "");
+  EXPECT_GT(fit(scene, 0, scene.nominal, {}).rms_Pa(), 5.0 * scene.noise_Pa) << "else nothing was asked";
 }
 
 TEST(ActingCommand, IsTakenFromAMachineThatIsLateSticksOrLags) {

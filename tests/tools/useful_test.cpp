@@ -2,7 +2,9 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
 #include <limits>
+#include <numbers>
 #include <string>
 
 #include "host-sim/identify/cannot_identify.hpp"
@@ -54,6 +56,38 @@ TEST(Useful, ACommandOfAnotherSignIsToldBeforeTheModelIsWorthNothing) {
 
 TEST(Useful, AModelNoBetterThanHoldingIsNone) {
   EXPECT_THAT(refusal(0.95, 0.9), AllOf(HasSubstr("0.95 times"), HasSubstr("means"), Not(HasSubstr("sign"))));
+}
+
+/// Two seconds of a sine about 5 V, and of steps where those are asked for.
+trace::Log sine(double at_Hz, bool steps) {
+  trace::Log log;
+  for (int row = 0; row < 400; ++row) {
+    const bool stepping = steps && row >= 200;
+    log.command_V.push_back(5.0 + (stepping ? (row / 20) * (row / 20) % 7 - 3.0
+                                            : 3.0 * std::sin(0.02 * std::numbers::pi * at_Hz * row)));
+  }
+  return log;
+}
+
+TEST(Useful, TheSignIsNotBlamedWhereALagWouldLookAlike) {
+  const auto turned = [](const std::vector<trace::Log>&) { return 1.0; };
+  const auto said = [&](double share, const std::vector<trace::Log>& logs) -> std::string {
+    try {
+      require_useful({.model_kPa = 10.0 * share, .held_kPa = 10.0, .held = "means"}, turned, logs);
+    } catch (const identify::CannotIdentify& error) {
+      return error.what();
+    }
+    return {};
+  };
+  EXPECT_THAT(said(0.8, {sine(1.25, false)}), IsEmpty());
+  EXPECT_THAT(said(2.0, {sine(1.25, false)}), AllOf(HasSubstr("follow late"), HasSubstr("look alike")));
+  for (const double share : {0.8, 2.0}) {
+    EXPECT_THAT(said(share, {sine(1.25, true)}), HasSubstr("has the command another sign"));
+    EXPECT_THAT(said(share, {sine(0.25, false)}), HasSubstr("has the command another sign"))
+        << "2 s is no lag";
+    EXPECT_THAT(said(share, {sine(1.25, false), sine(1.25, true)}),
+                HasSubstr("has the command another sign"));
+  }
 }
 
 TEST(Useful, AModelWhoseErrorIsNoNumberIsNone) {
