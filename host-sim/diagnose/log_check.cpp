@@ -171,21 +171,32 @@ void require_supply(const NamedLog& of, const RigDescription& rig) {
 
 // ---- command
 
+/// Any valve may be given so much: 12 V, and a margin.
+constexpr double kAnyValve_V = 12.6;
+/// What a valve may be given, over the thresholds at which its ports open: twice those about, and a margin.
+constexpr double kOfThresholds = 3.0;
+constexpr double kMostValve_V = 25.2;  ///< 24 V, and a margin
+constexpr double kPerCent = 105.0;     ///< likewise
+
 void require_command(const NamedLog& of, const RigDescription& rig) {
-  constexpr double kHighest_V = 12.0;  ///< a valve for 0 to 10 V or -10 to 10 V, and a margin
+  const RigDescription::Valve& valve = rig.valve;
   const double low_V = least(of.log.command_V);
   const double high_V = greatest(of.log.command_V);
+  const double highest_V = std::max(
+      kAnyValve_V, kOfThresholds * std::max(std::abs(valve.open_above_V), std::abs(valve.exhaust_below_V)));
   const auto refuse = [&](const char* likeness) {
     throw InputError(fmt::format(
-        "{}: column command_V: {:.6g} to {:.6g}, {}, expected volts, the rig's ports open below {:.6g} and "
-        "above {:.6g} V",
-        of.name, low_V, high_V, likeness, rig.valve.exhaust_below_V, rig.valve.open_above_V));
+        "{}: column command_V: {:.6g} to {:.6g}, {}, expected volts, up to {:.3g} where the rig's ports "
+        "open below {:.6g} and above {:.6g} V (valve.exhaust_below_V, valve.open_above_V)",
+        of.name, low_V, high_V, likeness, highest_V, valve.exhaust_below_V, valve.open_above_V));
   };
-  if (high_V > kHighest_V || low_V < -kHighest_V) {
-    refuse(high_V > 105.0 || low_V < -105.0 ? "too large" : "looks like per cent");
+  if (const double most_V = std::max(high_V, -low_V); most_V > highest_V) {
+    refuse(most_V > kPerCent       ? "too large"
+           : most_V > kMostValve_V ? "looks like per cent"
+                                   : "looks like per cent, or like a valve of more volts");
   }
   const bool moves = high_V - low_V > 0.05;
-  if (moves && high_V <= 1.05 && low_V >= -1.05 && rig.valve.exhaust_below_V > 1.5) {
+  if (moves && high_V <= 1.05 && low_V >= -1.05 && valve.exhaust_below_V > 1.5) {
     refuse("looks normalised to 1");
   }
 }

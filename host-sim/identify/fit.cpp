@@ -17,6 +17,7 @@
 namespace plenum::host::identify {
 namespace {
 
+constexpr double kLowestNull_V = 2.0, kHighestNull_V = 8.0;
 constexpr double kInside_V = 1e-6;        // Table I leaves 2 and 8 V out, and so does a board, in float
 constexpr double kFarthest_V = 8.0;       // |u - c1| at most, for 0 <= u <= 10 V and 2 < c1 < 8
 constexpr double kLeastOpening_V = 1e-4;  // k at its minimum
@@ -67,13 +68,14 @@ struct Coordinates {
 
   Vector9 low() const {
     Vector9 z;
-    z << 2.0 + kInside_V, folded(1e-3, kUnit_c2), 0.0, -2.0, -10.0 * rate_scale_mL_s / bench.mean_volume_mL,
-        0.0, std::log(1e-3), -0.99, folded(kLeastOpening_V, kUnit_c9);
+    z << kLowestNull_V + kInside_V, folded(1e-3, kUnit_c2), 0.0, -2.0,
+        -10.0 * rate_scale_mL_s / bench.mean_volume_mL, 0.0, std::log(1e-3), -0.99,
+        folded(kLeastOpening_V, kUnit_c9);
     return z;
   }
   Vector9 high() const {
     Vector9 z;
-    z << 8.0 - kInside_V, folded(50.0, kUnit_c2), folded(500.0, kUnit_c3), 2.0,
+    z << kHighestNull_V - kInside_V, folded(50.0, kUnit_c2), folded(500.0, kUnit_c3), 2.0,
         10.0 * rate_scale_mL_s / bench.mean_volume_mL, kMostVolumeGain / (1.0 + kMostVolumeGain),
         std::log(200.0), 0.99, folded(5.0, kUnit_c9);
     return z;
@@ -172,6 +174,19 @@ Coordinates coordinates_of(const Ticks& ticks, const trace::RigDescription& rig,
   coordinates.rate_scale_mL_s =
       std::max(rms(ticks.volume_rate_mL_s), 1e-9 * coordinates.bench.mean_volume_mL);
   return coordinates;
+}
+
+/// Commands on both sides of a valve's null need it in the form. One below 2 V leaves the flank above it, which the form follows.
+void require_null_within(const Ticks& ticks, const trace::RigDescription::Valve& valve) {
+  const auto [lowest, highest] = std::minmax_element(ticks.command_V.begin(), ticks.command_V.end());
+  if (valve.exhaust_below_V <= kHighestNull_V || *lowest >= valve.exhaust_below_V ||
+      *highest <= valve.open_above_V) {
+    return;
+  }
+  throw CannotIdentify(fmt::format(
+      "the 9-parameter form has its null c1_V within {:g} and {:g} V, the rig's ports open below {:.6g} and "
+      "above {:.6g} V: expected the grey-box model for such a valve",
+      kLowestNull_V, kHighestNull_V, valve.exhaust_below_V, valve.open_above_V));
 }
 
 void require_length(const Bench& bench) {
@@ -365,6 +380,7 @@ double share_of_rates_not_positive(const Bench& bench, const Tassa9& model) {
 Tassa9Fit fit_tassa9(const std::vector<trace::Log>& logs, const trace::RigDescription& rig,
                      const FitOptions& options) {
   const Ticks ticks = lay_out(logs);
+  require_null_within(ticks, rig.valve);
   const Coordinates coordinates = coordinates_of(ticks, rig, options);
   require_length(coordinates.bench);
   require_excitation(ticks);

@@ -78,7 +78,7 @@ struct Tassa9Fit {
 /// Fits c1..c9, of the repaired form all but c4, to all logs together; P_c and P_r are the rig's. One thread; may be called from several at
 /// once. Throws CannotIdentify, in one line: no log, logs that differ in rate, too few rows, no excitation
 /// (excitation.hpp), a rank-deficient Jacobian (which parameters), a rate that the logs do not tell: c7/(1 + c6 V) at its lower bound,
-/// or its standard error larger than itself.
+/// or its standard error larger than itself; commands on both sides of a null that the rig has above c1's range.
 Tassa9Fit fit_tassa9(const std::vector<trace::Log>& logs, const trace::RigDescription& rig,
                      const FitOptions& options = {});
 

@@ -342,6 +342,22 @@ TEST(LogCheck, KnowsCommandsInPerCentNormalisedAndInMillivolts) {
   expect_refusal(2, scaled_command(excited(), 1000.0, 0.0), {"command_V", "too large"});
 }
 
+TEST(LogCheck, TakesTheVoltsThatAValveOfTheRigsThresholdsIsGiven) {
+  RigDescription rig;
+  EXPECT_EQ(answer(scaled_command(excited(), 1.0, 5.0)), "") << "12 V";
+  rig.valve = {.open_above_V = 12.1,
+               .exhaust_below_V = 11.9,
+               .inlet_area_per_V_m2 = 6e-7,
+               .exhaust_area_per_V_m2 = 6e-7};
+  const Log of_24_V = scaled_command(excited(), 2.4, 0.0);
+  EXPECT_EQ(answer(of_24_V, rig), "");
+  EXPECT_EQ(answer(scaled_command(excited(), 6.0, -18.0), rig), "") << "0 to 24 V";
+  expect_refusal(2, scaled_command(excited(), 6.0, -18.0),
+                 {"command_V", "or like a valve of more volts", "valve.open_above_V"});
+  expect_refusal(2, scaled_command(excited(), 10.0, 0.0), {"looks like per cent, expected volts, up to 36.3"},
+                 rig);
+}
+
 TEST(LogCheck, RefusesAnotherRateThanTheRigs) {
   Log log = excited();
   log.period_s = 0.02;

@@ -14,6 +14,7 @@
 namespace plenum::host::identify {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 
 Tassa9Fit fit(const Recording& recording, const FitOptions& options = {}) {
@@ -241,6 +242,24 @@ TEST(Fit, SaysInOneLineWhyItCannot) {
   trace::Log two = log;
   for (double& u : two.command_V) u = u > 5.0 ? 5.5 : 4.5;
   EXPECT_THAT(refusal(two), HasSubstr("rank-deficient"));
+}
+
+TEST(Fit, AValveWhoseNullTheFormHasNotIsRefusedWhereTheCommandsPassIt) {
+  trace::Log log = record({});
+  for (double& u : log.command_V) u = 2.4 * u;
+  trace::RigDescription rig = rig_of({});
+  rig.valve.open_above_V = 12.1;
+  rig.valve.exhaust_below_V = 11.9;
+  EXPECT_THAT([&] { fit_tassa9({log}, rig); },
+              testing::ThrowsMessage<CannotIdentify>(AllOf(HasSubstr("c1_V within 2 and 8 V"),
+                                                           HasSubstr("below 11.9 and above 12.1 V"),
+                                                           HasSubstr("grey-box"))));
+  EXPECT_NO_THROW(fit_tassa9({record({})}, rig)) << "on one side of it";
+  log = record({});
+  for (double& u : log.command_V) u -= 4.0;
+  rig.valve.open_above_V = 1.1;
+  rig.valve.exhaust_below_V = 0.9;
+  EXPECT_NO_THROW(fit_tassa9({log}, rig)) << "a pump's flank";
 }
 
 TEST(Fit, TheModelFileHoldsParametersAndWhatIsKnownOfThem) {

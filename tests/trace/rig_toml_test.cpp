@@ -49,6 +49,11 @@ TEST(RigToml, TakesATickThatIsRoundedForOneTick) {
   EXPECT_EQ(rig.sampling.pressure_average_s, 1.0 / 60.0);
 }
 
+TEST(RigToml, HoldsAValveOf24Volts) {
+  EXPECT_EQ(refusal("[sampling]\nrate_Hz = 100\n[valve]\nopen_above_V = 12.2\nexhaust_below_V = 11.8\n"),
+            "accepted");
+}
+
 TEST(RigToml, HoldsAValveWhoseNullIsAtZero) {
   const RigDescription rig = parse_rig(
       "[sampling]\nrate_Hz = 100\n[valve]\nopen_above_V = 0.08\nexhaust_below_V = -0.08\n", "rig.toml");
