@@ -68,6 +68,10 @@ constexpr std::array<Unit, 7> kUnits{{{"MPa", 1e6},
 
 /// How far below ambient a sound reading may be, beyond what growth of the volume explains: sensors err.
 constexpr double kBelowAmbient = 0.7;
+/// Of ambient: what is open to it comes that near to 0 by gauge, and no chamber's vacuum is so deep.
+constexpr double kNearZero = 0.1;
+/// Of ambient: who is never above that has no supply.
+constexpr double kAtAmbient = 1.05;
 /// How far above the supply: it may be off, and sensors err.
 constexpr double kAboveSupply = 1.5;
 
@@ -110,9 +114,14 @@ std::string likeness(const trace::Log& log, const RigDescription& rig) {
     if (unit.in_Pa > 1.0 && fits(unit.in_Pa, 0.0)) return fmt::format("looks like {}, ", unit.name);
   }
   for (const Unit& unit : kUnits) {
-    if (fits(unit.in_Pa, rig.ambient.pressure_Pa)) {
+    if (!fits(unit.in_Pa, rig.ambient.pressure_Pa)) continue;
+    if (unit.in_Pa * quantile(log.pressure_Pa, 0.005) < kNearZero * rig.ambient.pressure_Pa) {
       return fmt::format("looks like gauge pressure in {}, ", unit.name);
     }
+    const bool always = unit.in_Pa * greatest(log.pressure_Pa) < kAtAmbient * rig.ambient.pressure_Pa;
+    return fmt::format("below ambient{}: {}; ", unit.in_Pa > 1.0 ? fmt::format(" in {}", unit.name) : "",
+                       always ? "a vacuum is not supported, and gauge pressure would come near 0"
+                              : "gauge pressure, or a vacuum, which is not supported");
   }
   return "";
 }

@@ -21,9 +21,9 @@ using trace::NamedLog;
 inline constexpr double kShortest_s = 3.0;
 
 /// Units and reference of each log. Throws trace::InputError naming the log, the column, what was found, what it
-/// looks like, and what was expected, for: pressure in kPa, bar, MPa, psi, hPa or cmH2O, gauge pressure, pressure
-/// far above the supply; volume in litres or millilitres, not positive, or outside 1 mL to 100 L; command in per
-/// cent, normalised, or otherwise no volts; a supply_Pa column far from the rig's supply.
+/// looks like, and what was expected, for: pressure in kPa, bar, MPa, psi, hPa or cmH2O, gauge pressure (which comes near 0), a vacuum,
+/// pressure far above the supply; volume in litres or millilitres, not positive, or outside 1 mL to 100 L; command in per cent,
+/// normalised, or otherwise no volts that a valve with the rig's thresholds is given; a supply_Pa column far from the rig's supply.
 void require_units(const std::vector<NamedLog>& logs, const trace::RigDescription& rig);
 
 /// What of a log is taken as it is, though it may not be what its user thinks, a line each: supply_Pa off the rig's supply by more

@@ -16,6 +16,7 @@ namespace plenum::host::diagnose {
 namespace {
 
 using testing::HasSubstr;
+using testing::Not;
 using trace::Log;
 using trace::RigDescription;
 
@@ -297,6 +298,22 @@ TEST(LogCheck, KnowsGaugePressureAtRestAndMoving) {
     expect_refusal(2, scaled_pressure(recorded(chamber, fill_and_dump), 1.0, -101325.0),
                    {"pressure_Pa", "looks like gauge pressure in Pa", "absolute"});
   }
+}
+
+TEST(LogCheck, CallsAVacuumNoGaugePressure) {
+  const auto pumped_down = [](double rest_Pa, double deepest_Pa) {
+    Log log = excited();
+    for (std::size_t i = 0; i < log.size(); ++i) {
+      log.pressure_Pa[i] = rest_Pa + (deepest_Pa - rest_Pa) * (1.0 - std::exp(-log.time_s[i] / 3.0));
+    }
+    return log;
+  };
+  for (const Log& log : {pumped_down(101e3, 36e3), pumped_down(63e3, 63e3)}) {
+    expect_refusal(2, log, {"pressure_Pa", "a vacuum is not supported", "absolute"});
+    EXPECT_THAT(answer(log), Not(HasSubstr("looks like gauge")));
+  }
+  expect_refusal(2, pumped_down(3e3, 60e3), {"looks like gauge pressure in Pa"});
+  expect_refusal(2, pumped_down(300e3, 20e3), {"gauge pressure, or a vacuum, which is not supported"});
 }
 
 TEST(LogCheck, KnowsGaugePressureOfAVentilator) {
