@@ -74,9 +74,11 @@ Ticks lay_out(const std::vector<trace::Log>& logs) {
     }
     if (std::abs(log.period_s - ticks.period_s) > trace::kSameRate * ticks.period_s ||
         std::abs(log.pressure_average_s - ticks.average_s) > trace::kSameRate * ticks.period_s) {
-      throw CannotIdentify(
-          fmt::format("log {}: period {} s, averaging {} s, expected {} s and {} s as in log 1", i + 1,
-                      log.period_s, log.pressure_average_s, ticks.period_s, ticks.average_s));
+      throw CannotIdentify(fmt::format(
+          "log {}: period {} s, averaging {} s, expected {} s and {} s as in log 1 within {:g} %: "
+          "fit it alone, or resample it",
+          i + 1, log.period_s, log.pressure_average_s, ticks.period_s, ticks.average_s,
+          100.0 * trace::kSameRate));
     }
     ticks.begin.push_back(ticks.size());
     append(log, ticks);

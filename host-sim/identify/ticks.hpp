@@ -23,7 +23,7 @@ namespace plenum::host::identify {
 /// Rows of several logs one behind the other. Arrays are as long as all logs together; the tick of a log's
 /// last row is unused.
 struct Ticks {
-  double period_s = 0.01;
+  double period_s = 0.01;  ///< of the first log; the others' are the same within trace::kSameRate
   double average_s = 0.01;
   std::vector<double> command_V;
   std::vector<double> volume_mL;         ///< at mid-tick

@@ -62,9 +62,15 @@ void require_rate(const Log& log, const RigDescription& rig, std::string_view fi
   const auto is_it = [&](double one_Hz) { return std::abs(one_Hz - expected_Hz) <= kSameRate * expected_Hz; };
   if (is_it(rate_Hz)) return;
   constexpr double kMillisecondsPerSecond = 1e3;
-  throw InputError(fmt::format(
-      "{}: column time_s: {:.6g} Hz, {}expected the rig's sampling.rate_Hz = {:.6g}", file, rate_Hz,
-      is_it(kMillisecondsPerSecond * rate_Hz) ? "looks like milliseconds, " : "", expected_Hz));
+  if (is_it(kMillisecondsPerSecond * rate_Hz)) {
+    throw InputError(fmt::format(
+        "{}: column time_s: {:.6g} Hz, looks like milliseconds, expected the rig's sampling.rate_Hz = {:.6g}",
+        file, rate_Hz, expected_Hz));
+  }
+  throw InputError(
+      fmt::format("{}: column time_s: {:.6g} Hz, expected the rig's sampling.rate_Hz = {:.6g} within {:g} %: "
+                  "where the log is right, correct the rig",
+                  file, rate_Hz, expected_Hz, 100.0 * kSameRate));
 }
 
 Log read_log(const std::filesystem::path& path, const RigDescription& rig,

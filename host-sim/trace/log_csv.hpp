@@ -18,8 +18,9 @@ namespace plenum::host::trace {
 /// time that does not advance uniformly.
 Log read_log(const std::filesystem::path& path, std::vector<std::string>* notices = nullptr);
 
-/// Two rates are the same within this share: recorders' clocks differ, and stamps and figures are rounded.
-inline constexpr double kSameRate = 1e-3;
+/// Two rates are the same within this share: recorders' clocks differ, stamps and figures are rounded, and a loop that sleeps is late.
+/// What is computed from a log runs at its own rate.
+inline constexpr double kSameRate = 0.01;
 
 /// Throws InputError naming `file` for a log of another rate than the rig's.
 void require_rate(const Log& log, const RigDescription& rig, std::string_view file);

@@ -12,7 +12,6 @@
 
 #include "host-sim/trace/input_error.hpp"
 #include "host-sim/trace/legible.hpp"
-#include "host-sim/trace/log_csv.hpp"
 #include "host-sim/trace/whole_file.hpp"
 
 namespace plenum::host::trace {
@@ -86,7 +85,8 @@ void check_range(const Key& key, double value, std::string_view where) {
 
 void check_together(const RigDescription& rig, std::string_view where) {
   // A pressure that averages over more than one tick would need the command before the row before. One tick may be rounded.
-  if (rig.sampling.pressure_average_s > (1.0 + kSameRate) / rig.sampling.rate_Hz) {
+  constexpr double kRounding = 1e-3;
+  if (rig.sampling.pressure_average_s > (1.0 + kRounding) / rig.sampling.rate_Hz) {
     throw InputError(fmt::format("{}: sampling.pressure_average_s = {}, expected 0 to one tick, {}", where,
                                  rig.sampling.pressure_average_s, 1.0 / rig.sampling.rate_Hz));
   }

@@ -1,5 +1,6 @@
 #include "host-sim/identify/squares.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
@@ -38,8 +39,17 @@ TEST(Ticks, RefusesLogsThatDoNotGoTogether) {
   other.pressure_average_s = 0.03;
   EXPECT_THROW(lay_out({other}), CannotIdentify);
   other = log;
-  other.period_s *= 1.0 + 3e-4;
-  EXPECT_EQ(lay_out({log, other}).period_s, log.period_s) << "a recorder's clock is 300 ppm slow";
+  for (const double slow : {3e-4, 9e-3}) {
+    other.period_s = log.period_s * (1.0 + slow);
+    EXPECT_EQ(lay_out({log, other}).period_s, log.period_s) << "a recorder's clock that is slow by " << slow;
+  }
+  other.period_s = 1.02 * log.period_s;
+  EXPECT_THAT(
+      [&] {
+        lay_out({log, other});
+      },
+      testing::ThrowsMessage<CannotIdentify>(
+          testing::AllOf(testing::HasSubstr("within 1 %"), testing::HasSubstr("resample"))));
   Recording brief;
   brief.rows = kFewestRows - 1;
   EXPECT_THROW(lay_out({record(brief)}), CannotIdentify);

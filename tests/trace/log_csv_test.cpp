@@ -253,6 +253,19 @@ TEST(LogCsv, TakesTheAveragingTimeFromTheRigAndRefusesAnotherRate) {
                   AllOf(HasSubstr("0.2 Hz, looks like milliseconds"), HasSubstr("200"))));
 }
 
+TEST(LogCsv, TakesARateThatIsOffByLessThanAHundredthAndKeepsItsOwn) {
+  const auto path = scratch("late.csv");
+  std::ofstream(path) << kHeader << kGoodRow << "0.02017,5,1e5,1e-4\n";
+  RigDescription rig;
+  rig.sampling = {.rate_Hz = 49.5, .pressure_average_s = 0.0};
+  EXPECT_EQ(read_log(path, rig).period_s, 0.02017);
+  rig.sampling.rate_Hz = 50.5;
+  EXPECT_THAT([&] { read_log(path, rig); },
+              testing::ThrowsMessage<InputError>(
+                  AllOf(HasSubstr("49.5786 Hz, expected the rig's sampling.rate_Hz = 50.5 within 1 %"),
+                        HasSubstr("correct the rig"))));
+}
+
 TEST(LogCsv, AveragesOverNoMoreThanATickWhereTheRecordersClockIsFastOrItsStampsAreRounded) {
   for (const double rate_Hz : {60.0, 100.002, 300.0}) {
     for (const int rows : {298, 299, 300, 301}) {
