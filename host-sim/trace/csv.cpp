@@ -106,9 +106,10 @@ std::size_t column_of(const NumberTable& table, std::string_view name, std::stri
     const auto like = std::find_if(table.names.begin(), table.names.end(),
                                    [&](const std::string& other) { return same_quantity(other, name); });
     if (like != table.names.end()) {
+      const std::size_t unit = name.rfind('_');
       throw InputError(
-          fmt::format("{}: header: column '{}' is missing, expected '{}' under that name and in that unit",
-                      file, name, legible(*like)));
+          fmt::format("{}: header: found column '{}', expected '{}'{}", file, legible(*like), name,
+                      unit == std::string_view::npos ? "" : fmt::format(", in {}", name.substr(unit + 1))));
     }
     throw InputError(fmt::format("{}: header: column '{}' is missing, expected among: {}", file, name,
                                  legible_list(table.names)));
