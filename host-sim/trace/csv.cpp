@@ -98,6 +98,21 @@ bool same_quantity(std::string_view column, std::string_view name) {
                     });
 }
 
+/// By its byte-order mark, or by the half of its first character that is 0.
+bool looks_like_utf16(std::string_view text) {
+  return text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF") ||
+         text.substr(0, 2).find('\0') != std::string_view::npos;
+}
+
+/// For steps of time of which so many are off the usual one.
+std::string remedy(std::ptrdiff_t off, std::size_t steps, bool longer) {
+  constexpr double kFewLost = 0.01;  // of the steps; where more are off, the stamps jitter
+  if (off > 1 && static_cast<double>(off) > kFewLost * static_cast<double>(steps)) {
+    return fmt::format("; {} of {} steps are off: resample the log at a uniform rate", off, steps);
+  }
+  return longer ? "; where rows are missing, split the log and give both parts" : "";
+}
+
 }  // namespace
 
 std::size_t column_of(const NumberTable& table, std::string_view name, std::string_view file) {
@@ -120,11 +135,18 @@ std::size_t column_of(const NumberTable& table, std::string_view name, std::stri
 NumberTable parse_numbers(std::string_view text, std::string_view file,
                           const std::function<bool(std::string_view name)>& wanted,
                           std::vector<std::string>* notices) {
+  if (looks_like_utf16(text)) {
+    throw InputError(fmt::format("{}: looks like UTF-16, expected UTF-8", file));
+  }
   if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
   if (text.empty()) throw InputError(fmt::format("{}: empty, expected a header row", file));
   NumberTable table;
   bool ended = false;
   const std::string_view header = take_line(text, ended);
+  if (header.starts_with('#')) {
+    throw InputError(fmt::format("{}: header: '{}' is a comment, expected the names of the columns", file,
+                                 legible(header)));
+  }
   table.names = parse_header(header);
   const std::size_t width = table.names.size();
   if (const auto at = table.names.front().find_first_of(";\t"); width == 1 && at != std::string::npos) {
@@ -162,6 +184,10 @@ NumberTable parse_numbers(std::string_view text, std::string_view file,
       notices->push_back(
           fmt::format("{}: row {}, the last, has no line end (truncated?) and is left out", file, row));
       break;
+    }
+    if (trimmed(line).empty()) {
+      throw InputError(fmt::format("{}: row {}, column {}: missing, the line is empty, expected {} cells",
+                                   file, row, legible(table.names.front()), width));
     }
     for (std::size_t i = 0; i < width; ++i) {
       const std::size_t comma = end_of_cell(line);
@@ -201,13 +227,15 @@ double uniform_period_s(const std::vector<double>& time_s, std::string_view file
   const auto middle = steps_s.begin() + static_cast<std::ptrdiff_t>((steps_s.size() - 1) / 2);
   std::nth_element(steps_s.begin(), middle, steps_s.end());
   const double usual_s = *middle;
+  const auto off = std::count_if(steps_s.begin(), steps_s.end(), [&](double step_s) {
+    return !(std::abs(step_s - usual_s) <= kUniformTolerance * usual_s);
+  });
   for (std::size_t i = 1; i < time_s.size(); ++i) {
     const double longer_s = time_s[i] - time_s[i - 1] - usual_s;
     if (!(std::abs(longer_s) <= kUniformTolerance * usual_s)) {
-      throw InputError(
-          fmt::format("{}: row {}, column time_s: {} after {}, expected a step of {:.6g} s as in most rows{}",
-                      file, i + 1, time_s[i], time_s[i - 1], usual_s,
-                      longer_s > 0.0 ? "; where rows are missing, split the log and give both parts" : ""));
+      throw InputError(fmt::format(
+          "{}: row {}, column time_s: {} after {}, expected a step of {:.6g} s as in most rows{}", file,
+          i + 1, time_s[i], time_s[i - 1], usual_s, remedy(off, steps_s.size(), longer_s > 0.0)));
     }
   }
   const double period_s = (time_s.back() - time_s.front()) / static_cast<double>(time_s.size() - 1);

@@ -26,7 +26,7 @@ std::size_t column_of(const NumberTable& table, std::string_view name, std::stri
 /// has no line end: that row is left out, because a number that was cut short cannot be told from a whole one. Throws
 /// InputError naming `file`, the row (1: the first row after the header) and the column for: a cell that is missing, not a
 /// number or not finite; a row longer than the header; a file that ends within a row, or without `notices` without a line
-/// end; a wanted column that appears twice; no header, or one of semicolons or tabs; no rows.
+/// end; a wanted column that appears twice; no header, a comment for one, or one of semicolons or tabs; no rows; UTF-16.
 NumberTable parse_numbers(std::string_view text, std::string_view file,
                           const std::function<bool(std::string_view name)>& wanted,
                           std::vector<std::string>* notices = nullptr);
@@ -37,7 +37,8 @@ inline constexpr double kUniformTolerance = 0.35;
 
 /// The period of a time column [s]. A rate within a billionth of a whole number of hertz is that number, so
 /// that rounding of the printed times does not make a 100 Hz log a 99.99999999 Hz log. Throws InputError
-/// naming the row where time does not advance as it does in most, and for fewer than two rows.
+/// naming the row where time does not advance as it does in most, with what to do where rows are lost or stamps jitter, and for fewer
+/// than two rows.
 double uniform_period_s(const std::vector<double>& time_s, std::string_view file);
 
 }  // namespace plenum::host::trace
