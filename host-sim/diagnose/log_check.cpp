@@ -168,7 +168,7 @@ void require_supply(const NamedLog& of, const RigDescription& rig) {
   if (!(supply_Pa > 0.8 * rig.supply.pressure_Pa && supply_Pa < 1.25 * rig.supply.pressure_Pa)) {
     throw InputError(
         fmt::format("{}: column supply_Pa comes to {:.6g}, expected absolute pressure in Pa near the rig's "
-                    "supply.pressure_Pa = {:.6g}",
+                    "supply.pressure_Pa = {:.6g}: where the column is right, correct the rig",
                     of.name, supply_Pa, rig.supply.pressure_Pa));
   }
   const auto low = std::min_element(of.log.supply_Pa.begin(), of.log.supply_Pa.end());

@@ -240,7 +240,7 @@ TEST(LogCheck, TellsOfASupplyThatIsNotTheRigs) {
       ::testing::ElementsAre("log.csv: column supply_Pa comes to 650000, the rig's supply.pressure_Pa "
                              "is 700000: expected both alike"));
   log.supply_Pa.assign(log.size(), 500e3);
-  expect_refusal(2, log, {"column supply_Pa comes to 500000"});
+  expect_refusal(2, log, {"column supply_Pa comes to 500000", "correct the rig"});
   log.supply_Pa.assign(log.size(), 700e3);
   log.supply_Pa[41] = 0.0;
   expect_refusal(2, log, {"row 42", "column supply_Pa: 0"});
