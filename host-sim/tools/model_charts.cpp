@@ -123,7 +123,7 @@ std::string parameter_cell(const ParameterFit& of) {
 const char* mark_of(const ParameterFit& of) {
   if (of.held) return "held";
   if (of.at_bound != Bound::none) return bound_in_words(of.at_bound);
-  return of.identifiable ? "" : "poorly known";
+  return of.identifiable ? "" : kPoorlyKnown;
 }
 
 }  // namespace plenum::host::tools

@@ -323,6 +323,12 @@ class Chooser {
   std::vector<TriedEffects> tried_;
 };
 
+/// A quarter of a gain, or the change by which another figure is sought, is much not to know of it.
+bool is_known(const Variable& of, double at, double standard_error) {
+  const bool gain = of.figure == effects::kInletGain || of.figure == effects::kExhaustGain;
+  return standard_error < (gain ? 0.25 * at : of.scale);
+}
+
 /// Where a figure has its name, and in a rig its place.
 struct Place {
   std::string name;
@@ -353,10 +359,13 @@ void put_figures(const Fit& fit, double correlated_rows, GreyboxFit& into) {
             ? value * value
             : 1.0;
     *place.value = value;
-    FigureFit one{
-        {value, per_coordinate * v.scale * errors[static_cast<Eigen::Index>(i)], bound_of(at, v.low, v.high)},
-        place.name};
-    if (one.at_bound != Bound::none) one.standard_error = std::numeric_limits<double>::quiet_NaN();
+    const double error = v.scale * errors[static_cast<Eigen::Index>(i)];
+    FigureFit one{{value, per_coordinate * error, bound_of(at, v.low, v.high)}, place.name, false};
+    if (one.at_bound != Bound::none) {
+      one.standard_error = std::numeric_limits<double>::quiet_NaN();
+    } else {
+      one.identifiable = is_known(v, at, error);
+    }
     into.parameters.push_back(std::move(one));
   }
 }
@@ -467,6 +476,7 @@ trace::ModelFile to_model_file(const GreyboxFit& fit, std::optional<unsigned> ch
     nlohmann::ordered_json& entry = file.fit["parameters"][figure.name];
     entry["value"] = figure.value;
     entry.update(to_json(figure));
+    entry["identifiable"] = figure.identifiable;
   }
   return file;
 }

@@ -16,6 +16,8 @@ namespace plenum::host::identify::chamber {
 /// A figure of the valve, or of an effect ("area_shape.inlet_slope"), in the unit of its name.
 struct FigureFit : Estimate {  ///< its standard error is for errors as correlated as those of the fit
   std::string name;
+  bool identifiable =
+      false;  ///< not at a bound, and its standard error is small against its scale (README.md)
 };
 
 /// A set of effects that was tried: what it errs by on the held-out rows, in free run.

@@ -60,6 +60,22 @@ TEST(FitGreybox, OfAThinPlateIsTheValveItselfToItsStandardErrorsAndTakesNoEffect
   EXPECT_LT(fit.rms_next_tick_kPa, 2.0 * noise_kPa);
 }
 
+TEST(FitGreybox, TellsWhichFiguresAreKnown) {
+  trace::Log log = record_chamber(4, Motion::violent, kRows);
+  for (const FigureFit& figure : fit_greybox({log}, population_rig()).parameters) {
+    EXPECT_EQ(figure.identifiable, figure.at_bound == Bound::none) << figure.name;
+  }
+  std::mt19937_64 random(1);
+  std::normal_distribution<double> noise_Pa(0.0, 1e5);
+  for (double& p : log.pressure_Pa) p += noise_Pa(random);
+  const GreyboxFit noisy = fit_greybox({log}, population_rig());
+  EXPECT_TRUE(figure_of(noisy, "inlet_area_per_V_m2").identifiable);
+  EXPECT_FALSE(figure_of(noisy, "open_above_V").identifiable);
+  EXPECT_FALSE(figure_of(noisy, "transition_m2").identifiable);
+  const trace::ModelFile file = to_model_file(noisy, 3);
+  EXPECT_EQ(file.fit["parameters"]["open_above_V"]["identifiable"], false);
+}
+
 TEST(FitGreybox, IsTheSameFromAValveWhoseNullGainsAndDeadBandAreFarOff) {
   const trace::Log log = record_chamber(4, Motion::violent, kRows);
   trace::RigDescription far = population_rig();
