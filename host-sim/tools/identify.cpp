@@ -173,7 +173,8 @@ int run(const Options& options) {
   result["file"] = options.out;
   result["predicted"] = predicted;
   options.output.finish(result);
-  return fit.converged ? kDone : kImpossible;
+  require_converged(fit.converged, fit.stop, options.out);
+  return kDone;
 }
 
 }  // namespace

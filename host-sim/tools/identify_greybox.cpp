@@ -201,7 +201,8 @@ int identify_greybox(const GreyboxRequest& request, const Output& output) {
   result["file"] = request.out;
   result["predicted"] = predicted;
   output.finish(result);
-  return fit.converged ? kDone : kImpossible;
+  require_converged(fit.converged, fit.stop, request.out);
+  return kDone;
 }
 
 }  // namespace plenum::host::tools

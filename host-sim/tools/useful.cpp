@@ -79,4 +79,13 @@ void require_useful(const FitError& error,
   }
 }
 
+void require_converged(bool converged, const std::string& stop, const std::string& out) {
+  if (converged) return;
+  throw identify::CannotIdentify(
+      fmt::format("the fit {}, expected a minimum; {} is written with what it came to: judge it by its "
+                  "errors, or fit logs that "
+                  "move the chamber more",
+                  stop, out));
+}
+
 }  // namespace plenum::host::tools

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -26,5 +27,8 @@ struct FitError {
 void require_useful(const FitError& error,
                     const std::function<double(const std::vector<trace::Log>&)>& turned_kPa,
                     const std::vector<trace::Log>& logs);
+
+/// Throws CannotIdentify for a fit that did not converge, though its model was written to `out`. `stop`: why it stopped.
+void require_converged(bool converged, const std::string& stop, const std::string& out);
 
 }  // namespace plenum::host::tools

@@ -120,5 +120,16 @@ TEST(Useful, CommandsAreTurnedAboutTheMiddleOfWhatAllLogsCommand) {
   EXPECT_THAT(seen[1].command_V, ElementsAre(2.0, 5.0, 6.0));
 }
 
+TEST(Useful, AFitThatDidNotConvergeIsToldWithItsModelAndWhatToDo) {
+  EXPECT_NO_THROW(require_converged(true, "converged", "m.json"));
+  try {
+    require_converged(false, "stopped after the 3 iterations allowed, not converged", "m.json");
+    FAIL() << "taken";
+  } catch (const identify::CannotIdentify& error) {
+    EXPECT_THAT(error.what(), AllOf(HasSubstr("after the 3 iterations allowed"),
+                                    HasSubstr("m.json is written"), HasSubstr("judge it by its errors")));
+  }
+}
+
 }  // namespace
 }  // namespace plenum::host::tools
