@@ -38,7 +38,6 @@ using identify::chamber::probability_of_noise;
 using identify::chamber::Variable;
 using identify::chamber::white_noise;
 
-constexpr double kFittedShare = 0.6;
 /// Each log's start, pressure and warmth, is of a fit's variables.
 constexpr std::size_t kMostLogs = 16;
 /// Of the largest set of effects.

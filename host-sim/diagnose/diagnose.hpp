@@ -13,6 +13,9 @@ namespace plenum::host::diagnose {
 
 using trace::NamedLog;
 
+/// Of the rows of each log, where none is held out: the others are.
+inline constexpr double kFittedShare = 0.6;
+
 struct DiagnoseOptions {
   std::function<void(double share)> progress;
   std::vector<std::string> strike;  ///< effects left out of the catalogue

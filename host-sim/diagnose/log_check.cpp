@@ -486,6 +486,26 @@ std::vector<std::string> notices(const std::vector<NamedLog>& logs, const RigDes
   return told;
 }
 
+std::vector<std::string> notices_of_rests(const std::vector<NamedLog>& logs, double fitted_share) {
+  constexpr double kAlike = 4.0;
+  std::vector<std::string> told;
+  for (const NamedLog& of : logs) {
+    const auto& pressure_Pa = of.log.pressure_Pa;
+    const auto rest = pressure_Pa.begin() +
+                      static_cast<std::ptrdiff_t>(fitted_share * static_cast<double>(pressure_Pa.size()));
+    const auto [fitted_low, fitted_high] = std::minmax_element(pressure_Pa.begin(), rest);
+    const auto [low, high] = std::minmax_element(rest, pressure_Pa.end());
+    const double fitted_Pa = *fitted_high - *fitted_low, rest_Pa = *high - *low;
+    if (rest_Pa * kAlike >= fitted_Pa && rest_Pa <= kAlike * fitted_Pa) continue;
+    told.push_back(
+        fmt::format("{}: column pressure_Pa moves over {:.3g} to {:.3g} from row {} on, which is held out, "
+                    "and over {:.3g} to {:.3g} before: "
+                    "expected both alike, or another log held out (--heldout)",
+                    of.name, *low, *high, rest - pressure_Pa.begin() + 1, *fitted_low, *fitted_high));
+  }
+  return told;
+}
+
 void require_rate(const std::vector<NamedLog>& logs, const RigDescription& rig) {
   for (const NamedLog& of : logs) trace::require_rate(of.log, rig, of.name);
 }

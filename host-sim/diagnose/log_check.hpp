@@ -31,6 +31,10 @@ void require_units(const std::vector<NamedLog>& logs, const trace::RigDescriptio
 /// pressure that stands still to the last digit although a port is open.
 std::vector<std::string> notices(const std::vector<NamedLog>& logs, const trace::RigDescription& rig);
 
+/// Likewise where the rest of each log after `fitted_share` of its rows is held out: a rest that moves over less than a quarter of the
+/// pressures that what is fitted moves over, or over more than four times as many.
+std::vector<std::string> notices_of_rests(const std::vector<NamedLog>& logs, double fitted_share);
+
 /// Throws trace::InputError for a log of another rate than the rig's.
 void require_rate(const std::vector<NamedLog>& logs, const trace::RigDescription& rig);
 

@@ -1,5 +1,6 @@
 #include "host-sim/diagnose/log_check.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -267,6 +268,20 @@ TEST(LogCheck, TellsOfASensorThatStandsStillThoughAPortIsOpen) {
       notices({{"log.csv", log}}, {}),
       ::testing::ElementsAre(::testing::AllOf(::testing::HasSubstr("321000 to the last digit from row 101"),
                                               ::testing::HasSubstr("port is open"))));
+}
+
+TEST(LogCheck, TellsOfARestThatMovesFarLessThanWhatIsFitted) {
+  Log log = excited();
+  EXPECT_TRUE(notices_of_rests({{"log.csv", log}}, 0.6).empty());
+  const auto rest = static_cast<std::size_t>(0.6 * static_cast<double>(log.size()));
+  for (std::size_t row = rest; row < log.size(); ++row)
+    log.pressure_Pa[row] = 120e3 + 0.05 * log.pressure_Pa[row];
+  EXPECT_THAT(notices_of_rests({{"log.csv", log}}, 0.6),
+              ::testing::ElementsAre(::testing::AllOf(
+                  ::testing::HasSubstr(fmt::format("from row {} on, which is held out", rest + 1)),
+                  ::testing::HasSubstr("--heldout"))));
+  std::ranges::reverse(log.pressure_Pa);
+  EXPECT_EQ(notices_of_rests({{"log.csv", log}}, 0.4).size(), 1U) << "nor far more";
 }
 
 TEST(LogCheck, AsksOfHeldOutLogsForUnitsOnly) {
