@@ -87,6 +87,7 @@ class SetFits {
   Split followed_;
   double noise_Pa_;
   unsigned threads_;
+  bool wanders_alone_ = false;  ///< the null, where no other effect is
   /// By the set that was enlarged, and what of it was refined.
   std::map<std::pair<effects::EffectSet, effects::EffectSet>, std::vector<Trial>> beside_;
 };

@@ -107,10 +107,11 @@ constexpr double kStep_s = 0.001, kTick_s = 0.01, kNoise_Pa = 200.0;
 /// A log of the plant with steps of mixed size; in place of the command its valve is given `at_spool(command, time)`, in the mean
 /// over each millisecond; `at_row(chamber, log)` comes ahead of each tick.
 template <class AtSpool, class AtRow>
-trace::Log stepped_log(unsigned seed, std::size_t rows, AtSpool at_spool, AtRow at_row) {
+trace::Log stepped_log(unsigned seed, std::size_t rows, AtSpool at_spool, AtRow at_row,
+                       int longest_hold_ticks = 40) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> level_V(3.5, 6.5);
-  std::uniform_int_distribution<int> hold_ticks(3, 40);
+  std::uniform_int_distribution<int> hold_ticks(3, longest_hold_ticks);
   std::normal_distribution<double> noise_Pa(0.0, kNoise_Pa);
   plant::ChamberConfig config;
   config.initial_pressure_Pa = 200e3;
@@ -170,6 +171,27 @@ TEST(Diagnose, BlamesAnEquationInWhichOneOfTheNamedLives) {
   const GapReport report = diagnose({{"log", log}}, {}, {});
   EXPECT_EQ(named(report), (std::set<std::string>{"dead_time", "volume_error"}));
   EXPECT_TRUE(blames_what_is_named(report)) << report.equation->equation;
+}
+
+TEST(Diagnose, LetsNoWanderingNullTakeThePlaceOfAFormThatTheCatalogueLacks) {
+  // ports that open as a notch does, with the square of the command up to 0.64 V, behind a late valve: of long holds twenty figures
+  // follow each for itself
+  constexpr double kNotch_V = 0.64, kLate_s = 0.012;
+  constexpr auto kLate = static_cast<std::size_t>(kLate_s / kStep_s + 0.5);
+  std::vector<double> past_V(kLate, 5.0);
+  std::size_t next = 0;
+  const auto notched = [&](double u_V, double) {
+    const double late_V = std::exchange(past_V[next], u_V);
+    next = (next + 1) % kLate;
+    const double off_V = std::abs(late_V - 5.0);
+    const double opened_V = off_V < kNotch_V ? 0.5 * off_V * off_V / kNotch_V : off_V - 0.5 * kNotch_V;
+    return 5.0 + std::copysign(opened_V, late_V - 5.0);
+  };
+  const trace::Log log = stepped_log(
+      2, 2600, notched, [](const plant::ChamberPlant&, const trace::Log&) {}, 250);
+  const std::set<std::string> names = named(diagnose({{"log", log}}, {}, {}));
+  EXPECT_FALSE(names.contains("null_drift"));
+  EXPECT_TRUE(names.contains("dead_time"));
 }
 
 TEST(Diagnose, RefinesAnEffectBesideAnotherWhereItDidNotPayAlone) {
