@@ -126,13 +126,21 @@ void ChamberLoop::observe_volume(numeric::Scalar measured_mL) noexcept {
   motion_ = {.volume_mL = measured_mL, .volume_rate_mL_s = numeric::Scalar(0)};
 }
 
-/// Without a measurement it goes on as it moved, and soon nobody knows how: then the volume is the last one known, at rest, and a
-/// measurement that comes begins anew.
+/// What the position sensor can say.
+numeric::Scalar ChamberLoop::within_stroke(numeric::Scalar volume_mL) const noexcept {
+  const numeric::Scalar one_mL = config::volume_mL(settings_, settings_.position_valid_low_V);
+  const numeric::Scalar other_mL = config::volume_mL(settings_, settings_.position_valid_high_V);
+  return numeric::clamp(volume_mL, numeric::min(one_mL, other_mL), numeric::max(one_mL, other_mL));
+}
+
+/// Without a measurement it goes on as it moved, within its stroke, and soon nobody knows how: then it is at rest where it has come
+/// to, and a measurement that comes begins anew.
 void ChamberLoop::bridge_volume() noexcept {
   if (volume_unseen_ticks_ < kBridged_ticks && volume_seen_) {
     ++volume_unseen_ticks_;
-    motion_ = volume_.coast();
-    return;
+    const control::ChamberMotion next = volume_.coast();
+    motion_ = {.volume_mL = within_stroke(next.volume_mL), .volume_rate_mL_s = next.volume_rate_mL_s};
+    if (motion_.volume_mL == next.volume_mL) return;
   }
   volume_seen_ = false;
   motion_.volume_rate_mL_s = 0;

@@ -80,6 +80,7 @@ class ChamberLoop {
   std::uint64_t sum_of_paths() const noexcept;
   std::uint64_t sum_of_state() const noexcept;
   void observe_volume(numeric::Scalar measured_mL) noexcept;
+  numeric::Scalar within_stroke(numeric::Scalar volume_mL) const noexcept;
   void bridge_volume() noexcept;
   void begin_anew() noexcept;
   void observe_pressure(const control::PressureModel& model) noexcept;

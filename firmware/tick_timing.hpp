@@ -14,8 +14,8 @@ enum class Overrun : std::uint8_t {
 
 struct TickTiming {
   Overrun overrun = Overrun::none;
-  std::uint32_t missed =
-      0;  ///< ticks that were due before this one and never began: their time has passed all the same
+  /// Ticks that were due before this one and never began: their time has passed all the same.
+  std::uint32_t missed = 0;
   std::uint32_t latency_us = 0;   ///< from when it was due to when it began
   std::uint32_t scan_age_us = 0;  ///< of the newest scan of the analog inputs, as it began
 };

@@ -38,13 +38,12 @@ class FileStore final : public ports::ParameterStore {
   ports::StoreResult sync(std::uint8_t slot) noexcept override;
 
  private:
-  static constexpr std::size_t kMostBytes = 512;  // of a write
   enum class Kind : std::uint8_t { write, sync };
   struct Order {
     Kind kind = Kind::write;
     std::uint8_t slot = 0;
     std::size_t offset = 0;
-    std::span<const std::uint8_t> bytes;
+    std::span<const std::uint8_t> bytes;  ///< says which order it is, and is not read again
 
     bool operator==(const Order& other) const noexcept;
   };

@@ -75,7 +75,8 @@ struct Rpdo {
   std::array<std::uint8_t, 8> data{};
   /// It has come since 6040h asks for ACTIVE, and must keep coming where it has a deadline.
   bool watched = false;
-  bool came = false;  ///< since ProcessImage::setpoint_count last went on
+  bool came = false;     ///< since ProcessImage::setpoint_count last went on
+  bool applied = false;  ///< since time passed last
   std::uint32_t since_applied_us = 0;
 
   const PdoParameters& parameters() const noexcept { return parameters_; }

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "firmware/config/limits.hpp"
+
 namespace plenum::canopen {
 
 std::uint32_t HeartbeatConsumer::entry(std::size_t number) const noexcept {
@@ -31,7 +33,7 @@ HeartbeatConsumer::Heard HeartbeatConsumer::hear(std::uint8_t node_id,
       case NmtState::stopped:
       case NmtState::operational:
       case NmtState::pre_operational:
-        watch.running = true;
+        watch.running = watch.heard = true;
         watch.silence_us = 0;
         return Heard::taken;
     }
@@ -49,7 +51,9 @@ bool HeartbeatConsumer::elapse(std::uint32_t elapsed_us) noexcept {
   for (Watch& watch : watch_) {
     if (!watch.running) continue;
     const std::uint32_t pause_us = 1000U * watch.pause_ms;
-    watch.silence_us += std::min(elapsed_us, pause_us + 1);
+    const std::uint32_t silence_us = watch.heard ? std::min(elapsed_us, config::kTick_us) : elapsed_us;
+    watch.heard = false;
+    watch.silence_us += std::min(silence_us, pause_us + 1);
     lost = lost || watch.silence_us > pause_us;
     watch.silence_us = std::min(watch.silence_us, pause_us + 1);
   }

@@ -397,6 +397,7 @@ void Node::apply(Rpdo& rpdo) noexcept {
   }
   rpdo.latched = false;
   rpdo.watched = rpdo.came = true;
+  rpdo.applied = true;
   rpdo.since_applied_us = 0;
   if (!carries_setpoint(mapping)) return;
   // a stream that goes on does not vouch for one that has ended
@@ -444,8 +445,11 @@ void Node::watch_setpoints(std::uint32_t elapsed_us) noexcept {
   bool lost = false;
   for (Rpdo& rpdo : device_.communication.rpdo) {
     if (!active || (excites && carries_setpoint(rpdo.parameters().mapping))) rpdo.watched = false;
+    // what waited while the board was late came within the last tick, as far as is known
+    const std::uint32_t since_us = rpdo.applied ? std::min(elapsed_us, config::kTick_us) : elapsed_us;
+    rpdo.applied = false;
     if (!rpdo.watched || rpdo.parameters().event_timer_ms == 0) continue;
-    rpdo.since_applied_us = add_saturating(rpdo.since_applied_us, elapsed_us);
+    rpdo.since_applied_us = add_saturating(rpdo.since_applied_us, since_us);
     lost = lost || rpdo.since_applied_us > 1000U * rpdo.parameters().event_timer_ms;
   }
   device_.image.setpoint_lost = lost || setpoint_watch_ended_;

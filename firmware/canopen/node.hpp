@@ -133,8 +133,8 @@ class Node {
   std::size_t owner_ = 0;      ///< in Step::settings, whose come next
   KeptRestoration restoration_;
   Restored restored_;  ///< of the last reset
-  bool setpoint_watch_ended_ =
-      false;  ///< by a reset since the last tick, while the machine was regulated; and that of a heartbeat
+  /// Watches that a reset has ended since the last tick, while the machine was regulated.
+  bool setpoint_watch_ended_ = false;
   bool heartbeat_watch_ended_ = false;
   bool communication_failed_ = false;  ///< as of the last tick: bus-off, or a heartbeat lost
   std::uint32_t since_heartbeat_us_ = 0;

@@ -28,6 +28,7 @@ enum class LoadResult : std::uint8_t {
 class RecordStore {
  public:
   static constexpr std::size_t kPieceBytes = 512;
+  static_assert(kPieceBytes <= ports::ParameterStore::kMostBytes);
 
   /// The medium must outlive the store.
   explicit RecordStore(ports::ParameterStore& medium) noexcept : medium_(medium) {}

@@ -20,6 +20,7 @@ enum class StoreResult : std::uint8_t {
 class ParameterStore {
  public:
   static constexpr std::uint8_t kSlots = 2;
+  static constexpr std::size_t kMostBytes = 512;  ///< of a write
 
   /// Fills `bytes` from `offset` on; bytes that were never written read as 00h or FFh. Returns false when the
   /// slot cannot be read. Called before the first tick only, where it may take its time.

@@ -69,7 +69,7 @@ ChamberMonitor::Output ChamberMonitor::step(const config::ChamberSettings& setti
   // pressure.
   if (in.pressure_fresh && pressure.finite) {
     out.pressure_kPa = config::pressure_kPa(settings, in.pressure_V);
-    const std::uint16_t count = over_pressure_.step(out.pressure_kPa > settings.over_pressure_kPa, in.ticks);
+    const std::uint16_t count = over_pressure_.go_on(out.pressure_kPa > settings.over_pressure_kPa, in.ticks);
     over_pressure_tripped_ = count >= settings.over_pressure_ticks ||
                              (over_pressure_tripped_ && out.pressure_kPa > settings.pressure_high_kPa);
   }
@@ -104,7 +104,7 @@ FaultSet BoardMonitor::step(const config::BoardSettings& settings, const Input& 
   causes |= if_so(in.heartbeat_lost, Fault::heartbeat_lost);
   causes |=
       if_so(in.setpoint_lost || lasts(silence, settings.setpoint_watchdog_ticks), Fault::setpoint_timeout);
-  causes |= if_so(lasts(supply_low_.step(supply_watched && !supply_enough, in.ticks), settings.supply_ticks),
+  causes |= if_so(lasts(supply_low_.go_on(supply_watched && !supply_enough, in.ticks), settings.supply_ticks),
                   Fault::supply_low);
   causes |= if_so(in.stored_set_lost, Fault::stored_set_lost);
   causes |= if_so(in.store_failing, Fault::store_failing);

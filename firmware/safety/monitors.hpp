@@ -19,11 +19,16 @@ namespace plenum::safety {
 /// Ticks on end for which a condition has held, saturating.
 class TickCount {
  public:
-  /// `ticks` have passed since the last step, this one among them.
+  /// `ticks` have passed since the last step, this one among them: the condition has held in all of them.
   std::uint16_t step(bool condition, std::uint32_t ticks = 1) noexcept {
     const auto left = static_cast<std::uint32_t>(UINT16_MAX - count_);
     count_ = !condition ? std::uint16_t{0} : static_cast<std::uint16_t>(count_ + std::min(ticks, left));
     return count_;
+  }
+
+  /// Likewise, of a condition that is seen: it has held in those before this one if it was seen before them, too.
+  std::uint16_t go_on(bool condition, std::uint32_t ticks) noexcept {
+    return step(condition, count_ == 0 ? 1 : ticks);
   }
 
  private:

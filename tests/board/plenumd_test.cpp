@@ -265,6 +265,22 @@ TEST_F(OverrunTest, SetPointsThatEndAreMissedInTheirTimeThoughTicksAreLeftOut) {
   EXPECT_EQ(image().error_code, 0x8250U) << "125 ms";
 }
 
+TEST_F(OverrunTest, AMasterThatWasHeardInEachTickIsNotMissedHoweverManyAreLeftOut) {
+  bench.session.write(0x1016, 1, std::uint32_t{1U << 16 | 20U});  // node 1, 20 ms
+  bench.session.write(canopen::object::kRpdoCommunication, 5, std::uint16_t{20});
+  bench.session.write(canopen::object::kRpdoCommunication + 1, 5, std::uint16_t{20});
+  bench.go_active(300.0);
+  hardware.ticks.resize(static_cast<std::size_t>(bench.ticks));
+  for (int i = 0; i < 4; ++i) {  // while the board is late, ahead of its tick
+    events.events.push_back({kStart + static_cast<std::uint64_t>(9 + 30 * i) * kMs, {}, [this] {
+                               bench.put(0x701, {5});
+                               bench.setpoints(300.0);
+                             }});
+  }
+  run_late(Overrun::counted, 4);
+  EXPECT_EQ(image().error_code, 0U);
+}
+
 TEST_F(OverrunTest, LatencyIsKnownOnTheBus) {
   run_late(Overrun::none, 3);
   EXPECT_EQ(image().latency.max_us(), 25'000U);

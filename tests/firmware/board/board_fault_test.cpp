@@ -413,6 +413,24 @@ TEST(BoardFault, APositionMissedForLongIsAtRestAndKicksNothingAsItComesBack) {
   expect_bridged(12, 0.12);  // 0.1 V is what a motion that is not known takes
 }
 
+TEST(BoardFault, AVolumeThatIsNotSeenGoesNoFurtherThanItsSensor) {
+  Bench bench;
+  bench.go_active(300.0);
+  const float least_mL =
+      config::volume_mL(bench_settings().chamber[0], bench_settings().chamber[0].position_valid_low_V);
+  bench.chamber[0].volume_mL = 60.0;
+  bench.run(100);
+  for (int t = 0; t < 9; ++t) {
+    bench.chamber[0].volume_mL -= 4.0;
+    bench.tick();
+  }
+  for (int t = 0; t < 2; ++t) {
+    force(bench, kChambers, 0.0F, false);
+    bench.tick();
+    EXPECT_GE(1e6F * bench.image().chamber[0].volume_m3, least_mL - 1e-3F) << "mL, tick " << t;
+  }
+}
+
 TEST(BoardFault, LostFramesAreReportedForTheTickAndStopNothing) {
   Bench bench;
   bench.go_active(300.0);
