@@ -12,7 +12,6 @@
 
 #include "firmware/canopen/objects.hpp"
 #include "firmware/canopen/process_image.hpp"
-#include "firmware/config/setting_fields.hpp"
 #include "host-sim/client/board_facts.hpp"
 #include "host-sim/client/borrowed_stream.hpp"
 
@@ -155,43 +154,56 @@ void require_chambers(unsigned chambers) {
   }
 }
 
-void require_no_fault(Session& session) {
+void require_no_fault(Session& session, const Recorder& recorder) {
   const std::optional<FaultEntry> fault = read_fault(session);
+  if (!fault && recorder.is_broken()) {
+    throw Refused(
+        fmt::format("node {}: a fault has ended the run, and is gone: see plenum faults", session.node_id()));
+  }
   if (!fault || !spoils(*fault)) return;
   throw Refused(fmt::format("node {}: fault {} stands after the run, expected none: see plenum faults",
                             session.node_id(), fault_text(*fault)));
 }
 
-void require_below(const StreamRow& row, const FollowOptions& options) {
-  for (std::size_t c = 0; c < options.chambers; ++c) {
-    const double actual_Pa = row.sample[c].actual_Pa;
-    if (actual_Pa <= options.highest_Pa) continue;
-    throw Refused(
-        fmt::format("chamber {}: {:g} kPa, expected at most {:g} kPa: regulation overshoots its references "
-                    "so far where the model lacks a delay "
-                    "of valve or sensor, which plenum diagnose names",
-                    c + 1, 1e-3 * actual_Pa, 1e-3 * options.highest_Pa));
+/// Refuses pressures above a limit, once they have been below it: air from before may take its time to leave.
+class Ceiling {
+ public:
+  explicit Ceiling(const FollowOptions& options) : options_(options) {}
+  void look(const StreamRow& row) {
+    for (std::size_t c = 0; c < options_.chambers; ++c) {
+      const double actual_Pa = row.sample[c].actual_Pa;
+      been_below_[c] = been_below_[c] || actual_Pa <= options_.highest_Pa;
+      if (!been_below_[c] || actual_Pa <= options_.highest_Pa) continue;
+      throw Refused(
+          fmt::format("chamber {}: {:.6g} kPa, expected at most {:.6g} kPa: regulation goes so far beyond "
+                      "its references where the model lacks "
+                      "a delay of valve or sensor, say, which plenum diagnose names",
+                      c + 1, 1e-3 * actual_Pa, 1e-3 * options_.highest_Pa));
+    }
   }
-}
 
-/// The setting of a chamber that is this member.
-float setting(Session& session, unsigned chamber, float plenum::config::ChamberSettings::*member) {
-  const auto& fields = plenum::config::kChamberFloats;
-  const auto at = std::find_if(std::begin(fields), std::end(fields),
-                               [member](const auto& field) { return field.member == member; });
-  return session.read<float>(static_cast<std::uint16_t>(object::kChamberSettings + chamber),
-                             static_cast<std::uint8_t>(at - std::begin(fields) + 1));
-}
+ private:
+  const FollowOptions& options_;
+  std::array<bool, kChambers> been_below_{};
+};
+
+/// Of kChamberSettings.
+enum class Limit : std::uint8_t {
+  pressure_low_kPa = 9,
+  pressure_high_kPa = 10,
+  command_low_V = 13,
+  command_high_V = 14,
+  null_V = 15
+};
 
 /// The board would not move a valve within such limits.
 void require_excitable(Session& session, const CaptureOptions& options) {
-  using plenum::config::ChamberSettings;
   for (unsigned c = 0; c < options.chambers; ++c) {
-    const auto of = [&](float ChamberSettings::*member) {
-      return static_cast<double>(setting(session, c, member));
+    const auto of = [&](Limit limit) {
+      const auto index = static_cast<std::uint16_t>(object::kChamberSettings + c);
+      return static_cast<double>(session.read<float>(index, static_cast<std::uint8_t>(limit)));
     };
-    const double least_kPa = of(&ChamberSettings::pressure_low_kPa),
-                 most_kPa = of(&ChamberSettings::pressure_high_kPa);
+    const double least_kPa = of(Limit::pressure_low_kPa), most_kPa = of(Limit::pressure_high_kPa);
     const double low_kPa = 1e-3 * options.pressure_low_Pa, high_kPa = 1e-3 * options.pressure_high_Pa;
     if (std::max(low_kPa, least_kPa) >= std::min(high_kPa, most_kPa)) {
       throw std::invalid_argument(
@@ -199,17 +211,15 @@ void require_excitable(Session& session, const CaptureOptions& options) {
                       "kPa, absolute, which its settings allow",
                       session.node_id(), c + 1, low_kPa, high_kPa, least_kPa, most_kPa));
     }
-    const double null_V = of(&ChamberSettings::null_V);
-    const double low_V =
-        std::max(static_cast<double>(options.command_low_V), of(&ChamberSettings::command_low_V));
-    const double high_V =
-        std::min(static_cast<double>(options.command_high_V), of(&ChamberSettings::command_high_V));
+    const double null_V = of(Limit::null_V);
+    const double low_V = std::max(static_cast<double>(options.command_low_V), of(Limit::command_low_V));
+    const double high_V = std::min(static_cast<double>(options.command_high_V), of(Limit::command_high_V));
     if (low_V < null_V && null_V < high_V) continue;
     throw std::invalid_argument(
         fmt::format("node {}: chamber {}: commands from {:g} to {:g} V, expected some on both sides of its "
                     "null, {:g} V, and within {:g} to {:g} V, which its settings allow",
                     session.node_id(), c + 1, options.command_low_V, options.command_high_V, null_V,
-                    of(&ChamberSettings::command_low_V), of(&ChamberSettings::command_high_V)));
+                    of(Limit::command_low_V), of(Limit::command_high_V)));
   }
 }
 
@@ -225,22 +235,30 @@ std::vector<CapturedRow> rows_of(const Recorder& recorder, std::size_t lead, std
   return rows;
 }
 
+/// With the references that they followed.
+std::vector<CapturedRow> rows_of(const Recorder& recorder, std::size_t lead,
+                                 std::span<const std::vector<double>> reference_Pa) {
+  std::vector<CapturedRow> rows = rows_of(recorder, lead, reference_Pa.front().size());
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    for (std::size_t c = 0; c < reference_Pa.size(); ++c) rows[k].reference_Pa[c] = reference_Pa[c][k];
+  }
+  return rows;
+}
+
 /// Sees that what is recorded is not lost with the exception that ends the recording.
 class Rescue {
  public:
-  Rescue(const Recorder& recorder, std::vector<CapturedRow>* so_far, std::size_t lead, std::size_t count)
-      : recorder_(recorder), so_far_(so_far), lead_(lead), count_(count) {}
+  Rescue(std::vector<CapturedRow>* so_far, std::function<std::vector<CapturedRow>()> rows)
+      : so_far_(so_far), rows_(std::move(rows)) {}
   ~Rescue() {
-    if (so_far_ != nullptr && std::uncaught_exceptions() > before_)
-      *so_far_ = rows_of(recorder_, lead_, count_);
+    if (so_far_ != nullptr && std::uncaught_exceptions() > before_) *so_far_ = rows_();
   }
   Rescue(const Rescue&) = delete;
   Rescue& operator=(const Rescue&) = delete;
 
  private:
-  const Recorder& recorder_;
   std::vector<CapturedRow>* so_far_;
-  std::size_t lead_, count_;
+  std::function<std::vector<CapturedRow>()> rows_;
   int before_ = std::uncaught_exceptions();
 };
 
@@ -284,10 +302,10 @@ std::vector<CapturedRow> capture(Session& session, const CaptureOptions& options
     session.enable();
     recorder.restart();
     const auto count = static_cast<std::size_t>(std::lround(options.seconds / kCycle_s));
-    const Rescue rescue(recorder, options.so_far, 0, count);
+    const Rescue rescue(options.so_far, [&] { return rows_of(recorder, 0, count); });
     record(
         recorder, count, [](std::size_t) {}, progress, options.stopped);
-    require_no_fault(session);
+    require_no_fault(session, recorder);
     rows = rows_of(recorder, 0, count);
   }
   drive.end();
@@ -351,26 +369,24 @@ std::vector<CapturedRow> follow(Session& session, std::span<const std::vector<do
       const std::size_t ahead = std::max<std::size_t>(options.preview_ticks, 1);
       // The set points of rows 1 to `ahead` - 1 have to be on their way before row 0.
       const std::size_t lead = ahead - 1;
-      const Rescue rescue(recorder, options.so_far, lead, count);
+      const Rescue rescue(options.so_far, [&] { return rows_of(recorder, lead, reference_Pa); });
+      Ceiling ceiling(options);
       record(
           recorder, lead + count,
           [&](std::size_t row) {
-            if (row > 0) require_below(recorder.rows().back(), options);
+            if (row > 0) ceiling.look(recorder.rows().back());
             send_row(row + ahead - lead);
           },
           progress, options.stopped);
-      require_no_fault(session);
-      rows = rows_of(recorder, lead, count);
+      require_no_fault(session, recorder);
+      rows = rows_of(recorder, lead, reference_Pa);
     }
+    require_no_fault(session, recorder);  // of HOLD, where it was stopped in that
   }
-  require_no_fault(session);
   drive.end();
   borrowed_hold.give_back();
   borrowed.give_back();
   setpoints.give_back();
-  for (std::size_t k = 0; k < rows.size(); ++k) {
-    for (std::size_t c = 0; c < options.chambers; ++c) rows[k].reference_Pa[c] = reference_Pa[c][k];
-  }
   return rows;
 }
 

@@ -147,14 +147,16 @@ Command add_capture(Program& program) {
   const auto options = std::make_shared<Options>();
   Arguments arguments = program.command(
       "capture",
-      "Record a board's chambers over CAN, for identification; Ctrl-C ends it early, with the rows so far");
+      "Record a board's chambers over CAN, for identification; Ctrl-C ends it early, with the rows so far. "
+      "Refused by a board that somebody regulates");
   options->board.add_to(arguments);
   arguments.option("--seconds", options->seconds, "Length of the recording [s]")
       .within(1.0, 36000.0)
       .show_default();
   arguments.flag("--closed-loop", options->closed_loop,
                  "Follow random references with the models on the board (default: off, excite the valves). A "
-                 "model fitted to such a recording regulates better");
+                 "model fitted to such a recording regulates better. Ends where a pressure goes beyond "
+                 "--pressure-high by a twentieth of the range");
   arguments
       .flag("--last", options->last,
             "Drive nothing: read what the board remembers of the last 10 s in which it drove its valves, "

@@ -348,6 +348,8 @@ TEST(Follow, ThatLeadsAPressureAboveItsLimitEndsThere) {
                client::Refused);
   EXPECT_EQ(watched.rig.board(0).controller().state(), safety::State::disabled);
   ASSERT_GT(so_far.size(), 100U);
+  EXPECT_EQ(so_far[99].reference_Pa[0], 250e3);
+  EXPECT_EQ(so_far[100].reference_Pa[0], 400e3);
   EXPECT_LT(so_far.size(), 110U);
 }
 
