@@ -46,14 +46,16 @@ void require_acting_command(const Scene& scene, const Fit& recalibrated) {
   const bool late_as_turned = std::ranges::all_of(scene.records, [](const Record& record) {
     return identify::turned_is_late(record.drive.command_V, record.drive.timing.tick_s);
   });
-  if (!late_as_turned) {
-    take({rms_Pa_of(scene,
-                    [&](std::vector<double>& command_V) {
-                      for (double& u : command_V) u = twice_null_V - u;
-                    }),
-          fmt::format("to have the other sign: by {:g} V less the command", twice_null_V),
-          "a command that fills the chamber where it is above valve.open_above_V"});
-  }
+  Found turned{rms_Pa_of(scene,
+                         [&](std::vector<double>& command_V) {
+                           for (double& u : command_V) u = twice_null_V - u;
+                         }),
+               fmt::format("to have the other sign{}: by {:g} V less the command",
+                           late_as_turned ? ", or to be late by half a period, which looks alike here" : "",
+                           twice_null_V),
+               "a command that fills the chamber where it is above valve.open_above_V"};
+  // one that is only late is not followed to the noise by its mirror image
+  if (!late_as_turned || turned.rms_Pa < kNearNoise * scene.noise_Pa) take(std::move(turned));
   for (std::size_t late = 1; late <= kMostRowsLate; ++late) {
     const double rms_Pa = rms_Pa_of(scene, [&](std::vector<double>& command_V) {
       const double last_V = command_V.back();

@@ -183,7 +183,7 @@ void require_supply(const NamedLog& of, const RigDescription& rig) {
 /// Any valve may be given so much: 12 V, and a margin.
 constexpr double kAnyValve_V = 12.6;
 /// What a valve may be given, over the thresholds at which its ports open: twice those about, and a margin.
-constexpr double kOfThresholds = 3.0;
+constexpr double kOfThresholds = 2.5;
 constexpr double kMostValve_V = 25.2;  ///< 24 V, and a margin
 constexpr double kPerCent = 105.0;     ///< likewise
 
@@ -191,8 +191,8 @@ void require_command(const NamedLog& of, const RigDescription& rig) {
   const RigDescription::Valve& valve = rig.valve;
   const double low_V = least(of.log.command_V);
   const double high_V = greatest(of.log.command_V);
-  const double highest_V = std::max(
-      kAnyValve_V, kOfThresholds * std::max(std::abs(valve.open_above_V), std::abs(valve.exhaust_below_V)));
+  const double threshold_V = std::max(std::abs(valve.open_above_V), std::abs(valve.exhaust_below_V));
+  const double highest_V = std::min(kMostValve_V, std::max(kAnyValve_V, kOfThresholds * threshold_V));
   const auto refuse = [&](const char* likeness) {
     throw InputError(fmt::format(
         "{}: column command_V: {:.6g} to {:.6g}, {}, expected volts, up to {:.3g} where the rig's ports "

@@ -30,7 +30,7 @@ inline constexpr std::array<Parameter, 7> kSensorBiasParameters{{
      true},
     {"ground_even_kPa_V", "l: offset for each volt of the command off the null, either way", -50.0, 50.0, 0.0,
      0.3, Coordinate::linear, true},
-    {"non_linearity", "b: off the line, half way from ambient to supply, of that span", -0.2, 0.2, 0.0, 0.003,
+    {"non_linearity", "b: off the line, half way from ambient to supply, of that span", -0.1, 0.1, 0.0, 0.003,
      Coordinate::linear, true},
 }};
 inline constexpr Effect kSensorBias{"sensor_bias",

@@ -105,6 +105,10 @@ void print_calibration(const Options& options, const trace::RigDescription& foun
       "calibration: plenum calibrate --chamber {} --offset {:.5g} --gain-error {:.5g} --ambient {:g}\n",
       chamber_in_name(options.logs.front()).value_or(1), figure("offset_kPa"), figure("gain_error"),
       found.ambient.pressure_Pa / 1e3);
+  if (const double bend = figure("non_linearity"); bend != 0.0) {
+    options.output.print("  leaves its bend: {:.3g} kPa half way from ambient to supply\n",
+                         1e-3 * bend * (found.supply.pressure_Pa - found.ambient.pressure_Pa));
+  }
 }
 
 void save_model(const Options& options, std::uint32_t date_s, const trace::RigDescription& found,

@@ -69,9 +69,13 @@ TEST(ActingCommand, IsNotBlamedForItsSignWhereALagWouldLookAlike) {
   Scene scene = chamber_scene(sine_V, 30e-6);
   scene.noise_Pa = 50.0;
   std::vector<double>& command_V = scene.records[0].drive.command_V;
-  std::rotate(command_V.begin(), command_V.end() - 40, command_V.end());
-  EXPECT_EQ(refusal(scene), "");
+  std::rotate(command_V.begin(), command_V.end() - 30, command_V.end());
+  EXPECT_EQ(refusal(scene), "")
+      << "late by three eighths of a period, which its mirror image follows only roughly";
   EXPECT_GT(fit(scene, 0, scene.nominal, {}).rms_Pa(), 5.0 * scene.noise_Pa) << "else nothing was asked";
+  std::rotate(command_V.begin(), command_V.end() - 10, command_V.end());
+  const std::string said = refusal(scene);
+  EXPECT_TRUE(says(said, "the other sign, or to be late by half a period")) << said;
 }
 
 TEST(ActingCommand, IsTakenFromAMachineThatIsLateSticksOrLags) {

@@ -386,7 +386,7 @@ TEST(LogCheck, TakesTheVoltsThatAValveOfTheRigsThresholdsIsGiven) {
   EXPECT_EQ(answer(scaled_command(excited(), 6.0, -18.0), rig), "") << "0 to 24 V";
   expect_refusal(2, scaled_command(excited(), 6.0, -18.0),
                  {"command_V", "or like a valve of more volts", "valve.open_above_V"});
-  expect_refusal(2, scaled_command(excited(), 10.0, 0.0), {"looks like per cent, expected volts, up to 36.3"},
+  expect_refusal(2, scaled_command(excited(), 10.0, 0.0), {"looks like per cent, expected volts, up to 25.2"},
                  rig);
 }
 
