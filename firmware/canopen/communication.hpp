@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "firmware/canopen/cia301.hpp"
+#include "firmware/canopen/elapsed.hpp"
 #include "firmware/canopen/heartbeat_consumer.hpp"
 #include "firmware/canopen/objects.hpp"
 #include "firmware/canopen/process_image.hpp"
@@ -75,9 +76,8 @@ struct Rpdo {
   std::array<std::uint8_t, 8> data{};
   /// It has come since 6040h asks for ACTIVE, and must keep coming where it has a deadline.
   bool watched = false;
-  bool came = false;     ///< since ProcessImage::setpoint_count last went on
-  bool applied = false;  ///< since time passed last
-  std::uint32_t since_applied_us = 0;
+  bool came = false;  ///< since ProcessImage::setpoint_count last went on
+  Silence silence{};  ///< since it was applied
 
   const PdoParameters& parameters() const noexcept { return parameters_; }
   /// The one way to write the parameters.

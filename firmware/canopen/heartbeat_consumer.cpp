@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "firmware/config/limits.hpp"
-
 namespace plenum::canopen {
 
 std::uint32_t HeartbeatConsumer::entry(std::size_t number) const noexcept {
@@ -33,8 +31,8 @@ HeartbeatConsumer::Heard HeartbeatConsumer::hear(std::uint8_t node_id,
       case NmtState::stopped:
       case NmtState::operational:
       case NmtState::pre_operational:
-        watch.running = watch.heard = true;
-        watch.silence_us = 0;
+        watch.running = true;
+        watch.silence.end();
         return Heard::taken;
     }
     return Heard::malformed;
@@ -50,12 +48,8 @@ bool HeartbeatConsumer::elapse(std::uint32_t elapsed_us) noexcept {
   bool lost = false;
   for (Watch& watch : watch_) {
     if (!watch.running) continue;
-    const std::uint32_t pause_us = 1000U * watch.pause_ms;
-    const std::uint32_t silence_us = watch.heard ? std::min(elapsed_us, config::kTick_us) : elapsed_us;
-    watch.heard = false;
-    watch.silence_us += std::min(silence_us, pause_us + 1);
-    lost = lost || watch.silence_us > pause_us;
-    watch.silence_us = std::min(watch.silence_us, pause_us + 1);
+    const std::uint32_t silent_us = watch.silence.elapse(elapsed_us);
+    lost = lost || silent_us > 1000U * watch.pause_ms;
   }
   return lost;
 }

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "firmware/canopen/cia301.hpp"
+#include "firmware/canopen/elapsed.hpp"
 
 namespace plenum::canopen {
 
@@ -28,7 +29,7 @@ class HeartbeatConsumer {
   /// A node has been heard, and must be heard again.
   bool is_watching() const noexcept;
 
-  /// Time passes; of a node heard since it did last no more than a tick. Returns true while a node is silent for longer than its pause.
+  /// Time passes. Returns true while a node is silent for longer than its pause.
   bool elapse(std::uint32_t elapsed_us) noexcept;
 
  private:
@@ -36,8 +37,7 @@ class HeartbeatConsumer {
     std::uint8_t node_id = 0;
     std::uint16_t pause_ms = 0;
     bool running = false;  ///< from the first heartbeat on
-    bool heard = false;    ///< since time passed last
-    std::uint32_t silence_us = 0;
+    Silence silence{};
 
     /// CiA 301: not with a node id of 0 or above 127.
     bool is_used() const noexcept { return node_id != 0 && node_id <= kMaxNodeId && pause_ms != 0; }

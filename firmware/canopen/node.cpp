@@ -1,18 +1,11 @@
 #include "firmware/canopen/node.hpp"
 
 #include <algorithm>
-#include <limits>
 
 namespace plenum::canopen {
 namespace {
 
 using ports::CanFrame;
-
-/// Time accumulates without wrapping.
-std::uint32_t add_saturating(std::uint32_t a, std::uint32_t b) {
-  return b > std::numeric_limits<std::uint32_t>::max() - a ? std::numeric_limits<std::uint32_t>::max()
-                                                           : a + b;
-}
 
 CanFrame eight_bytes(std::uint32_t id, const SdoServer::Bytes& bytes) {
   CanFrame frame;
@@ -397,8 +390,7 @@ void Node::apply(Rpdo& rpdo) noexcept {
   }
   rpdo.latched = false;
   rpdo.watched = rpdo.came = true;
-  rpdo.applied = true;
-  rpdo.since_applied_us = 0;
+  rpdo.silence.end();
   if (!carries_setpoint(mapping)) return;
   // a stream that goes on does not vouch for one that has ended
   std::array<Rpdo, kRpdos>& all = device_.communication.rpdo;
@@ -445,12 +437,10 @@ void Node::watch_setpoints(std::uint32_t elapsed_us) noexcept {
   bool lost = false;
   for (Rpdo& rpdo : device_.communication.rpdo) {
     if (!active || (excites && carries_setpoint(rpdo.parameters().mapping))) rpdo.watched = false;
-    // what waited while the board was late came within the last tick, as far as is known
-    const std::uint32_t since_us = rpdo.applied ? std::min(elapsed_us, config::kTick_us) : elapsed_us;
-    rpdo.applied = false;
-    if (!rpdo.watched || rpdo.parameters().event_timer_ms == 0) continue;
-    rpdo.since_applied_us = add_saturating(rpdo.since_applied_us, since_us);
-    lost = lost || rpdo.since_applied_us > 1000U * rpdo.parameters().event_timer_ms;
+    const std::uint32_t deadline_us = 1000U * rpdo.parameters().event_timer_ms;
+    const bool is_due = rpdo.watched && deadline_us != 0;
+    const std::uint32_t silent_us = rpdo.silence.elapse(is_due ? elapsed_us : 0);
+    lost = lost || (is_due && silent_us > deadline_us);
   }
   device_.image.setpoint_lost = lost || setpoint_watch_ended_;
   setpoint_watch_ended_ = false;
