@@ -77,13 +77,14 @@ const std::vector<Trial>& SetFits::all_with(const Trial& base, const std::vector
   const std::pair key(base.on, base.fit.refined);
   const auto known = beside_.find(key);
   if (known != beside_.end()) return known->second;
-  const std::vector<Trial>& trials = beside_.emplace(key, finished_best(base.fit, which, most)).first->second;
-  if (base.on == 0) {
-    wanders_alone_ = std::any_of(trials.begin(), trials.end(), [](const Trial& t) {
-      return (t.fit.refined & bit(effects::kIdNullDrift)) != 0;
-    });
-  }
-  return trials;
+  return beside_.emplace(key, finished_best(base.fit, which, most)).first->second;
+}
+
+bool SetFits::wanders_alone() const {
+  const auto alone = beside_.find({0, 0});
+  return alone != beside_.end() &&
+         std::any_of(alone->second.begin(), alone->second.end(),
+                     [](const Trial& t) { return (t.fit.refined & bit(effects::kIdNullDrift)) != 0; });
 }
 
 std::vector<Trial> SetFits::in_place_of(const Trial& set, std::size_t member,
@@ -247,7 +248,7 @@ Trial SetFits::finished(const Look& looked, std::size_t effect, double best_squa
 Trial SetFits::refined(Trial set, std::size_t effect, const std::optional<Fit>& other) const {
   if (!refinable(effect) || (set.fit.refined & bit(effect)) != 0) return set;
   // beside an effect whose form is not the machine's twenty figures follow what that leaves
-  if (effect == effects::kIdNullDrift && set.on != bit(effect) && !wanders_alone_) return set;
+  if (effect == effects::kIdNullDrift && set.on != bit(effect) && !wanders_alone()) return set;
   const FitOptions options = finish(set.fit.refined | bit(effect));
   Fit found = fitted(set.on, set.fit.figures, set.fit.start, options);
   if (other) {

@@ -79,6 +79,8 @@ class SetFits {
   std::optional<effects::Figures> least_erring(effects::EffectSet on,
                                                const std::vector<effects::Figures>& figures,
                                                const std::vector<effects::Start>& start) const;
+  /// The null, where no other effect is, as far as that has been tried.
+  bool wanders_alone() const;
   const Split& split(effects::EffectSet refined) const;
 
   const Scene& scene_;
@@ -87,7 +89,6 @@ class SetFits {
   Split followed_;
   double noise_Pa_;
   unsigned threads_;
-  bool wanders_alone_ = false;  ///< the null, where no other effect is
   /// By the set that was enlarged, and what of it was refined.
   std::map<std::pair<effects::EffectSet, effects::EffectSet>, std::vector<Trial>> beside_;
 };
