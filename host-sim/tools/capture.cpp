@@ -30,8 +30,6 @@ struct Options {
   Output output;
 };
 
-constexpr std::size_t kLeastRows = 2;  ///< of a log: fewer tell no rate
-
 /// Of random references: where a rig's valves can take them, and within what is asked for.
 SetpointRange reference_range(const Options& options, const trace::RigDescription& description) {
   const SetpointRange able = setpoint_range(description);
@@ -119,9 +117,9 @@ int run(const Options& options) {
                            std::ref(progress));
   }
   if (stopped()) {
-    if (rows.size() < kLeastRows) {
+    if (rows.size() < kLeastLogRows) {
       throw std::runtime_error(fmt::format("stopped by hand after {} rows, expected at least {} for a log",
-                                           rows.size(), kLeastRows));
+                                           rows.size(), kLeastLogRows));
     }
     how += ", stopped by hand";
   }

@@ -143,10 +143,7 @@ int run(const Options& options) {
   if (!baseline.empty()) diagnose::require_diagnosable(baseline, rig);
   diagnose::require_rate(heldout, rig);
   options.input.print_assumed(options.output);
-  if (heldout.empty()) {
-    for (const std::string& notice : diagnose::notices_of_rests(logs, diagnose::kFittedShare))
-      fmt::print(stderr, "plenum diagnose: {}\n", notice);
-  }
+  if (heldout.empty()) options.input.tell(diagnose::notices_of_rests(logs, diagnose::kFittedShare));
 
   GapReport report;
   {

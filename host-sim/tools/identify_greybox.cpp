@@ -32,12 +32,6 @@ std::string error_of(const FigureFit& figure) {
   return std::isfinite(figure.standard_error) ? fmt::format("{:.2g}", figure.standard_error) : std::string();
 }
 
-/// In words why a figure is not known; empty where it is.
-std::string mark_of(const FigureFit& figure) {
-  if (figure.at_bound != identify::Bound::none) return bound_in_words(figure.at_bound);
-  return figure.identifiable ? "" : kPoorlyKnown;
-}
-
 std::string text_of(const TriedEffects& tried) {
   return tried.effects.empty() ? "no effect" : listed(tried.effects, "and");
 }
@@ -68,7 +62,7 @@ void print_fit(const Output& output, const GreyboxFit& fit) {
   for (const FigureFit& figure : fit.parameters) {
     const std::string error = error_of(figure);
     output.print("{:<28} {:>12.6g}  {:<12} {}\n", figure.name, figure.value,
-                 error.empty() ? "" : "+- " + error, mark_of(figure));
+                 error.empty() ? "" : "+- " + error, mark_of(figure.at_bound, figure.identifiable));
   }
   for (const NotTold& figure : fit.not_told) {
     output.print("{:<28} {:>12.6g}  {:<12} {}\n", figure.name, figure.value, "", kNotNeeded);
@@ -140,7 +134,8 @@ report::Page page_of(const GreyboxRequest& request, const GreyboxFit& fit) {
                         .rows = {}};
   for (const FigureFit& figure : fit.parameters) {
     figures.rows.push_back({figure.name, fmt::format("{:.6g}", figure.value),
-                            error_of(figure).empty() ? "-" : error_of(figure), mark_of(figure)});
+                            error_of(figure).empty() ? "-" : error_of(figure),
+                            mark_of(figure.at_bound, figure.identifiable)});
   }
   for (const NotTold& figure : fit.not_told) {
     figures.rows.push_back(

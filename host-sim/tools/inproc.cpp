@@ -162,8 +162,7 @@ RecordedSoFar::RecordedSoFar(std::filesystem::path folder, unsigned chambers, bo
       output_(output) {}
 
 RecordedSoFar::~RecordedSoFar() {
-  constexpr std::size_t kLeastRows = 2;  // of a log: fewer tell no rate
-  if (rows_.size() < kLeastRows) return;
+  if (rows_.size() < kLeastLogRows) return;
   try {
     write_recording(folder_, rows_, chambers_, with_reference_, description_);
     output_.print("{} rows from before this run broke off are in {}\n", rows_.size(), folder_.string());

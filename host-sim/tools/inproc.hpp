@@ -43,6 +43,9 @@ struct RigChoice {
   rig::RigConfig config(const std::optional<std::filesystem::path>& store = std::nullopt) const;
 };
 
+/// Of a log: fewer tell no rate.
+inline constexpr std::size_t kLeastLogRows = 2;
+
 /// Writes chamber-1.csv .. and rig.toml. Throws InputError.
 void write_recording(const std::filesystem::path& folder, const std::vector<client::CapturedRow>& rows,
                      unsigned chambers, bool with_reference, const trace::RigDescription& description);

@@ -74,9 +74,13 @@ std::vector<trace::NamedLog> LogInput::read(const std::vector<std::string>& file
   if (chambers.size() > 1)
     notices_.push_back(
         fmt::format("logs of chambers {} together, expected those of one", fmt::join(chambers, ", ")));
-  for (const std::string& notice : notices_) fmt::print(stderr, "plenum {}: {}\n", command_, notice);
+  tell(notices_);
   notices_.clear();
   return logs;
+}
+
+void LogInput::tell(const std::vector<std::string>& notices) const {
+  for (const std::string& notice : notices) fmt::print(stderr, "plenum {}: {}\n", command_, notice);
 }
 
 void LogInput::print_assumed(const Output& output) const {

@@ -29,6 +29,9 @@ class LogInput {
   std::vector<trace::NamedLog> read(const std::vector<std::string>& files,
                                     const trace::RigDescription& rig) const;
 
+  /// Each on a line of standard error, with the command's name.
+  void tell(const std::vector<std::string>& notices) const;
+
   /// What the file of rig() does not state, and the values that it has instead.
   void print_assumed(const Output& output) const;
 

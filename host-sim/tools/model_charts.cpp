@@ -120,10 +120,13 @@ std::string parameter_cell(const ParameterFit& of) {
   return fmt::format("{:.3g}{}", of.value, mark);
 }
 
+const char* mark_of(Bound at_bound, bool identifiable) {
+  if (at_bound != Bound::none) return bound_in_words(at_bound);
+  return identifiable ? "" : "poorly known";
+}
+
 const char* mark_of(const ParameterFit& of) {
-  if (of.held) return "held";
-  if (of.at_bound != Bound::none) return bound_in_words(of.at_bound);
-  return of.identifiable ? "" : kPoorlyKnown;
+  return of.held ? "held" : mark_of(of.at_bound, of.identifiable);
 }
 
 }  // namespace plenum::host::tools

@@ -42,9 +42,8 @@ report::XyChart rate_chart(const std::vector<ModelCurve>& models, CommandRange r
 
 /// Value and standard error; where there is none, a mark for the bound or for a parameter that was held.
 std::string parameter_cell(const identify::ParameterFit& of);
-/// Of a parameter whose standard error is large against its scale.
-inline constexpr const char* kPoorlyKnown = "poorly known";
 /// In words why a parameter is not known; empty where it is.
+const char* mark_of(identify::Bound at_bound, bool identifiable);
 const char* mark_of(const identify::ParameterFit& of);
 
 }  // namespace plenum::host::tools
