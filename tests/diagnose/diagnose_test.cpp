@@ -147,6 +147,21 @@ double as_commanded(double u_V, double) {
   return u_V;
 }
 
+/// A valve at which a command arrives so late, told of each millisecond's.
+class LateValve {
+ public:
+  explicit LateValve(double late_s) : past_V_(static_cast<std::size_t>(late_s / kStep_s + 0.5), 5.0) {}
+  double operator()(double u_V) {
+    const double late_V = std::exchange(past_V_[next_], u_V);
+    next_ = (next_ + 1) % past_V_.size();
+    return late_V;
+  }
+
+ private:
+  std::vector<double> past_V_;
+  std::size_t next_ = 0;
+};
+
 /// Whether one of the named effects lives in the equation that is blamed.
 bool blames_what_is_named(const GapReport& report) {
   for (const NamedEffect& effect : report.effects) {
@@ -158,15 +173,9 @@ bool blames_what_is_named(const GapReport& report) {
 
 TEST(Diagnose, BlamesAnEquationInWhichOneOfTheNamedLives) {
   // a late valve before a chamber that is larger than logged: alone, a hose looks most like both
-  constexpr double kLate_s = 0.029, kMore_m3 = 32e-6;
-  constexpr auto kLate = static_cast<std::size_t>(kLate_s / kStep_s + 0.5);
-  std::vector<double> past_V(kLate, 5.0);
-  std::size_t next = 0;
-  trace::Log log = stepped_log(7, 3000, [&](double u_V, double) {
-    const double late_V = std::exchange(past_V[next], u_V);
-    next = (next + 1) % kLate;
-    return late_V;
-  });
+  constexpr double kMore_m3 = 32e-6;
+  trace::Log log =
+      stepped_log(7, 3000, [valve = LateValve(0.029)](double u_V, double) mutable { return valve(u_V); });
   for (double& volume_m3 : log.volume_m3) volume_m3 -= kMore_m3;
   const GapReport report = diagnose({{"log", log}}, {}, {});
   EXPECT_EQ(named(report), (std::set<std::string>{"dead_time", "volume_error"}));
@@ -176,13 +185,9 @@ TEST(Diagnose, BlamesAnEquationInWhichOneOfTheNamedLives) {
 TEST(Diagnose, LetsNoWanderingNullTakeThePlaceOfAFormThatTheCatalogueLacks) {
   // ports that open as a notch does, with the square of the command up to 0.64 V, behind a late valve: of long holds twenty figures
   // follow each for itself
-  constexpr double kNotch_V = 0.64, kLate_s = 0.012;
-  constexpr auto kLate = static_cast<std::size_t>(kLate_s / kStep_s + 0.5);
-  std::vector<double> past_V(kLate, 5.0);
-  std::size_t next = 0;
-  const auto notched = [&](double u_V, double) {
-    const double late_V = std::exchange(past_V[next], u_V);
-    next = (next + 1) % kLate;
+  constexpr double kNotch_V = 0.64;
+  const auto notched = [valve = LateValve(0.012)](double u_V, double) mutable {
+    const double late_V = valve(u_V);
     const double off_V = std::abs(late_V - 5.0);
     const double opened_V = off_V < kNotch_V ? 0.5 * off_V * off_V / kNotch_V : off_V - 0.5 * kNotch_V;
     return 5.0 + std::copysign(opened_V, late_V - 5.0);

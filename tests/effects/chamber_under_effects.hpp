@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <complex>
 #include <random>
 #include <span>
 #include <vector>
@@ -103,6 +104,26 @@ inline std::vector<double> run(EffectSet on, const Figures& figures, const Drive
         drive.command_V[row], drive.volume_m3.data() + row * static_cast<std::size_t>(drive.timing.steps)));
   }
   return reading_Pa;
+}
+
+/// Of a second-order lag, w t after its input has stepped from 0 to 1.
+inline double step_response(double wt, double damping) {
+  if (damping == 1.0) return 1.0 - (1.0 + wt) * std::exp(-wt);
+  const std::complex<double> gap = std::sqrt(std::complex<double>(damping * damping - 1.0));
+  const std::complex<double> a = -damping + gap;
+  const std::complex<double> b = -damping - gap;
+  return 1.0 - ((a * std::exp(b * wt) - b * std::exp(a * wt)) / (a - b)).real();
+}
+
+/// Its mean from `from` over `span` of w t, by Simpson's rule in 200 pieces.
+inline double mean_step_response(double from, double span, double damping) {
+  constexpr int kPieces = 200;
+  double sum = 0.0;
+  for (int i = 0; i <= kPieces; ++i) {
+    const double weight = i == 0 || i == kPieces ? 1.0 : (i % 2 == 1 ? 4.0 : 2.0);
+    sum += weight * step_response(from + span * i / kPieces, damping);
+  }
+  return sum / (3.0 * kPieces);
 }
 
 inline double rms_difference(std::span<const double> a, std::span<const double> b) {
