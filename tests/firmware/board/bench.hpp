@@ -299,4 +299,13 @@ class Bench : public host::client::Link {
   }
 };
 
+/// From now on this reading stands in place of the true one.
+inline void force(Bench& bench, std::size_t input, float mean_V, bool fresh = true) {
+  bench.forced[input] = ports::AnalogReading{mean_V, fresh};
+}
+inline void free_inputs(Bench& bench) {
+  bench.forced.fill(std::nullopt);
+  bench.analog_in.reading[2 * kChambers] = {6.2F, true};
+}
+
 }  // namespace plenum
