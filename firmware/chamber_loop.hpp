@@ -100,7 +100,7 @@ class ChamberLoop {
   std::uint64_t constants_seal_ = 0;       ///< of what configure() makes of them
   std::uint64_t paths_seal_ = 0;           ///< of what take_over() makes of a model besides known_
   std::uint64_t state_seal_ = 0;           ///< from one tick to the next
-  numeric::Scalar valve_delay_ticks_ = 0;  ///< the installer's, for a model that states none
+  numeric::Scalar valve_delay_ticks_ = 0;  ///< for a model that leaves it out
 
   numeric::Scalar farthest_mL_ = 0;  ///< that a believed estimate of the volume is off its measurement
   float pressure_kPa_ = 0;           ///< last usable measurement

@@ -46,7 +46,7 @@ class ShadowRun final : public config::ModelTrial {
   static constexpr float kMoved_kPa = 10.0F * kNoise_kPa;
   static constexpr float kWorse = 1.05F;
 
-  /// `valve_delay_ticks`: for a model that states none, as in the regulator. The recorder must outlive the run.
+  /// `valve_delay_ticks`: for a model that leaves it out, as in the regulator. The recorder must outlive the run.
   ShadowRun(const telemetry::Recorder& recorder, numeric::Scalar valve_delay_ticks) noexcept
       : recorder_(recorder), delay_ticks_(valve_delay_ticks) {}
 

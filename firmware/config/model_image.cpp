@@ -18,7 +18,24 @@ constexpr std::size_t size_of(std::size_t count) noexcept {
 }
 static_assert(size_of(kMaxParameters) == kMaxImageBytes);
 
-enum Tassa9 : std::uint8_t { c1, c2, c3, c4, c5, c6, c7, c8, c9, c_gamma, supply, ambient, kTassa9Count };
+enum Tassa9 : std::uint8_t {
+  c1,
+  c2,
+  c3,
+  c4,
+  c5,
+  c6,
+  c7,
+  c8,
+  c9,
+  c_gamma,
+  supply,
+  ambient,
+  dead_time,
+  kTassa9Count
+};
+/// Images that say nothing of the valve's dead time end before it.
+constexpr std::size_t kTassa9Required = dead_time;
 
 // Table I of "Modeling and Identification of Pneumatic Actuators" where it states a range; the rest is what a
 // valve and a chamber of this size can be. The floats next to -1 and 1 stand for the open bounds of c3 and
@@ -36,6 +53,7 @@ constexpr std::array<ParameterSpec, kTassa9Count> kTassa9 = {{
     {"c_gamma_V", 0.001F, 2.0F},
     {"supply_kPa", 50.0F, 2000.0F},
     {"ambient_kPa", 10.0F, 200.0F},
+    {"dead_time_s", 0.0F, 0.12F},
 }};
 
 /// Where the parameters of a command's curve stand in a kind that has one.
@@ -235,16 +253,33 @@ ImageVerdict validate_greybox(const ModelParameters& parameters) noexcept {
 
 /// All that a kind of model is to an image.
 struct Kind {
+  constexpr Kind(ModelKind which, std::span<const ParameterSpec> all, std::size_t least,
+                 std::uint8_t supply_place, std::uint8_t dead_time_place,
+                 ImageVerdict (*joint)(const ModelParameters&) noexcept) noexcept
+      : kind(which),
+        schema(all),
+        required(least),
+        hash(hash_of(which, all.first(least))),
+        supply_at(supply_place),
+        dead_time_at(dead_time_place),
+        validate(joint) {}
+
   ModelKind kind;
   std::span<const ParameterSpec> schema;
-  std::uint32_t hash;
+  std::size_t required;    ///< of them, from the first
+  std::uint32_t hash;      ///< of what is required
+  std::uint8_t supply_at;  ///< the ambient pressure is next to it
+  std::uint8_t dead_time_at;
   ImageVerdict (*validate)(const ModelParameters&) noexcept;  ///< the joint conditions
+
+  bool takes(std::size_t count) const noexcept { return count >= required && count <= schema.size(); }
 };
 constexpr std::array<Kind, 3> kKinds = {{
-    {ModelKind::tassa9, kTassa9, hash_of(ModelKind::tassa9, kTassa9), validate_tassa9},
-    {ModelKind::greybox, kGreybox, hash_of(ModelKind::greybox, kGreybox), validate_greybox},
-    {ModelKind::tassa9r, kTassa9r, hash_of(ModelKind::tassa9r, kTassa9r), validate_tassa9r},
+    {ModelKind::tassa9, kTassa9, kTassa9Required, supply, dead_time, validate_tassa9},
+    {ModelKind::greybox, kGreybox, kGreyboxParameters, kSupply, kDeadTime, validate_greybox},
+    {ModelKind::tassa9r, kTassa9r, kTassa9Required - 1, supply - 1, dead_time - 1, validate_tassa9r},
 }};
+static_assert(ambient == supply + 1 && kAmbient == kSupply + 1);
 
 /// Null: this firmware does not know it.
 const Kind* find_kind(ModelKind kind) noexcept {
@@ -252,6 +287,11 @@ const Kind* find_kind(ModelKind kind) noexcept {
     if (one.kind == kind) return &one;
   }
   return nullptr;
+}
+
+ImageVerdict refuse_count(const Kind& kind, std::size_t found) noexcept {
+  return {ImageError::wrong_count, 0, static_cast<float>(found), static_cast<float>(kind.required),
+          static_cast<float>(kind.schema.size())};
 }
 
 }  // namespace
@@ -265,6 +305,11 @@ std::array<numeric::Scalar, kMaxParameters> scalars(const ModelParameters& param
 std::span<const ParameterSpec> parameter_schema(ModelKind kind) noexcept {
   const Kind* known = find_kind(kind);
   return known == nullptr ? std::span<const ParameterSpec>() : known->schema;
+}
+
+std::size_t required_count(ModelKind kind) noexcept {
+  const Kind* known = find_kind(kind);
+  return known == nullptr ? 0 : known->required;
 }
 
 std::uint32_t schema_hash(ModelKind kind) noexcept {
@@ -285,7 +330,7 @@ const char* describe(ImageError error) noexcept {
     case ImageError::schema_mismatch:
       return "was written for another schema of its kind";
     case ImageError::wrong_count:
-      return "has not the parameter count of its kind";
+      return "has not a parameter count of its kind";
     case ImageError::wrong_size:
       return "has not the size that its parameter count asks for";
     case ImageError::bad_crc:
@@ -317,10 +362,8 @@ const char* describe(ImageError error) noexcept {
 ImageVerdict validate(const ModelParameters& parameters) noexcept {
   const Kind* known = find_kind(parameters.kind);
   if (known == nullptr) return refuse(ImageError::unknown_kind);
-  const std::span<const ParameterSpec> schema = known->schema;
-  if (parameters.count != schema.size()) {
-    return refuse_number(ImageError::wrong_count, parameters.count, schema.size());
-  }
+  if (!known->takes(parameters.count)) return refuse_count(*known, parameters.count);
+  const std::span<const ParameterSpec> schema = known->schema.first(parameters.count);
   if (!numeric::is_finite(parameters.fit_error_kPa)) {
     return {ImageError::not_finite, kFitErrorField, parameters.fit_error_kPa, 0.0F, 0.0F};
   }
@@ -348,21 +391,27 @@ ImageVerdict validate_volume(const ModelParameters& parameters, float volume_mL)
 }
 
 SupplyPressures supply_of(const ModelParameters& parameters) noexcept {
-  static_assert(supply + 2 == kTassa9Count && ambient == supply + 1);
-  static_assert(kSupply + 2 == kGreyboxParameters && kAmbient == kSupply + 1);
-  return {.supply_kPa = parameters.value[parameters.count - 2U],
-          .ambient_kPa = parameters.value[parameters.count - 1U]};
+  const Kind* known = find_kind(parameters.kind);
+  if (known == nullptr) return {};
+  return {.supply_kPa = parameters.value[known->supply_at],
+          .ambient_kPa = parameters.value[known->supply_at + 1U]};
+}
+
+std::optional<float> dead_time_s(const ModelParameters& parameters) noexcept {
+  const Kind* known = find_kind(parameters.kind);
+  if (known == nullptr || parameters.count <= known->dead_time_at) return std::nullopt;
+  return parameters.value[known->dead_time_at];
 }
 
 std::size_t encode(const ModelParameters& parameters, std::span<std::uint8_t> bytes) noexcept {
-  const std::span<const ParameterSpec> schema = parameter_schema(parameters.kind);
-  if (schema.empty() || parameters.count != schema.size()) return 0;
-  const std::size_t size = size_of(schema.size());
+  const Kind* known = find_kind(parameters.kind);
+  if (known == nullptr || !known->takes(parameters.count)) return 0;
+  const std::size_t size = size_of(parameters.count);
   if (bytes.size() < size) return 0;
 
   Writer out(bytes);
   out.u32(kImageMagic);
-  out.u32(schema_hash(parameters.kind));
+  out.u32(known->hash);
   out.u16(static_cast<std::uint16_t>(parameters.kind));
   out.u16(parameters.count);
   out.u32(parameters.fit_date_s);
@@ -370,7 +419,7 @@ std::size_t encode(const ModelParameters& parameters, std::span<std::uint8_t> by
   out.u32(parameters.valve_serial);
   out.u32(parameters.sensor_serial);
   out.f32(parameters.fixed_error_kPa);
-  for (std::size_t i = 0; i < schema.size(); ++i) out.f32(parameters.value[i]);
+  for (std::size_t i = 0; i < parameters.count; ++i) out.f32(parameters.value[i]);
   out.u32(crc32(out.written()));
   return size;
 }
@@ -391,11 +440,11 @@ ImageVerdict decode(std::span<const std::uint8_t> bytes, ModelParameters& parame
   ModelParameters read;
   read.kind = static_cast<ModelKind>(in.u16());
   read.count = in.u16();
-  const std::span<const ParameterSpec> schema = parameter_schema(read.kind);
-  if (schema.empty()) return refuse(ImageError::unknown_kind);
-  if (hash != schema_hash(read.kind)) return refuse(ImageError::schema_mismatch);
-  if (read.count != schema.size()) return refuse_number(ImageError::wrong_count, read.count, schema.size());
-  const std::size_t size = size_of(schema.size());
+  const Kind* known = find_kind(read.kind);
+  if (known == nullptr) return refuse(ImageError::unknown_kind);
+  if (hash != known->hash) return refuse(ImageError::schema_mismatch);
+  if (!known->takes(read.count)) return refuse_count(*known, read.count);
+  const std::size_t size = size_of(read.count);
   if (bytes.size() != size) return refuse_number(ImageError::wrong_size, bytes.size(), size);
   if (Reader(bytes.last(kCrcBytes)).u32() != crc32(bytes.first(size - kCrcBytes))) {
     return refuse(ImageError::bad_crc);
@@ -406,7 +455,7 @@ ImageVerdict decode(std::span<const std::uint8_t> bytes, ModelParameters& parame
   read.valve_serial = in.u32();
   read.sensor_serial = in.u32();
   read.fixed_error_kPa = in.f32();
-  for (std::size_t i = 0; i < schema.size(); ++i) read.value[i] = in.f32();
+  for (std::size_t i = 0; i < read.count; ++i) read.value[i] = in.f32();
   const ImageVerdict verdict = validate(read);
   if (verdict) parameters = read;
   return verdict;

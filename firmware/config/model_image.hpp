@@ -13,6 +13,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "firmware/numeric/scalar.hpp"
@@ -51,7 +52,10 @@ struct ParameterSpec {
 /// The parameters of a kind in image order; empty for a kind this firmware does not know.
 std::span<const ParameterSpec> parameter_schema(ModelKind kind) noexcept;
 
-/// FNV-1a of the kind, the parameter names and the ranges: two programs agree on it or refuse each other.
+/// How many of them, from the first, an image must have. One that leaves out the others says nothing of them.
+std::size_t required_count(ModelKind kind) noexcept;
+
+/// FNV-1a of the kind, and of names and ranges of the parameters that it must have: two programs agree on it or refuse each other.
 std::uint32_t schema_hash(ModelKind kind) noexcept;
 
 enum class ImageError : std::uint8_t {
@@ -140,7 +144,10 @@ struct SupplyPressures {
 /// Of validated parameters of any kind but none.
 SupplyPressures supply_of(const ModelParameters& parameters) noexcept;
 
-/// Writes the image. Returns its size; 0 when `bytes` is too small, the kind is unknown or the count is not
+/// Of validated parameters: from a command to the valve's motion [s]; none where the model says nothing of it.
+std::optional<float> dead_time_s(const ModelParameters& parameters) noexcept;
+
+/// Writes the image. Returns its size; 0 when `bytes` is too small, the kind is unknown or the count is none of
 /// the kind's. Values are not judged: that is the reader's part.
 std::size_t encode(const ModelParameters& parameters, std::span<std::uint8_t> bytes) noexcept;
 

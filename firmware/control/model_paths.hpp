@@ -1,13 +1,15 @@
 // What a model knows of valve and sensor, besides the chamber.
 //
-// A grey-box model may state a dead time, a spool on a spring, a hysteresis and a sensor's lag; a 9-parameter model states
-// none. Where none of dead time and spool is stated the installer's delay stands.
+// A model states the valve's dead time, a grey-box model also a spool on a spring, a hysteresis and a sensor's lag. Of one that
+// leaves the dead time out the regulator's own stands.
 //
 // A spool of natural frequency f and damping z is late by z/(pi f) in all: by the area above its step response. Half of it
 // is taken as a lag, which ValvePath makes up for, half as a delay, which a Smith predictor looks over. (A double pole at w
 // is two lags of 1/w, and z/(pi f) is 2/w there. Making up for all of it would ask for the second derivative of the spool's
 // way.) A lag beyond kMostLag_ticks is delay, too: to make up for more would send commands of more than four times the way.
 #pragma once
+
+#include <optional>
 
 #include "firmware/config/greybox_parameters.hpp"
 #include "firmware/config/limits.hpp"
@@ -21,18 +23,18 @@ struct ModelPaths {
   Scalar sensor_lag_ticks = 0;
 };
 
-/// Of parameters that config::validate() has passed; `delay_ticks`: the installer's.
+/// Of parameters that config::validate() has passed; `delay_ticks`: the regulator's own.
 inline ModelPaths paths_of(const config::ModelParameters& parameters, Scalar delay_ticks) noexcept {
   constexpr Scalar kMostLag_ticks = Scalar(4);
   constexpr Scalar kTicks_per_s = Scalar(1) / Scalar(config::kTick_s);
   constexpr Scalar kPi = Scalar(3.14159265358979);
-  if (parameters.kind != config::ModelKind::greybox) return {.valve = {.dead_ticks = delay_ticks}};
+  const std::optional<float> dead_s = config::dead_time_s(parameters);
+  const Scalar dead_ticks = dead_s ? Scalar(*dead_s) * kTicks_per_s : delay_ticks;
+  if (parameters.kind != config::ModelKind::greybox) return {.valve = {.dead_ticks = dead_ticks}};
   const auto of = config::scalars(parameters);
-  const Scalar dead_ticks = of[config::kDeadTime] * kTicks_per_s;
   const Scalar spool_ticks = of[config::kSpoolDamping] * of[config::kSpoolPeriod] / kPi * kTicks_per_s;
   const Scalar lag_ticks = numeric::min(Scalar(0.5) * spool_ticks, kMostLag_ticks);
-  const bool states_delay = dead_ticks + spool_ticks > Scalar(0);
-  return {.valve = {.dead_ticks = states_delay ? dead_ticks + spool_ticks - lag_ticks : delay_ticks,
+  return {.valve = {.dead_ticks = dead_ticks + spool_ticks - lag_ticks,
                     .lag_ticks = lag_ticks,
                     .play_V = of[config::kHysteresis]},
           .sensor_lag_ticks = of[config::kSensorLag] * kTicks_per_s};

@@ -20,7 +20,7 @@
 //               The reference is the one for the end of that action, known in advance where the set-point
 //               stream has preview. ValvePath says which command puts the spool there.
 //
-// Valve and sensor are prompt and true but for the delay that the installer states, until a model knows better
+// Valve and sensor are prompt and true but for the delay of the configuration, until a model knows better
 // (take_over()). The readings of a sensor that lags are taken for what they say of the pressure (SensorLag).
 //
 // The estimates move with the command that was really sent, after limits: at a limit nothing winds up. The
@@ -48,8 +48,8 @@ class Regulator {
   struct Config {
     Scalar command_low_V = Scalar(3);
     Scalar command_high_V = Scalar(7);
-    /// Time from a command to the valve's answer, in ticks, 0 to ValvePath::kMostDelay_ticks, where the model does not state
-    /// one: a spool of natural frequency f and damping z answers like a delay of z/(pi f), and about 1.3 times as late
+    /// Time from a command to the valve's answer, in ticks, 0 to ValvePath::kMostDelay_ticks, where the model leaves it
+    /// out: a spool of natural frequency f and damping z answers like a delay of z/(pi f), and about 1.3 times as late
     /// when it has a dead band to cross.
     Scalar valve_delay_ticks = Scalar(0.3);
     Scalar pressure_gain = Scalar(1.1);  ///< of the observer, on the residual [1]

@@ -33,7 +33,8 @@ namespace plenum::control {
 
 class Tassa9 final : public PressureModel {
  public:
-  /// Parameters in image order: c1..c9, c_gamma, P_c, P_r (config::parameter_schema(ModelKind::tassa9)).
+  /// Parameters in image order: c1..c9, c_gamma, P_c, P_r (config::parameter_schema(ModelKind::tassa9); the dead time is the
+  /// valve's: model_paths.hpp).
   static constexpr std::size_t kParameters = 12;
 
   /// Takes over an admissible parameter set and tabulates s and k over the command range [V], low < high.

@@ -57,7 +57,7 @@ std::uint32_t own_schema_hash() {
 }
 
 unsigned own_parameter_count() {
-  return static_cast<unsigned>(plenum::config::parameter_schema(ModelKind::tassa9).size());
+  return static_cast<unsigned>(plenum::config::required_count(ModelKind::tassa9));
 }
 
 void require_compatible(Session& session) {

@@ -25,14 +25,23 @@ struct Kind {
 constexpr std::array<Kind, 3> kKinds{
     {{"tassa9", ModelKind::tassa9}, {"tassa9r", ModelKind::tassa9r}, {"greybox", ModelKind::greybox}}};
 
-/// 0 of another kind.
-double greybox_parameter(const DecodedModel& model, std::string_view name) {
-  if (model.kind != "greybox") return 0.0;
-  const auto schema = plenum::config::parameter_schema(ModelKind::greybox);
+ModelKind kind_named(std::string_view name) {
+  const auto found =
+      std::find_if(kKinds.begin(), kKinds.end(), [&](const Kind& one) { return one.name == name; });
+  if (found == kKinds.end()) {
+    throw std::invalid_argument(
+        fmt::format("a model of kind '{}', expected tassa9, tassa9r or greybox", name));
+  }
+  return found->kind;
+}
+
+/// 0 where the model says nothing of it.
+double stated(const DecodedModel& model, std::string_view name) {
+  const auto schema = plenum::config::parameter_schema(kind_named(model.kind)).first(model.parameters.size());
   const auto found = std::find_if(schema.begin(), schema.end(), [&](const auto& parameter) {
     return std::string_view(parameter.name) == name;
   });
-  return model.parameters.at(static_cast<std::size_t>(found - schema.begin()));
+  return found == schema.end() ? 0.0 : model.parameters[static_cast<std::size_t>(found - schema.begin())];
 }
 
 }  // namespace
@@ -47,18 +56,14 @@ double shortest_decimal(float value) {
 
 std::vector<std::uint8_t> encode_model(std::string_view kind, std::span<const double> parameters,
                                        const ModelOrigin& origin) {
-  const auto named =
-      std::find_if(kKinds.begin(), kKinds.end(), [&](const Kind& one) { return one.name == kind; });
-  if (named == kKinds.end()) {
-    throw std::invalid_argument(
-        fmt::format("a model of kind '{}', expected tassa9, tassa9r or greybox", kind));
-  }
-  const std::size_t expected = plenum::config::parameter_schema(named->kind).size();
-  if (parameters.size() != expected) {
-    throw std::invalid_argument(fmt::format("{} parameters, expected {}", parameters.size(), expected));
-  }
   ModelParameters model;
-  model.kind = named->kind;
+  model.kind = kind_named(kind);
+  const std::size_t least = plenum::config::required_count(model.kind);
+  const std::size_t most = plenum::config::parameter_schema(model.kind).size();
+  if (parameters.size() < least || parameters.size() > most) {
+    throw std::invalid_argument(fmt::format("{} parameters, expected {}{}", parameters.size(), least,
+                                            least < most ? fmt::format(" to {}", most) : ""));
+  }
   model.count = static_cast<std::uint16_t>(parameters.size());
   model.fit_error_kPa = static_cast<float>(origin.fit_error_kPa);
   model.fit_date_s = origin.fit_date_s;
@@ -91,13 +96,12 @@ DecodedModel decode_model(std::span<const std::uint8_t> image) {
 }
 
 double sensor_lag_s(const DecodedModel& model) {
-  return greybox_parameter(model, "sensor_lag_s");
+  return stated(model, "sensor_lag_s");
 }
 
 double valve_delay_s(const DecodedModel& model) {
-  return greybox_parameter(model, "dead_time_s") + greybox_parameter(model, "spool_damping") *
-                                                       greybox_parameter(model, "spool_period_s") /
-                                                       std::numbers::pi;
+  return stated(model, "dead_time_s") +
+         stated(model, "spool_damping") * stated(model, "spool_period_s") / std::numbers::pi;
 }
 
 }  // namespace plenum::host::client

@@ -27,8 +27,9 @@ class Boxed final : public CoreModel {
  public:
   explicit Boxed(std::span<const Bounds> parameters) {
     std::array<Rounded, Model::kParameters> of;
-    if (parameters.size() != of.size()) throw std::invalid_argument("another number of parameters");
-    std::transform(parameters.begin(), parameters.end(), of.begin(), taken_over);
+    if (parameters.size() < of.size()) throw std::invalid_argument("too few parameters");
+    const auto chamber = parameters.first(of.size());  // what follows is the valve's
+    std::transform(chamber.begin(), chamber.end(), of.begin(), taken_over);
     Rounded::largest = 0;
     model_.configure(of, Rounded(0), Rounded(10));
     largest_ = Rounded::largest;
@@ -44,6 +45,8 @@ class Boxed final : public CoreModel {
             .error_kPa = std::max(made.end_kPa.error(), made.mean_kPa.error()),
             .largest = Rounded::largest};
   }
+
+  std::size_t parameters() const override { return Model::kParameters; }
 
  private:
   Model model_;

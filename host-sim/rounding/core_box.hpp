@@ -2,6 +2,7 @@
 // most the board's fixed point is from that.
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <span>
 #include <string_view>
@@ -26,10 +27,12 @@ class CoreModel {
  public:
   virtual ~CoreModel() = default;
   virtual Tick tick(const Box& box) const = 0;
+  /// So many of a set, from the first, are the chamber's, the last two the supply's and the ambient pressure.
+  virtual std::size_t parameters() const = 0;
 };
 
 /// Of a kind ("tassa9", "tassa9r"), over commands of 0 to 10 V; `parameters`: in image order. None for another kind: the steps of a
-/// grey box compare what a box leaves open. Throws std::invalid_argument for another number of parameters.
+/// grey box compare what a box leaves open. Throws std::invalid_argument for too few parameters.
 std::unique_ptr<CoreModel> core_model(std::string_view kind, std::span<const Bounds> parameters);
 
 }  // namespace rounding

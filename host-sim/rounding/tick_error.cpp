@@ -96,8 +96,7 @@ std::optional<double> tick_error_kPa(std::string_view kind, std::span<const doub
   const auto core = ::rounding::core_model(kind, as_uploaded);
   if (core == nullptr) return std::nullopt;
 
-  // of every kind the last two
-  const Bounds pressure_kPa{as_uploaded.end()[-1].low, as_uploaded.end()[-2].low};
+  const Bounds pressure_kPa{as_uploaded[core->parameters() - 1].low, as_uploaded[core->parameters() - 2].low};
   const Part whole{pressure_kPa, kCommand_V, kVolume_mL, kShareOfVolume};
   std::priority_queue<Bounded> parts;
   parts.push({whole, error_kPa(*core, whole)});

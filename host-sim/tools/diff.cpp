@@ -42,9 +42,13 @@ void compare_models(std::span<const std::uint8_t> file, std::span<const std::uin
   const client::DecodedModel b = client::decode_model(board);
   lines.push_back({where + "kind", a.kind, b.kind});
   if (a.kind == b.kind) {
-    const auto names = trace::parameter_names(a.kind);
+    const auto names =
+        trace::parameter_names(a.kind).first(std::max(a.parameters.size(), b.parameters.size()));
+    const auto stated = [](const client::DecodedModel& model, std::size_t i) {
+      return i < model.parameters.size() ? shown(model.parameters[i]) : "";
+    };
     for (std::size_t i = 0; i < names.size(); ++i)
-      lines.push_back({where + std::string(names[i]), shown(a.parameters[i]), shown(b.parameters[i])});
+      lines.push_back({where + std::string(names[i]), stated(a, i), stated(b, i)});
   }
   lines.push_back({where + "fit error [kPa]", shown(a.origin.fit_error_kPa), shown(b.origin.fit_error_kPa)});
   lines.push_back({where + "fit date [s]", fmt::format("{}", a.origin.fit_date_s),

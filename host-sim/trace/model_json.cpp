@@ -36,7 +36,8 @@ constexpr std::array<Range, kTassa9Count> kTassa9Ranges{{{2.0, 8.0},
                                                          {0.0, kInfinity},
                                                          {0.0, kInfinity},
                                                          {0.0, kInfinity},
-                                                         {0.0, kInfinity}}};
+                                                         {0.0, kInfinity},
+                                                         {0.0, 0.12}}};
 
 constexpr std::size_t kC4 = 3;  // of kTassa9Names
 constexpr auto kTassa9rRanges = [] {
@@ -57,16 +58,20 @@ struct Kind {
   std::string_view name;
   std::span<const std::string_view> names;
   std::span<const Range> ranges;
-  bool open;  ///< the ranges are; those of the grey-box model are the board's, which are closed
+  std::size_t required;   ///< of the names, from the first
+  std::size_t open;       ///< so many ranges, from the first; the others are the board's, which are closed
+  std::size_t supply_at;  ///< the ambient pressure is next to it
 
+  bool is_open(std::size_t parameter) const { return parameter < open; }
   bool holds(std::size_t parameter, double value) const {
     const auto [low, high] = ranges[parameter];
-    return open ? value > low && value < high : value >= low && value <= high;
+    return is_open(parameter) ? value > low && value < high : value >= low && value <= high;
   }
 };
-constexpr std::array<Kind, 3> kKinds{{{"tassa9", kTassa9Names, kTassa9Ranges, true},
-                                      {"tassa9r", kTassa9rNames, kTassa9rRanges, true},
-                                      {"greybox", kGreyboxNames, kGreyboxRanges, false}}};
+constexpr std::array<Kind, 3> kKinds{
+    {{"tassa9", kTassa9Names, kTassa9Ranges, kTassa9Count - 1, kTassa9Count - 1, kTassa9Count - 3},
+     {"tassa9r", kTassa9rNames, kTassa9rRanges, kTassa9rCount - 1, kTassa9rCount - 1, kTassa9rCount - 3},
+     {"greybox", kGreyboxNames, kGreyboxRanges, kGreyboxCount, 0, kGreyboxCount - 2}}};
 constexpr std::string_view kKindsInWords = R"("tassa9", "tassa9r" or "greybox")";
 
 const Kind* kind_of(std::string_view name) {
@@ -101,12 +106,12 @@ void check_values(const Kind& kind, std::span<const double> values, std::string_
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (!kind.holds(i, values[i])) {
       throw InputError(fmt::format("{}: field 'parameters.{}' is {}, expected a number {} {} {} {}", file,
-                                   kind.names[i], values[i], kind.open ? "above" : "from", kind.ranges[i].low,
-                                   kind.open ? "and below" : "to", kind.ranges[i].high));
+                                   kind.names[i], values[i], kind.is_open(i) ? "above" : "from",
+                                   kind.ranges[i].low, kind.is_open(i) ? "and below" : "to",
+                                   kind.ranges[i].high));
     }
   }
-  // all kinds end with the supply's and the ambient pressure
-  const double supply_kPa = values[values.size() - 2], ambient_kPa = values.back();
+  const double supply_kPa = values[kind.supply_at], ambient_kPa = values[kind.supply_at + 1];
   if (!(supply_kPa > ambient_kPa)) {
     throw InputError(fmt::format("{}: field 'parameters.supply_kPa' is {}, expected above ambient_kPa = {}",
                                  file, supply_kPa, ambient_kPa));
@@ -166,6 +171,7 @@ ModelFile parse_model(std::string_view text, std::string_view file) {
   }
   for (const std::string_view name : kind.names) {
     const auto found = parameters.find(name);
+    if (found == parameters.end() && model.parameters.size() >= kind.required) break;
     if (found == parameters.end()) {
       throw InputError(fmt::format("{}: field 'parameters.{}' is missing, expected a number", file, name));
     }
@@ -195,7 +201,8 @@ std::string format_model(const ModelFile& model) {
   document["kind"] = model.kind;
   if (model.chamber) document["chamber"] = *model.chamber;
   const std::span<const std::string_view> names = parameter_names(model.kind);
-  for (std::size_t i = 0; i < names.size(); ++i) document["parameters"][names[i]] = model.parameters.at(i);
+  for (std::size_t i = 0; i < model.parameters.size(); ++i)
+    document["parameters"][names[i]] = model.parameters[i];
   document["fit"] = model.fit;
   return document.dump(2) + '\n';
 }

@@ -14,17 +14,17 @@
 namespace plenum::host::trace {
 
 /// Parameters of the 9-parameter model in the order in which they cross the bus, units in their names:
-/// c1..c9 of (10), c_gamma, P_c, P_r.
-inline constexpr std::size_t kTassa9Count = 12;
+/// c1..c9 of (10), c_gamma, P_c, P_r, and the valve's dead time, which a file may leave out.
+inline constexpr std::size_t kTassa9Count = 13;
 inline constexpr std::array<std::string_view, kTassa9Count> kTassa9Names{
-    "c1_V",       "c2_per_V", "c3_per_V3", "c4_kPa_s_per_mL", "c5_per_mL",  "c6_per_mL",
-    "c7_per_V_s", "c8",       "c9_V",      "c_gamma_V",       "supply_kPa", "ambient_kPa"};
+    "c1_V", "c2_per_V", "c3_per_V3", "c4_kPa_s_per_mL", "c5_per_mL",   "c6_per_mL",  "c7_per_V_s",
+    "c8",   "c9_V",     "c_gamma_V", "supply_kPa",      "ambient_kPa", "dead_time_s"};
 
 /// Those of its repaired form, likewise: all but c4.
-inline constexpr std::size_t kTassa9rCount = 11;
+inline constexpr std::size_t kTassa9rCount = 12;
 inline constexpr std::array<std::string_view, kTassa9rCount> kTassa9rNames{
-    "c1_V", "c2_per_V", "c3_per_V3", "c5_per_mL",  "c6_per_mL",  "c7_per_V_s",
-    "c8",   "c9_V",     "c_gamma_V", "supply_kPa", "ambient_kPa"};
+    "c1_V", "c2_per_V", "c3_per_V3", "c5_per_mL",  "c6_per_mL",   "c7_per_V_s",
+    "c8",   "c9_V",     "c_gamma_V", "supply_kPa", "ambient_kPa", "dead_time_s"};
 
 /// Those of the grey-box model, likewise: control/greybox.hpp says what they are.
 inline constexpr std::size_t kGreyboxCount = 27;
@@ -59,7 +59,7 @@ inline constexpr std::array<std::string_view, kGreyboxCount> kGreyboxNames{"open
 struct ModelFile {
   std::string kind = "tassa9";
   std::optional<unsigned> chamber;  ///< which chamber of the board it was fitted on, if known
-  std::vector<double> parameters;   ///< as parameter_names(kind)
+  std::vector<double> parameters;   ///< as parameter_names(kind), without the last ones that may be left out
   nlohmann::ordered_json fit = nlohmann::ordered_json::object();  ///< how it was found; free of contract
 };
 
@@ -68,8 +68,8 @@ std::span<const std::string_view> parameter_names(std::string_view kind);
 
 /// Reads a model. Throws InputError naming file, field, what was found and what was expected: not JSON,
 /// another schema or kind, a parameter missing, unknown, not a finite number, of a 9-parameter model, repaired or not, against
-/// the paper's Table I (2 < c1 < 8, -1 < c3, -1 < c8 < 1, 0 < c9) or c_gamma > 0, of a grey-box model against the board's
-/// ranges, of all supply > ambient > 0. What a board asks beyond that, the board checks.
+/// the paper's Table I (2 < c1 < 8, -1 < c3, -1 < c8 < 1, 0 < c9), c_gamma > 0 or a dead time of 0 to 0.12 s, of a grey-box
+/// model against the board's ranges, of all supply > ambient > 0. What a board asks beyond that, the board checks.
 ModelFile read_model(const std::filesystem::path& path);
 
 /// As read_model, from memory; `file` is the name used in errors.

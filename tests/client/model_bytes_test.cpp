@@ -75,9 +75,22 @@ TEST(ModelBytes, TheRepairedFormSurvivesTheImageWithoutItsC4) {
   EXPECT_EQ(decoded.parameters, values);
 }
 
+TEST(ModelBytes, ADeadTimeOfTheValveSurvivesTheImageAndIsNoneWhereItIsLeftOut) {
+  std::vector<double> values{5.02, 0.7, 1.3, -0.05, 0.02, 0.03, 90.0, 0.1, 0.3, 0.1, 700.0, 101.325};
+  const DecodedModel silent = decode_model(encode_model("tassa9", values, {}));
+  EXPECT_EQ(silent.parameters, values);
+  EXPECT_EQ(valve_delay_s(silent), 0.0);
+  values.push_back(0.025);
+  const DecodedModel late = decode_model(encode_model("tassa9", values, {}));
+  EXPECT_EQ(late.parameters, values);
+  EXPECT_EQ(valve_delay_s(late), 0.025);
+}
+
 TEST(ModelBytes, AKindThatIsNoneAndAWrongCountAreTold) {
   EXPECT_THROW(encode_model("spline", {}, {}), std::invalid_argument);
   EXPECT_THROW(encode_model("greybox", std::vector<double>(12, 1.0), {}), std::invalid_argument);
+  for (const std::size_t count : {11U, 14U})
+    EXPECT_THROW(encode_model("tassa9", std::vector<double>(count, 1.0), {}), std::invalid_argument) << count;
 }
 
 }  // namespace

@@ -89,6 +89,22 @@ TEST(ModelJson, HoldsTheParametersToTableI) {
   EXPECT_EQ(with("c1_V", 7.9), "accepted");
 }
 
+TEST(ModelJson, TheValvesDeadTimeMayBeStated) {
+  ModelFile model = example();
+  EXPECT_FALSE(Json::parse(format_model(model))["parameters"].contains("dead_time_s"));
+  model.parameters.push_back(0.025);
+  EXPECT_EQ(Json::parse(format_model(model))["parameters"]["dead_time_s"], 0.025);
+  EXPECT_EQ(parse_model(format_model(model), "m.json").parameters, model.parameters);
+  const auto with = [](double dead_time_s) {
+    return refusal_after([&](Json& j) { j["parameters"]["dead_time_s"] = dead_time_s; });
+  };
+  EXPECT_EQ(with(0.0), "accepted");
+  EXPECT_EQ(with(0.12), "accepted");
+  EXPECT_THAT(with(-0.001),
+              HasSubstr("'parameters.dead_time_s' is -0.001, expected a number from 0 to 0.12"));
+  EXPECT_THAT(with(0.121), HasSubstr("'parameters.dead_time_s' is 0.121"));
+}
+
 TEST(ModelJson, ARepairedFormHasNoC4AndIsHeldToTableI) {
   ModelFile model;
   model.kind = "tassa9r";

@@ -14,7 +14,7 @@ inline Abort read_schema_hash(const Device&, Place, std::uint32_t& bits) noexcep
 }
 
 inline Abort read_schema_count(const Device&, Place, std::uint32_t& bits) noexcept {
-  bits = static_cast<std::uint32_t>(config::parameter_schema(config::ModelKind::tassa9).size());
+  bits = static_cast<std::uint32_t>(config::required_count(config::ModelKind::tassa9));
   return Abort::none;
 }
 

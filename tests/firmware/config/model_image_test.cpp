@@ -104,6 +104,32 @@ TEST(ModelImage, OfForeignMagicKindSchemaOrCountIsNamedAsSuch) {
   EXPECT_EQ(verdict_on(image).error, ImageError::wrong_count);
 }
 
+TEST(ModelImage, MayStateTheValvesDeadTimeOrLeaveItOut) {
+  ModelParameters read;
+  ASSERT_TRUE(decode(image_of(tassa9_sample()), read));
+  EXPECT_EQ(read.count, 12U);
+  EXPECT_EQ(dead_time_s(read), std::nullopt);
+
+  ModelParameters late = tassa9_sample();
+  late.count = 13;
+  late.value[12] = 0.025F;
+  const std::vector<std::uint8_t> image = image_of(late);
+  ASSERT_EQ(image.size(), image_of(tassa9_sample()).size() + 4);
+  ASSERT_TRUE(decode(image, read));
+  EXPECT_EQ(read.count, 13U);
+  EXPECT_EQ(dead_time_s(read), 0.025F);
+  EXPECT_EQ(supply_of(read).supply_kPa, 620.0F);
+  EXPECT_EQ(supply_of(read).ambient_kPa, 101.325F);
+
+  late.value[12] = 0.121F;
+  EXPECT_EQ(validate(late).error, ImageError::out_of_range);
+  EXPECT_EQ(validate(late).parameter, 12U);
+  late.count = 14;
+  EXPECT_EQ(validate(late).error, ImageError::wrong_count);
+  EXPECT_EQ(validate(late).low, 12.0F);
+  EXPECT_EQ(validate(late).high, 13.0F);
+}
+
 TEST(ModelImage, WithAWrongCrcIsNamedAsSuch) {
   std::vector<std::uint8_t> image = image_of(tassa9_sample());
   image.back() = static_cast<std::uint8_t>(image.back() ^ 0x80U);
@@ -143,15 +169,15 @@ TEST(ModelImage, IsNotWrittenIntoTooSmallAPlaceOrForAnUnknownKind) {
 }
 
 /// FNV-1a, written again: kind, then of each parameter its name with the zero at its end, low and high.
-TEST(ModelImage, SchemaHashCoversEveryNameAndRangeOfItsKind) {
+TEST(ModelImage, SchemaHashCoversEveryNameAndRangeThatItsKindRequires) {
   for (const ModelKind kind : {ModelKind::tassa9, ModelKind::greybox, ModelKind::tassa9r}) {
     std::uint32_t hash = 2166136261U;
     const auto take = [&hash](std::uint32_t value, int bytes) {
       for (int i = 0; i < bytes; ++i) hash = (hash ^ (value >> (8 * i) & 0xFFU)) * 16777619U;
     };
     take(static_cast<std::uint32_t>(kind), 2);
-    ASSERT_FALSE(parameter_schema(kind).empty());
-    for (const ParameterSpec& spec : parameter_schema(kind)) {
+    ASSERT_GE(required_count(kind), 11U);
+    for (const ParameterSpec& spec : parameter_schema(kind).first(required_count(kind))) {
       for (const char letter : std::string(spec.name) + '\0') take(static_cast<std::uint8_t>(letter), 1);
       take(std::bit_cast<std::uint32_t>(spec.low), 4);
       take(std::bit_cast<std::uint32_t>(spec.high), 4);
@@ -160,15 +186,24 @@ TEST(ModelImage, SchemaHashCoversEveryNameAndRangeOfItsKind) {
   }
 }
 
-TEST(ModelSchema, ListsTheTwelveParametersOfTassa9InOrder) {
-  const std::vector<std::string> expected = {"c1_V",      "c2_per_V",  "c3_per_V3",  "c4_kPa_s_per_mL",
-                                             "c5_per_mL", "c6_per_mL", "c7_per_V_s", "c8",
-                                             "c9_V",      "c_gamma_V", "supply_kPa", "ambient_kPa"};
+TEST(ModelSchema, ListsTheParametersOfTassa9InOrderAndRequiresAllButTheDeadTime) {
+  const std::vector<std::string> expected = {
+      "c1_V", "c2_per_V", "c3_per_V3", "c4_kPa_s_per_mL", "c5_per_mL",   "c6_per_mL",  "c7_per_V_s",
+      "c8",   "c9_V",     "c_gamma_V", "supply_kPa",      "ambient_kPa", "dead_time_s"};
   std::vector<std::string> names;
   for (const ParameterSpec& spec : parameter_schema(ModelKind::tassa9)) names.emplace_back(spec.name);
   EXPECT_EQ(names, expected);
+  EXPECT_EQ(required_count(ModelKind::tassa9), 12U);
   EXPECT_TRUE(parameter_schema(ModelKind::none).empty());
+  EXPECT_EQ(required_count(ModelKind::none), 0U);
   EXPECT_NE(schema_hash(ModelKind::tassa9), schema_hash(ModelKind::none));
+}
+
+/// With what may be left out.
+ModelParameters whole_sample() {
+  ModelParameters p = tassa9_sample();
+  p.count = 13;
+  return p;
 }
 
 TEST(ModelValidation, AcceptsEachBoundAndRefusesTheNextFloatBeyondIt) {
@@ -177,7 +212,7 @@ TEST(ModelValidation, AcceptsEachBoundAndRefusesTheNextFloatBeyondIt) {
   for (std::size_t i = 0; i < schema.size(); ++i) {
     for (const float beyond :
          {std::nextafter(schema[i].low, -infinity), std::nextafter(schema[i].high, infinity)}) {
-      ModelParameters p = tassa9_sample();
+      ModelParameters p = whole_sample();
       p.value[i] = beyond;
       const ImageVerdict verdict = validate(p);
       EXPECT_EQ(verdict.error, ImageError::out_of_range) << schema[i].name << " = " << beyond;
@@ -187,7 +222,7 @@ TEST(ModelValidation, AcceptsEachBoundAndRefusesTheNextFloatBeyondIt) {
       EXPECT_EQ(verdict.high, schema[i].high);
     }
     for (const float bound : {schema[i].low, schema[i].high}) {
-      ModelParameters p = tassa9_sample();
+      ModelParameters p = whole_sample();
       p.value[i] = bound;
       EXPECT_NE(validate(p).error, ImageError::out_of_range) << schema[i].name << " = " << bound;
     }
@@ -197,8 +232,8 @@ TEST(ModelValidation, AcceptsEachBoundAndRefusesTheNextFloatBeyondIt) {
 TEST(ModelValidation, NamesTheParameterThatIsNotFinite) {
   for (const float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(),
                           -std::numeric_limits<float>::infinity()}) {
-    for (std::size_t i = 0; i < 12; ++i) {
-      ModelParameters p = tassa9_sample();
+    for (std::size_t i = 0; i < 13; ++i) {
+      ModelParameters p = whole_sample();
       p.value[i] = bad;
       EXPECT_EQ(validate(p).error, ImageError::not_finite);
       EXPECT_EQ(validate(p).parameter, i);

@@ -15,15 +15,15 @@ using testing::place_of;
 ModelParameters sample() {
   ModelParameters model;
   model.kind = ModelKind::tassa9r;
-  model.count = 11;
-  model.value = {5.02F, 2.5F, 4.0F, 0.02F, 0.02F, 40.0F, 0.1F, 0.08F, 0.1F, 620.0F, 101.325F};
+  model.count = 12;
+  model.value = {5.02F, 2.5F, 4.0F, 0.02F, 0.02F, 40.0F, 0.1F, 0.08F, 0.1F, 620.0F, 101.325F, 0.025F};
   return model;
 }
 
 TEST(Tassa9rImage, HasTheParametersOfThePublishedFormButC4) {
-  const std::vector<std::string> expected = {"c1_V",      "c2_per_V",   "c3_per_V3",  "c5_per_mL",
-                                             "c6_per_mL", "c7_per_V_s", "c8",         "c9_V",
-                                             "c_gamma_V", "supply_kPa", "ambient_kPa"};
+  const std::vector<std::string> expected = {"c1_V",      "c2_per_V",   "c3_per_V3",   "c5_per_mL",
+                                             "c6_per_mL", "c7_per_V_s", "c8",          "c9_V",
+                                             "c_gamma_V", "supply_kPa", "ambient_kPa", "dead_time_s"};
   std::vector<std::string> found;
   for (const ParameterSpec& spec : parameter_schema(ModelKind::tassa9r)) found.emplace_back(spec.name);
   EXPECT_EQ(found, expected);
@@ -32,6 +32,11 @@ TEST(Tassa9rImage, HasTheParametersOfThePublishedFormButC4) {
 
 TEST(Tassa9rImage, ComesBackAsItWasEncoded) {
   testing::expect_comes_back(sample());
+  EXPECT_EQ(dead_time_s(sample()), 0.025F);
+  ModelParameters silent = sample();
+  silent.value[--silent.count] = 0.0F;
+  testing::expect_comes_back(silent);
+  EXPECT_EQ(dead_time_s(silent), std::nullopt);
 }
 
 TEST(Tassa9rImage, EveryParameterIsHeldToTheRangeThatThePublishedFormHas) {
