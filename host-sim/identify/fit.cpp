@@ -379,7 +379,7 @@ double share_of_rates_not_positive(const Bench& bench, const Tassa9& model) {
 
 Tassa9Fit fit_tassa9(const std::vector<trace::Log>& logs, const trace::RigDescription& rig,
                      const FitOptions& options) {
-  const Ticks ticks = lay_out(logs);
+  const Ticks ticks = lay_out(logs, options.dead_time_s);
   require_null_within(ticks, rig.valve);
   const Coordinates coordinates = coordinates_of(ticks, rig, options);
   require_length(coordinates.bench);
@@ -406,6 +406,7 @@ Tassa9Fit fit_tassa9(const std::vector<trace::Log>& logs, const trace::RigDescri
   }
   Tassa9Fit fit;
   report(coordinates, last, solution, held, fit);
+  fit.model.dead_time_s = options.dead_time_s;
   fit.iterations = iterations;
   fit.rate_not_positive_fraction = share_of_rates_not_positive(coordinates.bench, fit.model);
   return fit;

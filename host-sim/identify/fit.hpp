@@ -30,6 +30,7 @@ struct FitOptions {
   bool refine_free_run = true;
   double stretch_s = 2.0;
   double c_gamma_V = 0.1;
+  double dead_time_s = 0.0;
   Form form = Form::published;
   int most_iterations = 200;  ///< of each of the two fits
 };

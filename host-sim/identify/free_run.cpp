@@ -10,9 +10,41 @@
 namespace plenum::host::identify {
 namespace {
 
-SteadyAndRate at(const Tassa9& model, const Ticks& ticks, std::size_t row) {
-  return steady_and_rate(model, ticks.command_V[row], ticks.volume_mL[row], ticks.volume_rate_mL_s[row]);
-}
+/// A tick of a log, by the one or two commands that act in it.
+class ActingTick {
+ public:
+  ActingTick(const Tassa9& model, const Ticks& ticks, std::size_t row) : ticks_(ticks) {
+    const auto by = [&](double command_V) {
+      return steady_and_rate(model, command_V, ticks.volume_mL[row], ticks.volume_rate_mL_s[row]);
+    };
+    late_ = by(ticks.late_V[row]);
+    early_ = ticks.early > 0.0 ? by(ticks.early_V[row]) : late_;
+  }
+
+  Step step(double pressure_kPa) const {
+    const double early_s = ticks_.early * ticks_.period_s, late_s = ticks_.period_s - early_s;
+    const double average_s = ticks_.average_s, late_average_s = std::min(average_s, late_s);
+    if (early_s == 0.0) return identify::step(late_, pressure_kPa, late_s, average_s);
+    const Step first = identify::step(early_, pressure_kPa, early_s, average_s - late_average_s);
+    const Step second = identify::step(late_, first.end_kPa, late_s, late_average_s);
+    const double share = average_s > 0.0 ? late_average_s / average_s : 1.0;
+    return {second.end_kPa, share * second.mean_kPa + (1.0 - share) * first.mean_kPa};
+  }
+
+  /// step() solved for the end: mean and end are linear in the pressure at the start.
+  double end_from_mean(double mean_kPa) const {
+    if (ticks_.early == 0.0)
+      return identify::end_from_mean(late_, mean_kPa, ticks_.period_s, ticks_.average_s);
+    constexpr double kApart_kPa = 100.0;
+    const Step low = step(0.0), high = step(kApart_kPa);
+    const double share = (mean_kPa - low.mean_kPa) / (high.mean_kPa - low.mean_kPa);
+    return low.end_kPa + share * (high.end_kPa - low.end_kPa);
+  }
+
+ private:
+  const Ticks& ticks_;
+  SteadyAndRate early_{}, late_{};
+};
 
 std::size_t rows_of(double every_s, double period_s) {
   return static_cast<std::size_t>(std::max(1.0, std::round(every_s / period_s)));
@@ -36,13 +68,12 @@ std::vector<double> predict_free_run_kPa(const Tassa9& model, const Ticks& ticks
   // The first row of a log has no tick before it: its sample is taken as it stands.
   double pressure_kPa = ticks.pressure_kPa[start_row];
   if (start_row > 0) {
-    pressure_kPa =
-        end_from_mean(at(model, ticks, start_row - 1), pressure_kPa, ticks.period_s, ticks.average_s);
+    pressure_kPa = ActingTick(model, ticks, start_row - 1).end_from_mean(pressure_kPa);
   }
   std::vector<double> predicted;
   predicted.reserve(rows);
   for (std::size_t row = start_row; row < start_row + rows; ++row) {
-    const Step next = step(at(model, ticks, row), pressure_kPa, ticks.period_s, ticks.average_s);
+    const Step next = ActingTick(model, ticks, row).step(pressure_kPa);
     predicted.push_back(next.mean_kPa);
     pressure_kPa = next.end_kPa;
   }
@@ -55,13 +86,14 @@ std::vector<double> predict_free_run(const Tassa9& model, const trace::Log& log,
     throw CannotIdentify(fmt::format("free run of rows {} to {}, expected a log of more than {} rows",
                                      start_row, start_row + rows, log.size()));
   }
-  std::vector<double> predicted = predict_free_run_kPa(model, lay_out({log}), start_row, rows);
+  std::vector<double> predicted =
+      predict_free_run_kPa(model, lay_out({log}, model.dead_time_s), start_row, rows);
   for (double& pressure : predicted) pressure *= 1e3;
   return predicted;
 }
 
 std::vector<FreeRun> reinitialised_runs(const Tassa9& model, const trace::Log& log, double every_s) {
-  return runs(model, lay_out({log}), every_s);
+  return runs(model, lay_out({log}, model.dead_time_s), every_s);
 }
 
 double free_run_rms_kPa(const Tassa9& model, const trace::Log& log, double every_s) {
@@ -73,6 +105,22 @@ double free_run_rms_kPa(const Tassa9& model, const trace::Log& log, double every
     }
   }
   return std::sqrt(square / static_cast<double>(log.size() - 1));
+}
+
+double next_tick_rms_kPa(const Tassa9& model, const Ticks& ticks) {
+  double square = 0.0;
+  std::size_t rows = 0;
+  for (std::size_t log = 0; log + 1 < ticks.begin.size(); ++log) {
+    // of the first row it is not known which pressure its tick begins with
+    for (std::size_t row = ticks.begin[log] + 1; row + 1 < ticks.begin[log + 1]; ++row) {
+      const double start_kPa = ActingTick(model, ticks, row - 1).end_from_mean(ticks.pressure_kPa[row]);
+      const double error_kPa =
+          ActingTick(model, ticks, row).step(start_kPa).mean_kPa - ticks.pressure_kPa[row + 1];
+      square += error_kPa * error_kPa;
+      ++rows;
+    }
+  }
+  return std::sqrt(square / static_cast<double>(rows));
 }
 
 double held_start_rms_kPa(const trace::Log& log, double every_s) {
@@ -128,7 +176,7 @@ Drift drift(const Ticks& ticks, double span_kPa, const Predictor& predict, const
 }
 
 Drift drift(const trace::Log& log, const Tassa9& model, std::size_t starts, double horizon_s) {
-  const Ticks ticks = lay_out({log});
+  const Ticks ticks = lay_out({log}, model.dead_time_s);
   return drift(ticks, model.supply_kPa - model.ambient_kPa,
                [&](std::size_t start_row, std::size_t rows) {
                  return predict_free_run_kPa(model, ticks, start_row, rows);

@@ -24,7 +24,7 @@ namespace plenum::host::identify {
 std::vector<double> predict_free_run(const Tassa9& model, const trace::Log& log, std::size_t start_row,
                                      std::size_t rows);
 
-/// As above on rows laid out before (all one log), in kPa: for many predictions of one log.
+/// As above on rows laid out before (all one log, with the model's dead time), in kPa: for many predictions of one log.
 std::vector<double> predict_free_run_kPa(const Tassa9& model, const Ticks& ticks, std::size_t start_row,
                                          std::size_t rows);
 
@@ -40,7 +40,10 @@ std::vector<FreeRun> reinitialised_runs(const Tassa9& model, const trace::Log& l
 /// RMS of predicted minus measured over all re-initialised runs [kPa].
 double free_run_rms_kPa(const Tassa9& model, const trace::Log& log, double every_s = 2.0);
 
-/// The same for a prediction that knows nothing and holds the measured start of each run [kPa]: what a model
+/// RMS of predicted minus measured, each row predicted from the one before it [kPa]. `ticks`: laid out with the model's dead time.
+double next_tick_rms_kPa(const Tassa9& model, const Ticks& ticks);
+
+/// The same as free_run_rms_kPa() for a prediction that knows nothing and holds the measured start of each run [kPa]: what a model
 /// must beat.
 double held_start_rms_kPa(const trace::Log& log, double every_s = 2.0);
 

@@ -39,7 +39,7 @@ std::vector<double> Tassa9::image() const {
   std::vector<double> values;
   for (std::size_t i = 0; i < kFree; ++i)
     if (has_parameter(form, i)) values.push_back(c[i]);
-  values.insert(values.end(), {c_gamma_V, supply_kPa, ambient_kPa});
+  values.insert(values.end(), {c_gamma_V, supply_kPa, ambient_kPa, dead_time_s});
   return values;
 }
 
@@ -47,14 +47,16 @@ Tassa9 Tassa9::from_image(std::span<const double> values, Form form) {
   Tassa9 model;
   model.form = form;
   const std::size_t expected = model.image().size();
-  if (values.size() != expected) {
-    throw std::invalid_argument(fmt::format("{} parameters, expected {}", values.size(), expected));
+  if (values.size() != expected && values.size() + 1 != expected) {
+    throw std::invalid_argument(
+        fmt::format("{} parameters, expected {} or {}", values.size(), expected - 1, expected));
   }
   std::size_t taken = 0;
   for (std::size_t i = 0; i < kFree; ++i) model.c[i] = has_parameter(form, i) ? values[taken++] : 0.0;
   model.c_gamma_V = values[taken++];
   model.supply_kPa = values[taken++];
-  model.ambient_kPa = values[taken];
+  model.ambient_kPa = values[taken++];
+  if (taken < values.size()) model.dead_time_s = values[taken];
   return model;
 }
 

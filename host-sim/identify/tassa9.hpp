@@ -54,11 +54,12 @@ struct Tassa9 {
   double c_gamma_V = 0.1;
   double supply_kPa = 700.0;     ///< P_c
   double ambient_kPa = 101.325;  ///< P_r
+  double dead_time_s = 0.0;      ///< of the valve: a command acts so much later (ticks.hpp)
   Form form = Form::published;
 
-  /// In the order in which they cross the bus: c1..c9, c_gamma, P_c, P_r, without what the form does not have.
+  /// In the order in which they cross the bus: c1..c9, c_gamma, P_c, P_r, without what the form does not have, dead time.
   std::vector<double> image() const;
-  /// Throws std::invalid_argument for another number of values than image() has.
+  /// Throws std::invalid_argument for another number of values than image() has; the last may be left out.
   static Tassa9 from_image(std::span<const double> values, Form form = Form::published);
 };
 

@@ -5,6 +5,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "host-sim/identify/cannot_identify.hpp"
 #include "host-sim/trace/log_csv.hpp"
@@ -37,6 +38,22 @@ Weights weights_at(double at) {
           Eigen::RowVector4d(0.0, 1.0, 2.0 * at, 3.0 * at * at) * solve};
 }
 
+/// The command of each row, so many rows before it.
+std::vector<double> sent_V(const trace::Log& log, std::size_t ago) {
+  std::vector<double> sent(log.size());
+  for (std::size_t k = 0; k < log.size(); ++k) sent[k] = log.command_V[k - std::min(k, ago)];
+  return sent;
+}
+
+void append_commands(const trace::Log& log, std::size_t whole_ticks, Ticks& ticks) {
+  const std::vector<double> early = sent_V(log, whole_ticks + 1), late = sent_V(log, whole_ticks);
+  ticks.early_V.insert(ticks.early_V.end(), early.begin(), early.end());
+  ticks.late_V.insert(ticks.late_V.end(), late.begin(), late.end());
+  std::transform(
+      early.begin(), early.end(), late.begin(), std::back_inserter(ticks.command_V),
+      [&](double first_V, double then_V) { return ticks.early * first_V + (1.0 - ticks.early) * then_V; });
+}
+
 void append(const trace::Log& log, Ticks& ticks) {
   const std::size_t rows = log.size();
   const Eigen::Map<const Eigen::VectorXd> volume_m3(log.volume_m3.data(), static_cast<Eigen::Index>(rows));
@@ -49,14 +66,13 @@ void append(const trace::Log& log, Ticks& ticks) {
     const auto window = volume_m3.segment<kWindow>(static_cast<Eigen::Index>(first));
     ticks.volume_mL.push_back(kmL_per_m3 * weights.value.dot(window));
     ticks.volume_rate_mL_s.push_back(kmL_per_m3 * weights.slope.dot(window) / log.period_s);
-    ticks.command_V.push_back(log.command_V[k]);
     ticks.pressure_kPa.push_back(1e-3 * log.pressure_Pa[k]);
   }
 }
 
 }  // namespace
 
-Ticks lay_out(const std::vector<trace::Log>& logs) {
+Ticks lay_out(const std::vector<trace::Log>& logs, double dead_time_s) {
   if (logs.empty()) throw CannotIdentify("no log to fit");
   Ticks ticks;
   ticks.period_s = logs.front().period_s;
@@ -66,6 +82,9 @@ Ticks lay_out(const std::vector<trace::Log>& logs) {
                                      ticks.average_s, ticks.period_s));
   }
   ticks.average_s = std::min(ticks.average_s, ticks.period_s);
+  const double late_ticks = dead_time_s / ticks.period_s;
+  const auto whole_ticks = static_cast<std::size_t>(late_ticks);
+  ticks.early = late_ticks - static_cast<double>(whole_ticks);
   for (std::size_t i = 0; i < logs.size(); ++i) {
     const trace::Log& log = logs[i];
     if (log.size() < kFewestRows) {
@@ -82,6 +101,7 @@ Ticks lay_out(const std::vector<trace::Log>& logs) {
     }
     ticks.begin.push_back(ticks.size());
     append(log, ticks);
+    append_commands(log, whole_ticks, ticks);
   }
   ticks.begin.push_back(ticks.size());
   return ticks;

@@ -3,6 +3,10 @@
 //   row k of a log:  command u_k held from t_k to t_(k+1); volume v at t_k; pressure y_k = mean of p over
 //   [t_k - a, t_k] tick k (t_k to t_(k+1)):  u_k;  v and v' at its MIDDLE;  it ends in the sample y_(k+1)
 //
+// A valve that answers d = n + f ticks late (0 <= f < 1) acts over tick k by u_(k-n-1) for the first f of it, by u_(k-n) for the
+// rest. Predictions take one after the other; to a fit their mean stands for both. Before a log's first row its first command is
+// taken to have been held.
+//
 // So y_(k+1) depends on u_k alone if a <= h and p(t_k) is known; and p(t_k) follows from y_k through tick
 // k-1, with u_(k-1). Reading y_k as p(t_k), as if a were 0, is a delay of a/2 that a fit would take for a
 // slower valve.
@@ -25,7 +29,10 @@ namespace plenum::host::identify {
 struct Ticks {
   double period_s = 0.01;  ///< of the first log; the others' are the same within trace::kSameRate
   double average_s = 0.01;
-  std::vector<double> command_V;
+  std::vector<double> command_V;         ///< that acts; in the mean
+  std::vector<double> early_V;           ///< that acts in the first `early` of a tick
+  std::vector<double> late_V;            ///< and in its rest
+  double early = 0.0;                    ///< f
   std::vector<double> volume_mL;         ///< at mid-tick
   std::vector<double> volume_rate_mL_s;  ///< at mid-tick
   std::vector<double> pressure_kPa;      ///< y_k: the sample of this row, BEFORE this tick
@@ -39,8 +46,8 @@ inline constexpr std::size_t kHalfWindow = 4;
 /// Rows a log must have: one window.
 inline constexpr std::size_t kFewestRows = 2 * kHalfWindow;
 
-/// Throws CannotIdentify when there is no log, a log is shorter than kFewestRows, or the logs differ in rate
+/// `dead_time_s`: d, 0 or more. Throws CannotIdentify when there is no log, a log is shorter than kFewestRows, or the logs differ in rate
 /// or averaging time, or average over more than a tick.
-Ticks lay_out(const std::vector<trace::Log>& logs);
+Ticks lay_out(const std::vector<trace::Log>& logs, double dead_time_s = 0.0);
 
 }  // namespace plenum::host::identify

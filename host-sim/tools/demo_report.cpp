@@ -148,12 +148,15 @@ report::Table parameter_table(const Demo& demo) {
     table.rows.push_back(row);
   }
   std::vector<report::Cell> widths{std::string(trace::kTassa9Names[identify::kFree])};
+  std::vector<report::Cell> dead_times{std::string("dead_time_s")};
   std::vector<report::Cell> conditions{std::string("condition")};
   for (const DemoChamber& chamber : demo.chamber) {
     widths.emplace_back(fmt::format("{:g}", chamber.fit.model.c_gamma_V));
+    dead_times.emplace_back(fmt::format("{:.4f}", chamber.fit.model.dead_time_s));
     conditions.emplace_back(fmt::format("{:.0f}", chamber.fit.condition));
   }
   table.rows.push_back(widths);
+  table.rows.push_back(dead_times);
   table.rows.push_back(conditions);
   return table;
 }

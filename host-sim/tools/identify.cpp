@@ -28,6 +28,7 @@ using identify::ParameterFit;
 
 constexpr std::string_view kGreybox = "greybox";
 constexpr std::array<std::string_view, 3> kModels{"tassa9", "tassa9r", kGreybox};
+constexpr std::string_view kAuto = "auto";
 
 struct Options {
   std::string model{kModels.front()};
@@ -36,7 +37,8 @@ struct Options {
   LogInput input;
   std::vector<std::string> logs;
   std::vector<std::string> predict;
-  std::string c_gamma = "auto";
+  std::string c_gamma{kAuto};
+  std::string dead_time{kAuto};
   double stretch_s = 0.2;
   bool free_run = true;
   unsigned chamber = 0;
@@ -46,19 +48,34 @@ struct Options {
   Output output;
 };
 
-double kink_width_V(const std::string& text) {
-  std::size_t used = 0;
-  double value = 0.0;
+/// Of an option that takes a number or auto; none of all the text.
+std::optional<double> number_in(const std::string& text) {
   try {
-    value = std::stod(text, &used);
+    std::size_t used = 0;
+    const double value = std::stod(text, &used);
+    if (used == text.size()) return value;
   } catch (const std::exception&) {
-    used = 0;
+    // it is no number
   }
-  if (used != text.size() || used == 0 || !(value > 0.0 && value <= 10.0)) {
+  return std::nullopt;
+}
+
+double kink_width_V(const std::string& text) {
+  const auto value = number_in(text);
+  if (!value || !(*value > 0.0 && *value <= 10.0)) {
     throw std::invalid_argument(
         fmt::format("--c-gamma {}: expected auto, or a width above 0 and up to 10 V", text));
   }
-  return value;
+  return *value;
+}
+
+double dead_time_s(const std::string& text) {
+  const auto value = number_in(text);
+  if (!value || !(*value >= 0.0 && *value <= identify::kLongestDeadTime_s)) {
+    throw std::invalid_argument(
+        fmt::format("--dead-time {}: expected auto, or 0 to {} s", text, identify::kLongestDeadTime_s));
+  }
+  return *value;
 }
 
 void print_fit(const Output& output, const identify::Tassa9Fit& fit, double stretch_s) {
@@ -71,6 +88,7 @@ void print_fit(const Output& output, const identify::Tassa9Fit& fit, double stre
                  mark_of(parameter));
   }
   output.print("{:<16} {:>12.6g}  {:<12} held\n", "c_gamma_V", fit.model.c_gamma_V, "");
+  output.print("{:<16} {:>12.6g}  {:<12} held\n", "dead_time_s", fit.model.dead_time_s, "");
   if (std::ranges::any_of(fit.parameters,
                           [](const ParameterFit& one) { return one.at_bound != identify::Bound::none; })) {
     output.print(
@@ -125,8 +143,10 @@ int run(const Options& options) {
   how.stretch_s = options.stretch_s;
   how.refine_free_run = options.free_run;
   how.form = identify::form_of(options.model);
-  const bool profiled = options.c_gamma == "auto";
-  if (!profiled) how.c_gamma_V = kink_width_V(options.c_gamma);
+  const identify::Profiled profiled{.kink_width = options.c_gamma == kAuto,
+                                    .dead_time = options.dead_time == kAuto};
+  if (!profiled.kink_width) how.c_gamma_V = kink_width_V(options.c_gamma);
+  if (!profiled.dead_time) how.dead_time_s = dead_time_s(options.dead_time);
   const std::uint32_t date_s = fit_date_s(options.date);
   const trace::RigDescription rig = options.input.rig();
   Identified identified{.fit = {},
@@ -140,7 +160,7 @@ int run(const Options& options) {
   for (const NamedLog& of : identified.fitted) logs.push_back(of.log);
 
   const auto fit_to = [&](const std::vector<trace::Log>& to) {
-    return profiled ? identify::fit_tassa9_profiled(to, rig, how) : identify::fit_tassa9(to, rig, how);
+    return identify::fit_tassa9_profiled(to, rig, how, profiled);
   };
   identified.fit = fit_to(logs);
   const identify::Tassa9Fit& fit = identified.fit;
@@ -200,6 +220,12 @@ Command add_identify(Program& program) {
               "Width of the kink at the valve's null [V]; auto tries 0.1 (the paper's), 0.2, 0.4, 0.8, 1.6")
           .type_name("V|auto")
           .show_default();
+  const Option dead_time = arguments
+                               .option("--dead-time", options->dead_time,
+                                       "From a command to the valve's answer [s], which the model states to "
+                                       "the board; auto tries 0 to 0.12")
+                               .type_name("S|auto")
+                               .show_default();
   const Option stretch =
       arguments
           .option("--stretch", options->stretch_s, "Free runs that the fit is refined on are this long [s]")
@@ -207,7 +233,7 @@ Command add_identify(Program& program) {
           .show_default();
   const Option no_free_run = arguments.flag("!--no-free-run", options->free_run,
                                             "Stop after the fit of the next tick (default: refine)");
-  options->of_tassa9 = {c_gamma, stretch, no_free_run};
+  options->of_tassa9 = {c_gamma, dead_time, stretch, no_free_run};
   arguments
       .option("--predict", options->predict,
               "Predict these logs in free runs of 2 s (greybox: in one), and tell the error")

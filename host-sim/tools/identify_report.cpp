@@ -46,6 +46,8 @@ report::Table parameter_table(const identify::Tassa9Fit& fit) {
   table.rows.push_back({std::string(trace::kTassa9Names[identify::kFree]),
                         std::string(kMeanings[identify::kFree]), fit.model.c_gamma_V, std::string("-"),
                         std::string("chosen, not fitted")});
+  table.rows.push_back({std::string("dead_time_s"), std::string("from a command to the valve's answer"),
+                        fit.model.dead_time_s, std::string("-"), std::string("chosen, not fitted")});
   return table;
 }
 

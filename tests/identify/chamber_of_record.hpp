@@ -2,6 +2,7 @@
 // written out again from the paper, the tick mean as a second state.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
@@ -19,6 +20,8 @@ struct Recording {
   double ambient_kPa = 101.325;
   double average_s = 0.01;  ///< the whole tick, or 0
   double noise_kPa = 0.0;
+  double dead_time_s =
+      0.0;  ///< of the valve, whole steps of 0.5 ms; before the first row its command was held
   std::size_t rows = 2000;
   unsigned seed = 1;
   std::function<double(double)> volume_mL = [](double) { return 120.0; };
@@ -53,9 +56,10 @@ inline trace::Log record(const Recording& r) {
     log.command_V.push_back(u);
     log.volume_m3.push_back(1e-6 * r.volume_mL(t));
     log.pressure_Pa.push_back(1e3 * (sample + r.noise_kPa * noise(random)));
+    double acting_V = u;
     const auto slope = [&](double pressure, double at) {
       const double when = r.volume_held_in_tick ? t + 0.5 * h : at;
-      const double v = r.volume_mL(when), w = rate(when), x = u - r.c[0];
+      const double v = r.volume_mL(when), w = rate(when), x = acting_V - r.c[0];
       const double y = r.c[1] * x + r.c[2] * std::pow(x, 3);
       const double s = (r.supply_kPa + r.ambient_kPa) / 2 +
                        (r.supply_kPa - r.ambient_kPa) / 2 * y / std::sqrt(y * y + 1) + r.c[3] * w;
@@ -69,6 +73,8 @@ inline trace::Log record(const Recording& r) {
     double integral = 0.0;
     for (int i = 0; i < kSteps; ++i) {
       const double at = t + i * d;
+      const double sent_ticks_ago = std::ceil((r.dead_time_s - i * d) / h - 1e-9);
+      acting_V = log.command_V[k - std::min(k, static_cast<std::size_t>(std::max(sent_ticks_ago, 0.0)))];
       const double k1 = slope(p, at), k2 = slope(p + d / 2 * k1, at + d / 2),
                    k3 = slope(p + d / 2 * k2, at + d / 2), k4 = slope(p + d * k3, at + d);
       // The integral of p over the step, by the same method on the augmented system.

@@ -283,7 +283,7 @@ TEST(Fit, TheFileOfARepairedFormNamesItsKindAndHasNoC4) {
   const trace::ModelFile file = trace::parse_model(trace::format_model(to_model_file(got, 4)), "m.json");
   EXPECT_EQ(file.kind, "tassa9r");
   EXPECT_THAT(file.parameters, testing::ElementsAreArray(got.model.image()));
-  EXPECT_EQ(file.parameters.size(), 11U);
+  EXPECT_EQ(file.parameters.size(), 12U);
   EXPECT_EQ(file.fit["parameters"].size(), 8U);
   EXPECT_FALSE(file.fit["parameters"].contains("c4_kPa_s_per_mL"));
 }

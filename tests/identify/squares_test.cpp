@@ -26,6 +26,23 @@ TEST(Ticks, VolumeAndItsRateAtMidTickAreExactForACubicEvenAtTheEnds) {
   }
 }
 
+TEST(Ticks, ACommandActsByItsSharesWhenTheValveIsLate) {
+  trace::Log log = record({});
+  const auto sent = [&](std::size_t row) { return log.command_V[row]; };
+  const Ticks prompt = lay_out({log});
+  EXPECT_EQ(prompt.command_V, log.command_V);
+  const Ticks late = lay_out({log, log}, 0.0225);
+  const std::size_t second = late.begin[1];
+  for (const std::size_t first : {std::size_t{0}, second}) {
+    EXPECT_EQ(late.command_V[first], sent(0)) << "as before the log";
+    for (std::size_t k = 3; k < log.size(); ++k) {
+      ASSERT_EQ(late.early_V[first + k], sent(k - 3)) << "row " << k;
+      ASSERT_EQ(late.late_V[first + k], sent(k - 2)) << "row " << k;
+      ASSERT_NEAR(late.command_V[first + k], 0.25 * sent(k - 3) + 0.75 * sent(k - 2), 1e-12) << "row " << k;
+    }
+  }
+}
+
 TEST(Ticks, RefusesLogsThatDoNotGoTogether) {
   trace::Log log = record({});
   EXPECT_THROW(lay_out({}), CannotIdentify);

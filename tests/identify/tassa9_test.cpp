@@ -88,13 +88,24 @@ TEST(Tassa9, TheImageIsInTheOrderOfTheBus) {
   EXPECT_EQ(Tassa9::from_image(image).image(), image);
 }
 
+TEST(Tassa9, TheDeadTimeIsTheLastOfTheImageAndMayBeLeftOut) {
+  Tassa9 model = example();
+  model.dead_time_s = 0.02;
+  std::vector<double> image = model.image();
+  EXPECT_EQ(image.back(), 0.02);
+  EXPECT_EQ(Tassa9::from_image(image).dead_time_s, 0.02);
+  image.pop_back();
+  EXPECT_EQ(Tassa9::from_image(image).dead_time_s, 0.0);
+  image.pop_back();
+  EXPECT_THROW(Tassa9::from_image(image), std::invalid_argument);
+}
+
 TEST(Tassa9, TheImageOfTheRepairedFormHasNoC4) {
-  const std::vector<double> image = {5.1, 0.7, 1.3, 0.3, 0.4, 90.0, 0.2, 0.15, 0.1, 620.0, 101.325};
+  const std::vector<double> image = {5.1, 0.7, 1.3, 0.3, 0.4, 90.0, 0.2, 0.15, 0.1, 620.0, 101.325, 0.01};
   const Tassa9 model = Tassa9::from_image(image, Form::repaired);
   EXPECT_EQ(model.c[kC4], 0.0);
   EXPECT_EQ(model.c[4], 0.3);
   EXPECT_EQ(model.image(), image);
-  EXPECT_THROW(Tassa9::from_image(image), std::invalid_argument);
   EXPECT_EQ(form_of(kind_of(Form::repaired)), Form::repaired);
   EXPECT_THROW(form_of("greybox"), std::invalid_argument);
 }
