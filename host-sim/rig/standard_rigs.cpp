@@ -118,10 +118,6 @@ RigConfig mpye_rig(const MpyeRig& wanted) {
     fit_supply_sensor(board, wanted.supply_Pa);
     fit_noise(board.settings, board);
     board.settings.volume.jerk_mL_s3 = static_cast<float>(largest_jerk_mL_s3);
-    // The delay of a second-order spool, damping / (pi f), and the dead band that it crosses (regulator.hpp),
-    // in ticks.
-    board.settings.regulator.valve_delay_ticks =
-        wanted.spool ? static_cast<float>(1.3 * 0.7 / (std::numbers::pi * 65.0) / kTick_s) : 0.0F;
     rig.board.push_back(std::move(board));
   }
   return rig;
@@ -171,7 +167,6 @@ RigConfig thin_plate_rig(const trace::RigDescription& description, const ThinPla
                                std::sqrt(board.adc.samples_per_tick);
     fit_supply_sensor(board, description.supply.pressure_Pa);
     fit_noise(board.settings, board);
-    board.settings.regulator.valve_delay_ticks = 0.0F;
     rig.board.push_back(std::move(board));
   }
   return rig;
