@@ -45,6 +45,7 @@ LinuxHardware::LinuxHardware(const config::BoardFile& board, steady_clock::time_
   events_.emplace(lines_.descriptor(), input_ ? input_->descriptors() : std::span<const int>{});
   events_->watch_frames(bus_.descriptor());
   open(watchdog_, board.watchdog, latest);
+  if (watchdog_ && !watchdog_->trouble().empty()) troubles_.push_back(watchdog_->trouble());
 }
 
 template <class Driver, class Config>

@@ -21,6 +21,13 @@ std::uint64_t interval_ns() noexcept {
   return ::sd_watchdog_enabled(0, &allowed_us) > 0 ? allowed_us * 1000 / kFeedings : 0;
 }
 
+/// kTimeout_s, or what the driver has instead; 0: it says none, and errno why.
+int timeout_of(int watchdog) noexcept {
+  int timeout_s = HardwareWatchdog::kTimeout_s;
+  if (::ioctl(watchdog, WDIOC_SETTIMEOUT, &timeout_s) == 0) return timeout_s;
+  return ::ioctl(watchdog, WDIOC_GETTIMEOUT, &timeout_s) == 0 ? timeout_s : 0;
+}
+
 }  // namespace
 
 ServiceManager::ServiceManager() noexcept : feeding_(interval_ns()) {}
@@ -37,18 +44,20 @@ void ServiceManager::stopping() noexcept {
   ::sd_notify(0, "STOPPING=1");
 }
 
-HardwareWatchdog::HardwareWatchdog(const std::filesystem::path& device)
-    : feeding_(device.empty() ? 0 : kTimeout_s * kSecond_ns / kFeedings) {
+HardwareWatchdog::HardwareWatchdog(const std::filesystem::path& device) : device_(device.string()) {
   if (device.empty()) return;
   file_ = ::open(device.c_str(), O_WRONLY | O_CLOEXEC);
-  int timeout_s = kTimeout_s;
-  if (file_ >= 0 && ::ioctl(file_, WDIOC_SETTIMEOUT, &timeout_s) == 0) return;
+  if (file_ >= 0) timeout_s_ = timeout_of(file_);
+  if (timeout_s_ > 0) {
+    feeding_ = FeedingTime(static_cast<std::uint64_t>(timeout_s_) * kSecond_ns / kFeedings);
+    return;
+  }
   const std::string found = std::strerror(errno);
   if (file_ >= 0) {
     (void)!::write(file_, "V", 1);
     ::close(file_);
   }
-  throw std::runtime_error(device.string() + ": " + found + ", expected a watchdog that takes " +
+  throw std::runtime_error(device_ + ": " + found + ", expected a watchdog that takes " +
                            std::to_string(kTimeout_s) + " s");
 }
 
@@ -56,6 +65,12 @@ HardwareWatchdog::~HardwareWatchdog() {
   if (file_ < 0) return;
   (void)!::write(file_, "V", 1);  // the magic that disarms it
   ::close(file_);
+}
+
+std::string HardwareWatchdog::trouble() const {
+  if (file_ < 0 || timeout_s_ == kTimeout_s) return {};
+  return device_ + ": resets the machine after " + std::to_string(timeout_s_) +
+         " s without a tick, expected " + std::to_string(kTimeout_s);
 }
 
 void HardwareWatchdog::ticked(std::uint64_t now_ns, std::uint32_t tick_count) noexcept {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <string>
 
 namespace plenum::board::rt {
 
@@ -40,24 +41,32 @@ class ServiceManager {
   bool ready_ = false;
 };
 
-/// A watchdog device, /dev/watchdog0. It resets the machine when it is not fed for kTimeout_s, also after a crash; only an
+/// A watchdog device, /dev/watchdog0. It resets the machine when it is not fed for timeout_s(), also after a crash; only an
 /// orderly stop disarms it.
 class HardwareWatchdog {
  public:
-  static constexpr int kTimeout_s = 5;
+  static constexpr int kTimeout_s = 5;  ///< what is asked for
 
-  /// Empty: none. Arms it; throws std::runtime_error.
+  /// Empty: none. Arms it; throws std::runtime_error when it is no watchdog. One that has another timeout stays armed, and is fed
+  /// in time: a driver with "nowayout" would reset the machine again and again once it was opened and let go.
   explicit HardwareWatchdog(const std::filesystem::path& device);
   ~HardwareWatchdog();
   HardwareWatchdog(const HardwareWatchdog&) = delete;
   HardwareWatchdog& operator=(const HardwareWatchdog&) = delete;
 
-  /// After each tick.
+  /// What the driver has made of kTimeout_s: it may round, clamp, or know only its own. 0: there is no watchdog.
+  int timeout_s() const noexcept { return timeout_s_; }
+  /// That it is another one, in a line; empty: it is not.
+  std::string trouble() const;
+
+  /// After each tick. Feeds three times in timeout_s().
   void ticked(std::uint64_t now_ns, std::uint32_t tick_count) noexcept;
 
  private:
-  FeedingTime feeding_;
+  std::string device_;
   int file_ = -1;
+  int timeout_s_ = 0;
+  FeedingTime feeding_{0};
 };
 
 }  // namespace plenum::board::rt

@@ -2,15 +2,55 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <linux/watchdog.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
+#include <sys/syscall.h>
 #include <sys/un.h>
 #include <unistd.h>
 
 #include <array>
+#include <cerrno>
+#include <cstdarg>
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
+
+namespace plenum::board::rt {
+namespace {
+
+/// Answers for the driver of a watchdog, for whose device a file stands.
+struct Driver {
+  std::optional<int> made_s;  ///< of what WDIOC_SETTIMEOUT asks for; empty: it sets none
+  int has_s;
+};
+std::optional<Driver> driver;
+
+}  // namespace
+}  // namespace plenum::board::rt
+
+/// In the place of the C library's.
+extern "C" int ioctl(int file, unsigned long request, ...) noexcept {
+  std::va_list more;
+  va_start(more, request);
+  void* const argument = va_arg(more, void*);
+  va_end(more);
+  const auto& driver = plenum::board::rt::driver;
+  if (!driver || (request != WDIOC_SETTIMEOUT && request != WDIOC_GETTIMEOUT))
+    return static_cast<int>(::syscall(SYS_ioctl, file, request, argument));
+  const std::optional<int> answer = request == WDIOC_SETTIMEOUT ? driver->made_s : driver->has_s;
+  if (!answer) {
+    errno = EOPNOTSUPP;
+    return -1;
+  }
+  *static_cast<int*>(argument) = *answer;
+  return 0;
+}
 
 namespace plenum::board::rt {
 namespace {
@@ -96,6 +136,68 @@ TEST(HardwareWatchdog, ADeviceThatIsNoneIsNamed) {
     EXPECT_STREQ(error.what(),
                  "/dev/null: Inappropriate ioctl for device, expected a watchdog that takes 5 s");
   }
+}
+
+class HardwareWatchdogTest : public testing::Test {
+ protected:
+  HardwareWatchdogTest() { std::ofstream{path_}; }
+  ~HardwareWatchdogTest() override {
+    driver.reset();
+    std::filesystem::remove(path_);
+  }
+
+  /// All that has been written to the device.
+  std::string written() const {
+    std::ostringstream text;
+    text << std::ifstream(path_, std::ios::binary).rdbuf();
+    return text.str();
+  }
+
+  const std::string path_ =
+      std::filesystem::temp_directory_path() / ("plenum-watchdog-" + std::to_string(::getpid()));
+};
+
+constexpr std::uint64_t kSecond_ns = 1'000'000'000;
+
+TEST_F(HardwareWatchdogTest, IsFedThreeTimesInItsTimeAndDisarmedAtTheEnd) {
+  driver = {.made_s = 5, .has_s = 5};
+  {
+    HardwareWatchdog watchdog(path_);
+    EXPECT_EQ(watchdog.trouble(), "");
+    watchdog.ticked(100 * kSecond_ns, 1);
+    watchdog.ticked(101 * kSecond_ns, 2);
+    EXPECT_EQ(written(), std::string(1, '\0')) << "a second later";
+    watchdog.ticked(102 * kSecond_ns, 3);
+    EXPECT_EQ(written(), std::string(2, '\0')) << "two seconds later";
+  }
+  EXPECT_EQ(written(), std::string("\0\0V", 3));
+}
+
+TEST_F(HardwareWatchdogTest, OneWhoseDriverRoundsTheTimeIsFedInThatTimeAndToldOf) {
+  driver = {.made_s = 16, .has_s = 16};
+  HardwareWatchdog longer(path_);
+  EXPECT_EQ(longer.timeout_s(), 16);
+  EXPECT_EQ(longer.trouble(), path_ + ": resets the machine after 16 s without a tick, expected 5");
+  driver = {.made_s = 1, .has_s = 1};
+  HardwareWatchdog shorter(path_);
+  EXPECT_EQ(shorter.trouble(), path_ + ": resets the machine after 1 s without a tick, expected 5");
+  shorter.ticked(100 * kSecond_ns, 1);
+  shorter.ticked(100 * kSecond_ns + kSecond_ns / 3, 2);
+  EXPECT_EQ(written(), std::string(2, '\0'));
+}
+
+TEST_F(HardwareWatchdogTest, OneThatKnowsOnlyItsOwnTimeStaysArmedAndIsFedInIt) {
+  driver = {.made_s = std::nullopt, .has_s = 60};
+  HardwareWatchdog watchdog(path_);
+  EXPECT_EQ(watchdog.timeout_s(), 60);
+  EXPECT_EQ(written(), "") << "not disarmed";
+  EXPECT_EQ(watchdog.trouble(), path_ + ": resets the machine after 60 s without a tick, expected 5");
+}
+
+TEST(HardwareWatchdog, OneThatIsNotWantedIsNotFed) {
+  HardwareWatchdog none("");
+  none.ticked(100 * kSecond_ns, 1);
+  EXPECT_EQ(none.trouble(), "");
 }
 
 }  // namespace
