@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <bit>
 #include <cerrno>
 #include <cstdio>
@@ -266,8 +267,11 @@ bool make_safe(const config::BoardFile& board) {
     const drivers::GpioLines off(board.gpio, &troubles);
     const std::size_t of_lines = troubles.size();
     drivers::IioOutputConfig outputs = board.analog_out;
-    if (const auto left_V = RestingVolts::left_in(RestingVolts::runtime_folder()))
-      outputs.safe_V.assign(left_V->begin(), left_V->end());
+    std::array<std::atomic<float>, kChambers> now_V;  // as the loop and its guard have them
+    if (const auto left_V = RestingVolts::left_in(RestingVolts::runtime_folder())) {
+      std::copy(left_V->begin(), left_V->end(), now_V.begin());
+      outputs.safe_now_V = now_V;
+    }
     drivers::IioOutput output(outputs, &troubles);
     if (!output.make_safe() && troubles.size() == of_lines)
       troubles.emplace_back("an analog output was refused, expected all to be set");

@@ -104,23 +104,43 @@ TEST_F(CheckTest, EachLineThatIsMissingIsNamed) {
   EXPECT_FALSE(good);
 }
 
-TEST_F(CheckTest, SafeSetsTheOutputsThatThereAreToWhatTheLastLoopHasLeft) {
+/// --safe, of a board whose last loop has left something.
+class SafeTest : public CheckTest {
+ protected:
+  SafeTest() {
+    std::filesystem::create_directory(left_);
+    ::setenv("RUNTIME_DIRECTORY", left_.c_str(), 1);
+  }
+  ~SafeTest() override {
+    ::unsetenv("RUNTIME_DIRECTORY");
+    std::filesystem::remove_all(left_);
+  }
+
+  void leave(float second_V) const {
+    RestingVolts resting(board.analog_out.safe_V, left_);
+    resting.set(1, second_V);
+  }
+
   const config::BoardFile board = config::parse_board(kBoard, "board.toml");
-  ::unsetenv("RUNTIME_DIRECTORY");
+
+ private:
+  const std::filesystem::path left_ =
+      std::filesystem::temp_directory_path() / ("plenum-check-" + std::to_string(::getpid()));
+};
+
+TEST_F(SafeTest, SetsTheOutputsThatThereAreToWhatTheLastLoopHasLeft) {
   EXPECT_FALSE(make_safe(board)) << "others are missing";
   EXPECT_EQ(text("iio:device1", "out_voltage0_raw"), "32768") << "null_V, 5 V";
-  const std::filesystem::path left =
-      std::filesystem::temp_directory_path() / ("plenum-check-" + std::to_string(::getpid()));
-  std::filesystem::create_directory(left);
-  ::setenv("RUNTIME_DIRECTORY", left.c_str(), 1);
-  {
-    RestingVolts resting(board.analog_out.safe_V, left);
-    resting.set(1, 2.5F);
-  }
+  leave(2.5F);
   EXPECT_FALSE(make_safe(board));
   EXPECT_EQ(text("iio:device1", "out_voltage0_raw"), "16384");
-  ::unsetenv("RUNTIME_DIRECTORY");
-  std::filesystem::remove_all(left);
+}
+
+TEST_F(SafeTest, SetsAnOutputThatCannotHoldWhatWasLeftAsFarAsItGoesAsTheLoopDoes) {
+  put("iio:device1", "out_voltage0_raw_available", "[0 1 39321]");  // 6 V
+  leave(9.0F);
+  EXPECT_FALSE(make_safe(board));
+  EXPECT_EQ(text("iio:device1", "out_voltage0_raw"), "39321");
 }
 
 }  // namespace
