@@ -91,6 +91,10 @@ Drivers LinuxHardware::drivers() noexcept {
           .store = either(store_, no_store)};
 }
 
+void LinuxHardware::begin() noexcept {
+  if (input_) input_->forget();
+}
+
 bool LinuxHardware::gather() noexcept {
   if (!input_) return false;
   const unsigned before = input_->gathered();

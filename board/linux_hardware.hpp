@@ -56,6 +56,7 @@ class LinuxHardware final : public Hardware {
   /// The guard of the outputs stands.
   bool guarded() const noexcept { return guard_.stands(); }
 
+  void begin() noexcept override;
   bool gather() noexcept override;
   bool scans_ready() const noexcept override;
   void look_at_stop() noexcept override { stop_.look(); }

@@ -25,6 +25,7 @@ Plenumd::Plenumd(const config::RealTime& real_time, Board& board, rt::Events& ev
 
 void Plenumd::run() noexcept {
   hardware_.make_safe();
+  hardware_.begin();
   while (step()) {
   }
   hardware_.make_safe();

@@ -22,6 +22,8 @@ namespace plenum::board {
 /// The board beyond what the firmware knows of it.
 class Hardware {
  public:
+  /// Ticks begin: what the converters have brought before is of none.
+  virtual void begin() noexcept = 0;
   /// Takes the scans that wait. Whether there were any.
   virtual bool gather() noexcept = 0;
   /// A tick's worth of scans has come since the readings were read.

@@ -164,7 +164,8 @@ class IioInput::Capture {
   }
 
   /// Scans of these channels and nothing else, `blocks` x `block` of them kept, the reader woken after `block`.
-  void start(unsigned block, unsigned blocks) {
+  /// `block_is_tick`: that many make a tick.
+  void start(unsigned block, unsigned blocks, bool block_is_tick) {
     for (const auto& entry : fs::directory_iterator(iio_scan_elements(device_)))
       if (entry.path().filename().string().ends_with("_en")) put(entry.path(), 0);
     std::vector<ScanElement> elements;
@@ -177,6 +178,7 @@ class IioInput::Capture {
     scan_bytes_ = layout.size;
     memory_.resize(block * scan_bytes_);
     length_ = block * blocks;
+    newest_ = block_is_tick ? block : length_;
     put(iio_buffer(device_) / "length", length_);
     put(iio_buffer(device_) / "watermark", block);
     if (const int error = enable_.put(1); error != 0) refuse("enable", error);
@@ -184,7 +186,8 @@ class IioInput::Capture {
 
   int descriptor() const noexcept { return file_.descriptor(); }
 
-  /// Takes what waits. False: as much as the kernel's buffer was asked to hold was there.
+  /// Takes what waits; of more than a tick's worth the newest. False: as much as the kernel's buffer was asked to hold was there.
+  /// A full one drops what comes and keeps what came first, so that nobody knows how old that is: nothing of it counts.
   bool take() noexcept {
     unsigned taken = 0;
     // The kernel may round the length of its buffer up, at most to twice as much.
@@ -198,10 +201,13 @@ class IioInput::Capture {
         break;
       }
       held_ += static_cast<std::size_t>(bytes);
+      if (scans_ >= newest_ && static_cast<std::size_t>(bytes) == room) begin();
       taken += add_scans();
       if (static_cast<std::size_t>(bytes) < room) break;
     }
-    return taken < length_;
+    if (taken < length_) return true;
+    begin();
+    return false;
   }
 
   bool gone() const noexcept { return gone_; }
@@ -278,6 +284,7 @@ class IioInput::Capture {
   std::size_t held_ = 0;           ///< [bytes] of it that are no whole scan yet
   std::size_t scan_bytes_ = 1;
   unsigned length_ = 0;  ///< [scans]
+  unsigned newest_ = 0;  ///< [scans] after which a whole block that waits takes the place of those before
   unsigned scans_ = 0;
   bool claimed_ = false;
   bool gone_ = false;
@@ -293,9 +300,9 @@ IioInput::IioInput(const IioInputConfig& config) : scans_per_tick_(config.rate_H
   set_up(devices, config);
   for (const auto& capture : captures_) {
     if (scans_per_tick_ != 0) {
-      capture->start(scans_per_tick_, kBufferTicks);
+      capture->start(scans_per_tick_, kBufferTicks, true);
     } else {
-      capture->start(kFreeRunningBlock, kFreeRunningBlocks);
+      capture->start(kFreeRunningBlock, kFreeRunningBlocks, false);
     }
     descriptors_.push_back(capture->descriptor());
   }
@@ -334,6 +341,11 @@ void IioInput::gather() noexcept {
     if (!captures_[i]->take()) ++overflows_;
     if (captures_[i]->gone()) descriptors_[i] = -1;
   }
+}
+
+void IioInput::forget() noexcept {
+  gather();
+  for (const auto& capture : captures_) capture->begin();
 }
 
 unsigned IioInput::gathered() const noexcept {

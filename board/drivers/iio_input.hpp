@@ -48,8 +48,11 @@ class IioInput final : public ports::AnalogInput {
   /// One a device, to poll for POLLIN. Readable: a tick's worth of scans waits, or the device has gone. -1: it is known to.
   std::span<const int> descriptors() const noexcept { return descriptors_; }
 
-  /// Takes what waits and adds it to the tick's sums. Never waits.
+  /// Takes what waits and adds it to the tick's sums, of several ticks' scans those of the last. Never waits.
   void gather() noexcept;
+
+  /// What has come up to now is of no tick.
+  void forget() noexcept;
 
   /// Scans since the last read() that every device has brought: the least of the devices'.
   unsigned gathered() const noexcept;
@@ -64,7 +67,7 @@ class IioInput final : public ports::AnalogInput {
   bool gone() const noexcept;
 
   /// Times that kBufferTicks of scans or more were waiting in one buffer: scans may have been lost. The kernel drops them
-  /// without a word, so this is all that can be known. Wraps.
+  /// without a word, so this is all that can be known; those that waited are dropped, too. Wraps.
   std::uint32_t overflows() const noexcept { return overflows_; }
 
  private:

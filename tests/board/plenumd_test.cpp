@@ -56,6 +56,7 @@ class FakeEvents final : public rt::Events {
 
 class FakeHardware final : public Hardware {
  public:
+  void begin() noexcept override { begun = true; }
   bool gather() noexcept override {
     ready = true;
     return true;
@@ -63,6 +64,7 @@ class FakeHardware final : public Hardware {
   bool scans_ready() const noexcept override { return ready; }
   void look_at_stop() noexcept override { looked_at_tick.push_back(ticks.size()); }
   void ticked(std::uint64_t now_ns, std::uint32_t tick_count) noexcept override {
+    EXPECT_TRUE(begun) << "with scans of before the first tick";
     EXPECT_EQ(tick_count, ticks.size() + 1);
     ticks.push_back(now_ns - kStart);
     ready = false;
@@ -71,6 +73,7 @@ class FakeHardware final : public Hardware {
   void rest_at(std::size_t chamber, float command_V) noexcept override { resting_V.at(chamber) = command_V; }
   void stopping() noexcept override { when_stopping(); }
 
+  bool begun = false;
   bool ready = false;
   std::vector<std::uint64_t> ticks;  ///< when each was done [ns since the start]
   std::vector<std::size_t> looked_at_tick;

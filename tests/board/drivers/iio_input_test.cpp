@@ -65,10 +65,10 @@ float volts(IioInput& input) {
   return one.fresh ? one.mean_V : std::numeric_limits<float>::quiet_NaN();
 }
 
-/// `scans` scans of one 16-bit channel, each 0001h.
-Bytes ones(unsigned scans) {
+/// `count` scans of one 16-bit channel.
+Bytes scans(unsigned count, std::uint8_t number) {
   Bytes bytes;
-  for (unsigned i = 0; i < scans; ++i) bytes.insert(bytes.end(), {0x00, 0x01});
+  for (unsigned i = 0; i < count; ++i) bytes.insert(bytes.end(), {0x00, number});
   return bytes;
 }
 
@@ -330,24 +330,51 @@ TEST_F(IioInputTest, TheCaptureEndsWithTheInput) {
   EXPECT_EQ(text(kAdc, "buffer/enable"), "0");
 }
 
-TEST_F(IioInputTest, AFullBufferIsCountedAndTakenWhole) {
+TEST_F(IioInputTest, AFullBufferIsCountedAndItsScansAreNotTakenForThePresent) {
   IioInput input(config_);
-  bring(kAdc, ones(79));
+  bring(kAdc, scans(79, 1));
   input.gather();
   EXPECT_EQ(input.overflows(), 0U);
-  bring(kAdc, ones(128));  // what the kernel makes of 80
+  bring(kAdc, scans(128, 1));  // what the kernel makes of 80
   input.gather();
   EXPECT_EQ(input.overflows(), 1U);
-  EXPECT_EQ(input.gathered(), 79U + 128U);
-  EXPECT_EQ(volts(input), 1.0F);
+  EXPECT_EQ(input.gathered(), 0U);
+  EXPECT_FALSE(read(input, 1)[0].fresh) << "the oldest, of which nobody knows how old they are";
+  bring(kAdc, scans(2, 7));
+  EXPECT_EQ(volts(input), 7.0F);
   EXPECT_EQ(input.overflows(), 1U);
 }
 
-TEST_F(IioInputTest, ADeviceFasterThanItsReaderKeepsNobody) {
+TEST_F(IioInputTest, OfSeveralTicksThatHaveWaitedTheLastCounts) {
   IioInput input(config_);
-  bring(kAdc, ones(1000));
+  bring(kAdc, scans(10, 1));
   input.gather();
-  EXPECT_EQ(input.gathered(), 160U) << "twice the buffer";
+  bring(kAdc, scans(20, 2));
+  bring(kAdc, scans(10, 3));
+  EXPECT_EQ(volts(input), 3.0F);
+  bring(kAdc, scans(10, 4));
+  bring(kAdc, scans(5, 7));
+  EXPECT_EQ(volts(input), 5.0F) << "a tick that is a little late has all of its scans";
+}
+
+TEST_F(IioInputTest, WhatIsForgottenIsOfNoReading) {
+  IioInput input(config_);
+  bring(kAdc, scans(3, 1));
+  input.gather();
+  bring(kAdc, scans(3, 1));
+  input.forget();
+  EXPECT_EQ(input.gathered(), 0U);
+  bring(kAdc, scans(2, 7));
+  EXPECT_EQ(volts(input), 7.0F);
+}
+
+TEST_F(IioInputTest, ADeviceFasterThanItsReaderKeepsNobodyAndIsNotFresh) {
+  IioInput input(config_);
+  bring(kAdc, scans(170, 1));
+  input.gather();
+  EXPECT_EQ(input.gathered(), 0U) << "twice the buffer, and all of it old";
+  input.gather();
+  EXPECT_EQ(input.gathered(), 10U) << "what was left for the next time";
 }
 
 TEST_F(IioInputTest, TheRateIsSetAtTheDevice) {
@@ -398,7 +425,7 @@ TEST_F(IioInputTest, ADeviceThatRunsFreelyIsTakenAsItIs) {
   IioInput input(config_);
   EXPECT_EQ(input.scans_per_tick(), 0U);
   EXPECT_EQ(text(kAdc, "buffer/length"), "2048");
-  bring(kAdc, ones(300));
+  bring(kAdc, scans(300, 1));
   EXPECT_EQ(volts(input), 1.0F);
   EXPECT_EQ(input.overflows(), 0U);
 }
