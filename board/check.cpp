@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "board/bus_check.hpp"
+#include "board/config/last_accepted.hpp"
 #include "board/drivers/can_bit_rate.hpp"
 #include "board/drivers/file_store.hpp"
 #include "board/drivers/gpio_lines.hpp"
@@ -34,6 +35,8 @@ namespace plenum::board {
 namespace {
 
 using plenum::config::kChambers;
+
+const std::filesystem::path kStateFolder = "/var/lib/plenum";  ///< StateDirectory= of service/plenumd.service
 
 /// The lines of the page.
 class Page {
@@ -234,6 +237,23 @@ std::string check_watchdog(const std::filesystem::path& path) {
       fmt::format("{}: {}, expected a device that can be written", path.string(), std::strerror(errno)));
 }
 
+bool lies_in(const std::filesystem::path& path, const std::filesystem::path& folder) {
+  const std::filesystem::path whole = path.lexically_normal();
+  const std::filesystem::path part = folder.lexically_normal();
+  return std::mismatch(part.begin(), part.end(), whole.begin(), whole.end()).first == part.end();
+}
+
+/// The folder, and what the service needs for it: to whoever looks from outside of its sandbox any folder may be writable.
+std::string check_store(const std::filesystem::path& folder) {
+  drivers::FileStore::look(folder);
+  const std::filesystem::path state = config::state_folder();
+  const std::filesystem::path services = state.empty() ? kStateFolder : state;
+  if (lies_in(folder, services)) return folder.string();
+  return fmt::format(
+      "{0}, outside of {1}: the service needs a line ReadWritePaths={0} (systemctl edit plenumd)",
+      folder.string(), services.string());
+}
+
 }  // namespace
 
 bool check(const config::BoardFile& board) {
@@ -253,10 +273,7 @@ bool check(const config::BoardFile& board) {
   check_lines(board.gpio, page);
   check_input(board, page);
   check_output(board.analog_out, page);
-  page.attempt("store", [&] {
-    drivers::FileStore::look(board.store);
-    return board.store.string();
-  });
+  page.attempt("store", [&] { return check_store(board.store); });
   if (!board.watchdog.empty()) page.attempt("watchdog", [&] { return check_watchdog(board.watchdog); });
   return page.all_good();
 }

@@ -24,8 +24,10 @@ using ports::StoreResult;
 constexpr std::size_t kWorkerStackBytes = std::size_t{64} * 1024;
 
 [[noreturn]] void refuse(const std::filesystem::path& path, const char* found) {
-  throw std::runtime_error("store:" + path.string() + ": " + found +
-                           ", expected a folder that this user may write, and slots in it that are files");
+  throw std::runtime_error(
+      "store:" + path.string() + ": " + found +
+      ", expected a folder that this user may write (the service: its StateDirectory, or a "
+      "ReadWritePaths= of its own), and slots in it that are files");
 }
 
 constexpr const char* kNoRegularFile = "no regular file";

@@ -119,6 +119,15 @@ class WithoutDevices(NoDevices):
             said = run("--config", str(self.board), "--check").stdout.splitlines()[-1]
             self.assertRegex(said, rf"^FAIL  store +store:{folder}\S*: .*, expected a folder")
 
+    def test_check_says_what_the_service_needs_for_a_store_outside_of_its_own_folder(self):
+        def store(**environment):
+            return run("--config", str(self.board), "--check", **environment).stdout.splitlines()[-1]
+        needs = f"the service needs a line ReadWritePaths={self.folder} (systemctl edit plenumd)"
+        self.assertEqual(store(), f"ok    store          {self.folder}, outside of /var/lib/plenum: {needs}")
+        self.assertEqual(store(STATE_DIRECTORY=f"{self.folder}-"), f"ok    store          {self.folder}, outside of {self.folder}-: {needs}")
+        for own in self.folder, self.folder.parent:
+            self.assertEqual(store(STATE_DIRECTORY=str(own)), f"ok    store          {self.folder}")
+
     def test_check_makes_nothing(self):
         run("--config", str(self.board), "--check")
         self.assertEqual(list(self.folder.iterdir()), [self.board])

@@ -44,6 +44,9 @@ class PlenumdService(unittest.TestCase):
             for order in "Wants", "After":
                 self.assertRegex(text(), rf"(?m)^{order}=(.* )?modprobe@{module[group]}[.]service( |$)")
 
+    def test_it_stores_where_check_takes_its_folder_to_be(self):
+        self.assertRegex(text(), r"(?m)^StateDirectory=plenum$")
+
     def test_it_is_not_root_and_holds_no_capability(self):
         self.assertRegex(text(), r"(?m)^User=(?!root$).+$")
         self.assertRegex(text(), r"(?m)^CapabilityBoundingSet=$")
