@@ -1,7 +1,6 @@
 #include "board/drivers/file_store.hpp"
 
 #include <fcntl.h>
-#include <signal.h>
 #include <sys/stat.h>
 #include <sys/types.h>
 #include <unistd.h>
@@ -20,9 +19,6 @@ namespace {
 
 using ports::StoreResult;
 
-// All that the worker calls is pwrite and fdatasync. A thread's default of 8 MiB would be locked into memory with the rest.
-constexpr std::size_t kWorkerStackBytes = std::size_t{64} * 1024;
-
 [[noreturn]] void refuse(const std::filesystem::path& path, const char* found) {
   throw std::runtime_error(
       "store:" + path.string() + ": " + found +
@@ -31,22 +27,6 @@ constexpr std::size_t kWorkerStackBytes = std::size_t{64} * 1024;
 }
 
 constexpr const char* kNoRegularFile = "no regular file";
-
-/// A thread of the ordinary scheduler, whatever its maker's, that takes no signal. Returns an error of pthread_create.
-int start_worker(pthread_t& worker, void* (*work)(void*), void* store) {
-  pthread_attr_t attributes;
-  ::pthread_attr_init(&attributes);
-  ::pthread_attr_setstacksize(&attributes, kWorkerStackBytes);
-  ::pthread_attr_setinheritsched(&attributes, PTHREAD_EXPLICIT_SCHED);
-  sigset_t all;
-  sigset_t before;
-  ::sigfillset(&all);
-  ::pthread_sigmask(SIG_SETMASK, &all, &before);
-  const int error = ::pthread_create(&worker, &attributes, work, store);
-  ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
-  ::pthread_attr_destroy(&attributes);
-  return error;
-}
 
 }  // namespace
 
@@ -66,16 +46,11 @@ FileStore::FileStore(const std::filesystem::path& folder) {
     ::fallocate(file_[slot], 0, 0, static_cast<off_t>(config::kMaxSlotBytes));
   }
   if (!sync_folder(folder)) give_up(folder, std::strerror(errno));
-  ::sem_init(&wake_, 0, 0);
-  const auto work = [](void* store) -> void* {
-    static_cast<FileStore*>(store)->work();
-    return nullptr;
-  };
-  if (const int error = start_worker(worker_, work, this); error != 0) {
-    ::sem_destroy(&wake_);
+  try {
+    worker_.emplace([this] { work(); });
+  } catch (const std::runtime_error& error) {
     close_slots(file_);
-    throw std::runtime_error("store:" + folder.string() + ": no worker thread: " + std::strerror(error) +
-                             ", expected a limit on threads (TasksMax, RLIMIT_NPROC) that admits one more");
+    throw std::runtime_error("store:" + folder.string() + ": " + error.what());
   }
 }
 
@@ -96,10 +71,7 @@ void FileStore::look(const std::filesystem::path& folder) {
 }
 
 FileStore::~FileStore() {
-  stop_.store(true);
-  ::sem_post(&wake_);
-  ::pthread_join(worker_, nullptr);
-  ::sem_destroy(&wake_);
+  worker_.reset();
   close_slots(file_);
 }
 
@@ -128,19 +100,13 @@ StoreResult FileStore::ask(const Order& order) noexcept {
   order_ = order;
   std::copy(order.bytes.begin(), order.bytes.end(), bytes_.begin());
   state_.store(State::ordered, std::memory_order_release);
-  ::sem_post(&wake_);
+  worker_->wake();
   return StoreResult::busy;
 }
 
 void FileStore::work() noexcept {
-  for (;;) {
-    while (::sem_wait(&wake_) != 0) {  // EINTR: a debugger, or the process was stopped and continued
-    }
-    if (state_.load(std::memory_order_acquire) == State::ordered) {
-      state_.store(carry_out() ? State::done : State::failed, std::memory_order_release);
-    }
-    if (stop_.load()) return;
-  }
+  if (state_.load(std::memory_order_acquire) != State::ordered) return;
+  state_.store(carry_out() ? State::done : State::failed, std::memory_order_release);
 }
 
 bool FileStore::carry_out() const noexcept {

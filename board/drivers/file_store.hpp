@@ -4,16 +4,15 @@
 // them, one at a time, and the caller asks again each tick. Nothing here locks: the tick waits for nobody.
 #pragma once
 
-#include <pthread.h>
-#include <semaphore.h>
-
 #include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 
+#include "board/drivers/worker.hpp"
 #include "firmware/ports/parameter_store.hpp"
 
 namespace plenum::board::drivers {
@@ -58,9 +57,7 @@ class FileStore final : public ports::ParameterStore {
   Order order_;  ///< these two the worker's while `ordered`, the caller's otherwise
   std::array<std::uint8_t, kMostBytes> bytes_{};  ///< of the order: the worker may outlive whoever gave it
   std::atomic<State> state_{State::idle};
-  std::atomic<bool> stop_{false};
-  sem_t wake_{};
-  pthread_t worker_{};
+  std::optional<Worker> worker_;
 };
 
 }  // namespace plenum::board::drivers
