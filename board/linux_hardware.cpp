@@ -107,7 +107,7 @@ bool LinuxHardware::scans_ready() const noexcept {
 }
 
 void LinuxHardware::ticked(std::uint64_t now_ns, std::uint32_t tick_count) noexcept {
-  bus_.tend();
+  if (bus_.tend()) opener_.wake();
   events_->watch_frames(bus_.descriptor());
   manager_.ticked(now_ns, tick_count);
   if (watchdog_) watchdog_->ticked(now_ns, tick_count);

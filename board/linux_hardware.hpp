@@ -14,6 +14,7 @@
 #include "board/drivers/iio_input.hpp"
 #include "board/drivers/iio_output.hpp"
 #include "board/drivers/socketcan.hpp"
+#include "board/drivers/worker.hpp"
 #include "board/guard.hpp"
 #include "board/plenumd.hpp"
 #include "board/prompt_stop.hpp"
@@ -86,6 +87,7 @@ class LinuxHardware final : public Hardware {
   std::optional<drivers::IioInput> input_;
   std::optional<drivers::FileStore> store_;
   ReopenedBus<drivers::SocketCan> bus_;
+  drivers::Worker opener_{[this] { bus_.open_anew(); }};
   std::optional<rt::KernelEvents> events_;
   rt::ServiceManager manager_;
   std::optional<rt::HardwareWatchdog> watchdog_;

@@ -15,6 +15,7 @@ struct Adapter {
   bool plugged = true;
   bool up = true;
   int opened = 0;
+  int closed = 0;
   std::uint32_t lost = 0;
 };
 
@@ -23,6 +24,10 @@ class FakeInterface final : public ports::CanBus {
   explicit FakeInterface(Adapter& adapter) : adapter_(adapter), number_(++adapter.opened) {
     if (!adapter.plugged) throw std::runtime_error("can:can0: no such interface");
   }
+  ~FakeInterface() { ++adapter_.closed; }
+  FakeInterface(const FakeInterface&) = delete;
+  FakeInterface& operator=(const FakeInterface&) = delete;
+
   bool send(const CanFrame&) noexcept override {
     down_ = !adapter_.plugged || !adapter_.up;
     return !down_;
@@ -46,8 +51,13 @@ class ReopenedBusTest : public testing::Test {
   Bus make() {
     return Bus([this] { return std::make_unique<FakeInterface>(adapter); });
   }
+  /// Ticks, beside a thread that opens at once.
   static void tend(Bus& bus, int ticks) {
-    for (int i = 0; i < ticks; ++i) bus.tend();
+    for (int i = 0; i < ticks; ++i) {
+      if (!bus.tend()) continue;
+      bus.open_anew();
+      bus.tend();
+    }
   }
 
   Adapter adapter;
@@ -60,6 +70,7 @@ TEST_F(ReopenedBusTest, AnInterfaceThatIsThereIsTheBus) {
   EXPECT_TRUE(bus.send(frame));
   EXPECT_TRUE(bus.receive(frame));
   EXPECT_EQ(bus.descriptor(), 1);
+  EXPECT_EQ(bus.trouble(), "");
   tend(bus, 1000);
   EXPECT_EQ(adapter.opened, 1);
 }
@@ -76,7 +87,6 @@ TEST_F(ReopenedBusTest, OneThatWasNeverThereIsABusThatIsOffUntilItComes) {
   tend(bus, Bus::kPause_ticks);
   EXPECT_TRUE(bus.send(frame));
   EXPECT_EQ(bus.state(), CanState::error_passive);
-  EXPECT_EQ(bus.trouble(), "");
 }
 
 TEST_F(ReopenedBusTest, OneThatIsPulledOutIsOpenedAnewOnceASecondAndCountsAsOnWithTheFirstFrame) {
@@ -98,12 +108,39 @@ TEST_F(ReopenedBusTest, OneThatIsPulledOutIsOpenedAnewOnceASecondAndCountsAsOnWi
   EXPECT_EQ(bus.descriptor(), 4);
 }
 
+TEST_F(ReopenedBusTest, NoTickClosesOrOpensAnInterfaceOrWaitsForTheThreadThatDoes) {
+  Bus bus = make();
+  bus.open_anew();
+  EXPECT_EQ(adapter.opened, 1) << "nobody has asked for another";
+  adapter.plugged = false;
+  EXPECT_FALSE(bus.send(frame));
+  int asked = 0;
+  for (int i = 0; i < 10 * Bus::kPause_ticks; ++i) {
+    if (bus.tend()) ++asked;
+    EXPECT_EQ(bus.state(), CanState::bus_off);
+  }
+  EXPECT_EQ(asked, 1);
+  EXPECT_EQ(adapter.opened, 1);
+  EXPECT_EQ(adapter.closed, 0);
+  EXPECT_EQ(bus.descriptor(), -1);
+  EXPECT_FALSE(bus.send(frame));
+  EXPECT_FALSE(bus.receive(frame));
+  adapter.plugged = true;
+  bus.open_anew();
+  EXPECT_EQ(adapter.opened, 2);
+  EXPECT_EQ(adapter.closed, 1);
+  EXPECT_EQ(bus.descriptor(), -1) << "from the next tick on";
+  EXPECT_FALSE(bus.tend());
+  EXPECT_EQ(bus.descriptor(), 2);
+  EXPECT_TRUE(bus.send(frame));
+}
+
 TEST_F(ReopenedBusTest, AnInterfaceThatIsThereAndDownStaysOffHoweverOftenItIsOpened) {
   Bus bus = make();
   adapter.up = false;
   EXPECT_FALSE(bus.send(frame));
   for (int i = 0; i < 500; ++i) {
-    bus.tend();
+    tend(bus, 1);
     EXPECT_EQ(bus.state(), CanState::bus_off);
     EXPECT_FALSE(bus.send(frame));
   }
