@@ -101,8 +101,19 @@ bool SocketCan::send(const CanFrame& frame) noexcept {
   do {
     count = ::write(socket_, &kernel, sizeof kernel);
   } while (count < 0 && errno == EINTR);
-  if (count < 0 && (errno == ENETDOWN || errno == ENODEV || errno == ENXIO)) down_ = true;
+  if (count < 0 && (errno == ENETDOWN || errno == ENODEV || errno == ENXIO)) go_down();
   return count == static_cast<ssize_t>(sizeof kernel);
+}
+
+/// The kernel tells of it first, and then gives out what had come before: orders on a bus that is no more, and no sign of life.
+void SocketCan::go_down() noexcept {
+  down_ = true;
+  // When it is up again it begins anew, and no error frame tells of that.
+  controller_.hear(CanState::error_active, steady_clock::now());
+  constexpr int kMost = 4096;  // more than the socket's buffer holds
+  can_frame old{};
+  for (int i = 0; i < kMost; ++i)
+    if (::recv(socket_, &old, sizeof old, MSG_DONTWAIT) < 0 && errno != EINTR) return;
 }
 
 /// As the kernel has it; false, too, when there is no such interface any more.
@@ -131,9 +142,8 @@ bool SocketCan::receive(CanFrame& frame) noexcept {
     const ssize_t count = ::recvmsg(socket_, &message, 0);
     if (count < 0 && errno == EINTR) continue;
     if (count < 0 && (errno == ENETDOWN || errno == ENODEV)) {
-      down_ = true;
-      // When it is up again it begins anew, and no error frame tells of that.
-      controller_.hear(CanState::error_active, steady_clock::now());
+      go_down();
+      return false;
     }
     if (count != static_cast<ssize_t>(sizeof kernel)) return false;
     for (cmsghdr* one = CMSG_FIRSTHDR(&message); one != nullptr; one = CMSG_NXTHDR(&message, one)) {

@@ -74,12 +74,13 @@ class SocketCan final : public ports::CanBus {
 
   /// When the kernel took the last received frame from the controller [ns since the epoch]; 0 before the first.
   std::uint64_t received_ns() const noexcept { return received_ns_; }
-  /// The interface went down or away: nothing more will come until it is opened again.
+  /// The interface went down or away: nothing comes, nor what had come before, until it is up again or opened anew.
   bool is_down() const noexcept { return down_; }
   /// To wait on.
   int descriptor() const noexcept { return socket_; }
 
  private:
+  void go_down() noexcept;
   bool runs() const noexcept;
   void end_bus_off() noexcept;
 
