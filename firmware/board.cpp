@@ -48,6 +48,9 @@ void Board::tick(const TickTiming& timing) noexcept {
       {.valve_power = outputs.digital.valve_power && outputs_ok_, .fault_lamp = outputs.digital.fault_lamp});
   if (controller_.take_changed() != 0) keeper_.models_changed();
   controller_.show_store(keeper_.image());
+  // As the node forgets those that wait behind it.
+  if (inputs.can == ports::CanState::bus_off && has_unsent_)
+    has_unsent_ = !controller_.node().is_tpdo(unsent_);
   send_frames();
 }
 

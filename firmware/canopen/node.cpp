@@ -308,6 +308,13 @@ bool Node::next_frame(CanFrame& frame) noexcept {
   return true;
 }
 
+bool Node::is_tpdo(const CanFrame& frame) const noexcept {
+  const std::array<Tpdo, kTpdos>& all = device_.communication.tpdo;
+  return std::any_of(all.begin(), all.end(), [&frame](const Tpdo& one) {
+    return is_valid(one.parameters) && (one.parameters.cob_id & cob::kIdMask) == frame.id;
+  });
+}
+
 void Node::receive_heartbeat(const CanFrame& frame) noexcept {
   const HeartbeatConsumer::Heard heard = device_.communication.heartbeats.hear(
       static_cast<std::uint8_t>(frame.id - cob::kHeartbeat), std::span(frame.data).first(frame.length));
@@ -416,6 +423,7 @@ void Node::tick(std::uint32_t elapsed_us) noexcept {
   device_.image.pdo_long = pdo_long_.elapse(elapsed_us);
   device_.image.sync_misfits = sync_misfits_.elapse(elapsed_us);
   obey_error_behaviour();
+  if (device_.image.bus_off) forget_unsent_tpdos();
   SdoServer::Bytes lss_response;
   if (lss_.elapse(device_, elapsed_us, lss_response)) send(cob::kLssResponse, lss_response);
   // in every state, for a done order is to be taken away; no transfer that could be answered lives on outside of the two that have SDO
@@ -466,6 +474,12 @@ void Node::obey_error_behaviour() noexcept {
     case ErrorBehaviour::stopped:
       return enter(NmtState::stopped);
   }
+}
+
+/// Nobody is to take a value of before for one of now. What a TPDO says on change it says again, as it then is.
+void Node::forget_unsent_tpdos() noexcept {
+  queue_.clear_pdos();
+  for (Tpdo& tpdo : device_.communication.tpdo) tpdo.ever_sent = false;
 }
 
 /// One message a change, one for each bus-off (the controller may have held the last one when it went off) and one after each

@@ -60,6 +60,9 @@ class Node {
   /// time and only when nothing else waits.
   bool next_frame(ports::CanFrame& frame) noexcept;
 
+  /// It is a TPDO of this node.
+  bool is_tpdo(const ports::CanFrame& frame) const noexcept;
+
   /// What the bus wants of the parameter store: for its owner, between two ticks.
   StoreOrder& order() noexcept { return device_.order; }
 
@@ -114,6 +117,7 @@ class Node {
   void watch_setpoints(std::uint32_t elapsed_us) noexcept;
   void watch_heartbeats(std::uint32_t elapsed_us) noexcept;
   void obey_error_behaviour() noexcept;
+  void forget_unsent_tpdos() noexcept;
   void report_error() noexcept;
   void beat(std::uint32_t elapsed_us) noexcept;
   void transmit_pdo(std::size_t number, std::uint32_t elapsed_us) noexcept;

@@ -344,6 +344,32 @@ TEST(BoardFault, AConfigurationThatStandsInForARefusedOneIsToldOnTheBusAndNothin
   EXPECT_EQ(bench.session.read<std::uint16_t>(object::kErrorCode, 0), 0x6320) << "after a reset of the node";
 }
 
+TEST(BoardFault, NothingThatATpdoSaidBeforeABusOffIsSaidAfterIt) {
+  for (const std::uint8_t error_behaviour :
+       {std::uint8_t{0}, std::uint8_t{1}}) {  // pre-operational, operational as before
+    Bench bench;
+    bench.go_active(300.0);
+    bench.session.write(0x1029, 1, error_behaviour);
+    bench.can.from_board.clear();
+    bench.can.room = 0;  // nobody takes a frame: one stands before the driver, others behind it
+    bench.run(3);
+    bench.can.state_now = ports::CanState::bus_off;
+    bench.run(1000);
+    bench.can.room = SIZE_MAX;
+    bench.can.state_now = ports::CanState::error_active;
+    bench.streaming = false;
+    bench.tick();
+    int states = 0;
+    for (const ports::CanFrame& frame : bench.can.from_board) {
+      EXPECT_FALSE(frame.id == 0x185 || frame.id == 0x285) << "an actual value, without a SYNC";
+      if (frame.id != 0x385) continue;
+      ++states;
+      EXPECT_EQ(frame.data[0], bench.image().status_word & 0xFFU);
+    }
+    EXPECT_EQ(states, error_behaviour == 0 ? 0 : 1) << "the state as it is now";
+  }
+}
+
 TEST(BoardFault, LostFramesAreReportedForTheTickAndStopNothing) {
   Bench bench;
   bench.go_active(300.0);
