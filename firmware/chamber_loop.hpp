@@ -23,8 +23,8 @@ class ChamberLoop {
  public:
   /// Takes over settings that config::validate() has passed, at a tick's edge. take_over() must follow where a model is in
   /// force.
-  void configure(const config::ChamberSettings& settings, const control::Regulator::Config& regulator,
-                 const control::VolumeObserver::Config& volume) noexcept;
+  void configure(const config::ChamberSettings& settings,
+                 const control::Regulator::Config& regulator) noexcept;
 
   /// A model comes into force at this tick's edge, or none (kind none). The chamber goes on from where it
   /// stands.

@@ -27,11 +27,6 @@ std::uint32_t ticks_passed(const TickTiming& timing) noexcept {
   return 1 + std::min(timing.missed, kMost);
 }
 
-std::uint64_t sum_of(const control::Regulator::Config& regulator,
-                     const control::VolumeObserver::Config& volume) noexcept {
-  return config::sum_of_object(regulator) + config::sum_of_object(volume);
-}
-
 /// An order of the bus in which a bit has flipped was given by nobody. Returns false when there was one.
 bool withdraw_spoilt_orders(canopen::ProcessImage& image) noexcept {
   bool intact = image.control_word.intact() && image.control_mode.intact() && image.preview_ticks.intact();
@@ -68,8 +63,7 @@ class CountedSaturations {
 
 Controller::Controller(const Settings& settings) noexcept
     : regulator_(settings.regulator),
-      volume_(settings.volume),
-      configurations_seal_(sum_of(regulator_, volume_)),
+      regulator_seal_(config::sum_of_object(regulator_)),
       settings_(settings.board, settings.chamber),
       inverse_run_(settings_),
       shadow_run_(recorder_, settings.regulator.valve_delay_ticks),
@@ -100,7 +94,7 @@ void Controller::configure(std::uint8_t changed) noexcept {
   for (std::size_t c = 0; c < config::kChambers; ++c) {
     if ((std::uint32_t{changed} >> c & 1U) == 0) continue;
     const config::ChamberSettings& chamber = settings_.chamber(c);
-    chamber_[c].configure(chamber, regulator_, volume_);
+    chamber_[c].configure(chamber, regulator_);
     slots_.expect(c, {.valve = chamber.valve_serial, .sensor = chamber.sensor_serial});
   }
 }
@@ -121,8 +115,8 @@ bool Controller::memory_upset() noexcept {
   bool states_intact = true;
   for (ChamberLoop& chamber : chamber_) states_intact = chamber.state_intact() && states_intact;
   const bool orders_intact = withdraw_spoilt_orders(image_);
-  const bool configurations_intact = configurations_seal_ == sum_of(regulator_, volume_);
-  return damaged_ != 0 || !configurations_intact || !settings_.intact(config::kChambers) ||
+  const bool regulator_intact = regulator_seal_ == config::sum_of_object(regulator_);
+  return damaged_ != 0 || !regulator_intact || !settings_.intact(config::kChambers) ||
          !supervisor_.intact() || !faults_.intact() || !orders_intact || !states_intact || !node_.intact();
 }
 

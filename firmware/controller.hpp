@@ -41,7 +41,6 @@ struct Settings {
   config::BoardSettings board;
   std::array<config::ChamberSettings, config::kChambers> chamber{};
   control::Regulator::Config regulator;
-  control::VolumeObserver::Config volume;
   /// The installer's were refused, and these, accepted before, stand in for them: a fault for as long as the board runs.
   bool configuration_refused = false;
 };
@@ -120,8 +119,7 @@ class Controller {
   bool model_needed() const noexcept { return image_.control_mode != canopen::ControlMode::excitation; }
 
   control::Regulator::Config regulator_;
-  control::VolumeObserver::Config volume_;
-  std::uint64_t configurations_seal_;  ///< of these two
+  std::uint64_t regulator_seal_;  ///< of regulator_
   config::SettingsDesk settings_;
   canopen::ProcessImage image_;
   telemetry::Recorder recorder_;

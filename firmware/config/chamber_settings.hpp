@@ -30,6 +30,10 @@ struct ChamberSettings {
   float volume_offset_mL = 20.0F;
   float position_valid_low_V = -0.1F;  ///< a sensor with a live zero has its wire-break limit here
   float position_valid_high_V = 10.1F;
+  float volume_noise_mL =
+      0.05F;  ///< of a tick's measured volume, standard deviation (plenum acceptance measures it)
+  /// How hard the load moves the volume: half a stroke of A mL at f Hz has A (2 pi f)^3. Higher values follow faster, and noisier.
+  float volume_jerk_mL_per_s3 = 30000.0F;
 
   float pressure_low_kPa = 101.325F;           ///< lowest reference (63A1h)
   float pressure_high_kPa = 800.0F;            ///< highest reference (63A0h)

@@ -36,6 +36,8 @@ inline constexpr SettingField<ChamberSettings, float> kChamberFloats[] = {
     {"vent_V", &ChamberSettings::vent_V, 0.0F, 10.0F},
     {"residual_alarm_kPa", &ChamberSettings::residual_alarm_kPa, 0.01F, 2000.0F},
     {"drift_alarm_ratio", &ChamberSettings::drift_alarm_ratio, 0.0F, 1000.0F},
+    {"volume_noise_mL", &ChamberSettings::volume_noise_mL, 0.001F, 100.0F},
+    {"volume_jerk_mL_per_s3", &ChamberSettings::volume_jerk_mL_per_s3, 1.0F, 1e8F},
 };
 
 inline constexpr SettingField<ChamberSettings, std::uint16_t> kChamberTicks[] = {

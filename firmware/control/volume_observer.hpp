@@ -7,6 +7,11 @@
 // The measured volume is the mean over the tick just past, so y belongs to the middle of that tick, and so
 // does x.
 //
+// Only the ratio of the two noises counts, lambda = jerk h^3/noise (the tracking index: Kalata, 1984). The filter is solved in units
+// of the measurement's noise, and of ticks stretched by s, a power of two near the cube root of lambda: v, v' h/s, v'' h^2/s^2 are
+// then all of order one, so that single precision and fixed point suffice. lambda is kept within 1e-4, where a step takes half a
+// second to be believed, and 64, where the filter is the parabola through the last three measurements.
+//
 // A bare difference of the measured volume, as the paper takes, multiplies its noise by 1/h = 100 per second;
 // this estimate is what the tick at hand needs: volume and rate one tick ahead of the last measurement.
 //
@@ -24,11 +29,11 @@ namespace plenum::control {
 class VolumeObserver {
  public:
   struct Config {
-    Scalar noise_mL = Scalar(0.05);     ///< standard deviation of one tick's measured volume
-    Scalar jerk_mL_s3 = Scalar(30000);  ///< how hard the load moves: 100 mL at 1 Hz has up to 12,000
+    float noise_mL = 0.05F;    ///< standard deviation of one tick's measured volume
+    float jerk_mL_s3 = 30000;  ///< how hard the load moves
   };
 
-  /// Solves the steady-state Riccati equation by iteration (a fixed number of steps, at configuration only).
+  /// Solves the steady-state Riccati equation by iteration (a fixed number of steps, at configuration only). Both above 0.
   void configure(const Config& config) noexcept;
 
   /// Starts at a volume at rest.
@@ -47,7 +52,7 @@ class VolumeObserver {
   std::uint64_t sum_of_constants() const noexcept { return config::sum_of_object(gain_); }
 
  private:
-  /// In units of ticks, so that the filter's matrices are of order one and single precision suffices: (v, v' h, v'' h^2).
+  /// (v, v' h, v'' h^2).
   using State = Eigen::Matrix<Scalar, 3, 1>;
   static ChamberMotion motion(const State& state) noexcept;
 

@@ -62,17 +62,16 @@ void fit_supply_sensor(BoardConfig& board, double supply_Pa) {
   board.settings.board.supply_gain_kPa_per_V = static_cast<float>(board.supply_Pa.per_V / kPa);
 }
 
+/// What the converter leaves of its noise after averaging, in millilitres of each sensor; no less than the rounding of its step.
 void fit_noise(plenum::Settings& settings, const BoardConfig& board) {
-  // What the converter leaves of its noise after averaging, in millilitres of the largest sensor; no less than the
-  // rounding of its step, below which the observer's filter is no number in single precision.
   const double step_V = std::ldexp(board.adc.high_V - board.adc.low_V, -board.adc.bits);
   const double mean_noise_V =
       std::max(board.adc.sample_noise_V / std::sqrt(board.adc.samples_per_tick), step_V / std::sqrt(12.0));
-  double largest_mL_per_V = 0;
-  for (const auto& chamber : settings.chamber) {
-    largest_mL_per_V = std::max(largest_mL_per_V, static_cast<double>(chamber.volume_gain_mL_per_V));
+  constexpr double kLeast_mL = 0.001, kMost_mL = 100.0;  // that a board takes
+  for (auto& chamber : settings.chamber) {
+    const double noise_mL = mean_noise_V * static_cast<double>(chamber.volume_gain_mL_per_V);
+    chamber.volume_noise_mL = static_cast<float>(std::clamp(noise_mL, kLeast_mL, kMost_mL));
   }
-  settings.volume.noise_mL = static_cast<float>(mean_noise_V * largest_mL_per_V);
 }
 
 void require_chambers(unsigned chambers) {
@@ -92,7 +91,6 @@ RigConfig mpye_rig(const MpyeRig& wanted) {
     BoardConfig board;
     board.settings.node.node_id = static_cast<std::uint8_t>(b + 1);
     board.settings.node.identity.serial = b + 1;
-    double largest_jerk_mL_s3 = 1.0;
     for (unsigned c = 0; c < wanted.chambers; ++c) {
       const double mean_m3 = 0.4e-3 + 0.1e-3 * c;
       const double frequency_Hz = 0.2 + 0.4 * random.uniform();
@@ -112,12 +110,11 @@ RigConfig mpye_rig(const MpyeRig& wanted) {
       fit_volume_sensor(board.chamber.back(), settings);
       fit_pressures(board.chamber.back(), settings, chamber.supply_Pa, chamber.ambient_Pa);
       const double omega = 2.0 * std::numbers::pi * 1.618 * frequency_Hz;
-      largest_jerk_mL_s3 =
-          std::max(largest_jerk_mL_s3, wanted.volume_swing * mean_m3 / kMl * std::pow(omega, 3));
+      settings.volume_jerk_mL_per_s3 =
+          static_cast<float>(std::max(1.0, wanted.volume_swing * mean_m3 / kMl * std::pow(omega, 3)));
     }
     fit_supply_sensor(board, wanted.supply_Pa);
     fit_noise(board.settings, board);
-    board.settings.volume.jerk_mL_s3 = static_cast<float>(largest_jerk_mL_s3);
     rig.board.push_back(std::move(board));
   }
   return rig;

@@ -74,8 +74,7 @@ std::vector<Member> loop_members() {
 std::vector<Member> members() {
   Layout controller;
   controller.add<control::Regulator::Config>("regulator's configuration");
-  controller.add<control::VolumeObserver::Config>("observer's configuration");
-  controller.add<std::uint64_t>("seal of both");
+  controller.add<std::uint64_t>("seal of the regulator's configuration");
   controller.add<config::SettingsDesk>("settings desk");
   controller.add<canopen::ProcessImage>("process image");
   controller.add<telemetry::Recorder>("recorder");

@@ -560,7 +560,7 @@ TEST(BoardFault, AStreamThatNeverCameIsNotMissed) {
 TEST(BoardFault, ChamberThatMustVentVentsWhateverTheDrive) {
   const Settings settings = bench_settings();
   ChamberLoop loop;
-  loop.configure(settings.chamber[0], settings.regulator, settings.volume);
+  loop.configure(settings.chamber[0], settings.regulator);
   config::ModelParameters parameters;
   ASSERT_TRUE(config::decode(image_of(kValve), parameters));
   loop.take_over(parameters);

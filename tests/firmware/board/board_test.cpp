@@ -274,11 +274,11 @@ TEST(Board, TellsOnTheBusHowOftenFixedPointHadToCutANumberOff) {
   }
 }
 
-// The observer's filter squares its noise: 1e10 mL^2, which only float holds.
+// A position sensor of 100 L, ten times of which only float holds in mL.
 TEST(Board, CountsWhatItCutsOffBeforeItsFirstTickAndNotWhatAnotherBoardDoes) {
-  Settings noisy = bench_settings();
-  noisy.volume.noise_mL = 1e5F;
-  const Bench quiet, cut(noisy);
+  Settings large = bench_settings();
+  large.chamber[0].volume_gain_mL_per_V = 1e4F;
+  const Bench quiet, cut(large);
   EXPECT_EQ(quiet.image().saturation_count, 0U);
   EXPECT_EQ(cut.image().saturation_count > 0, (std::is_same_v<numeric::Scalar, numeric::Fixed>));
 }

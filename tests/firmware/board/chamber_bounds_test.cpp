@@ -39,7 +39,7 @@ TEST_P(ChamberBounds, OfItsModelLeaveTheCommandWithinTheInstallersRangeAndEveryV
     ++admissible;
     const Settings settings = bench_settings();
     ChamberLoop loop;
-    loop.configure(settings.chamber[0], settings.regulator, settings.volume);
+    loop.configure(settings.chamber[0], settings.regulator);
     loop.take_over(model);
     canopen::ChamberImage image;
     for (int tick = 0; tick < kTicks; ++tick) {

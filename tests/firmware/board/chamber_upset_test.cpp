@@ -44,7 +44,7 @@ constexpr float kVolume_mL = 140.0F;
 struct Rig {
   explicit Rig(canopen::ControlMode mode) {
     const Settings settings = bench_settings();
-    loop.configure(settings.chamber[0], settings.regulator, settings.volume);
+    loop.configure(settings.chamber[0], settings.regulator);
     chamber.pressure_kPa = static_cast<double>(kStart_kPa);
     chamber.volume_mL = static_cast<double>(kVolume_mL);
     image.setpoint_Pa = 1000.0F * kStart_kPa;
@@ -159,7 +159,7 @@ TEST(ChamberUpset, WithoutAFlipTheStateIsIntactWhateverIsOrderedAndSet) {
     rig.order.drive = i % 5 == 0 ? safety::Drive::safe : safety::Drive::active;
     rig.order.mode =
         i % 3 == 0 ? canopen::ControlMode::excitation : canopen::ControlMode::pressure_closed_loop;
-    if (i % 7 == 0) rig.loop.configure(settings.chamber[0], settings.regulator, settings.volume);
+    if (i % 7 == 0) rig.loop.configure(settings.chamber[0], settings.regulator);
     if (i % 7 == 0 || i % 11 == 0) rig.loop.take_over(model_of(kValve));
     rig.tick();
   }

@@ -3,9 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Dense>
+
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <utility>
 
 #include "tests/firmware/scalars.hpp"
 
@@ -53,6 +56,53 @@ TEST(VolumeObserver, GoesOnAsItMovedWhereNothingIsMeasured) {
     EXPECT_NEAR(real(observer.past().volume_mL), volume_mL(middle), 5e-3);
     EXPECT_NEAR(real(next.volume_mL), volume_mL(middle + kTick_s), 5e-3);
     EXPECT_NEAR(real(next.volume_rate_mL_s), 20 + 40 * (middle + kTick_s), 0.2);
+  }
+}
+
+/// The filter's gains from the unscaled Riccati equation in double, by so many steps that it stands still.
+Eigen::Vector3d steady_gains(double noise_mL, double jerk_mL_s3) {
+  Eigen::Matrix3d transition;
+  transition << 1, 1, 0.5, 0, 1, 1, 0, 0, 1;
+  const double jerk_mL = jerk_mL_s3 * kTick_s * kTick_s * kTick_s, noise = noise_mL * noise_mL;
+  const Eigen::Vector3d push(jerk_mL / 6, jerk_mL / 2, jerk_mL);
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity() * noise;
+  Eigen::Vector3d gain;
+  for (int i = 0; i < 20'000; ++i) {
+    covariance = transition * covariance * transition.transpose() + push * push.transpose();
+    gain = covariance.col(0) / (covariance(0, 0) + noise);
+    const Eigen::Matrix3d left = Eigen::Matrix3d::Identity() - gain * Eigen::RowVector3d::UnitX();
+    covariance = left * covariance * left.transpose() + noise * gain * gain.transpose();
+  }
+  return gain;
+}
+
+// Of sensors and loads as far apart as the settings let them be: what is not between the bounds of the index is at one of them.
+TEST(VolumeObserver, AnswersAStepAsTheSteadyFilterOfItsNoiseAndItsLoadDoes) {
+  for (const auto& [noise_mL, jerk_mL_s3] :
+       {std::pair{100.0, 1e4}, {1.0, 200.0}, {0.5, 12'000.0}, {0.05, 30'000.0}, {0.01, 1e5}, {0.001, 6e4}}) {
+    const Eigen::Vector3d gain = steady_gains(noise_mL, jerk_mL_s3);
+    Eigen::Vector3d state(100, 0, 0);
+    VolumeObserver observer = observer_at(
+        100.0F, {.noise_mL = static_cast<float>(noise_mL), .jerk_mL_s3 = static_cast<float>(jerk_mL_s3)});
+    for (int i = 0; i < 200; ++i) {
+      state = Eigen::Vector3d(state[0] + state[1] + state[2] / 2, state[1] + state[2], state[2]);
+      state += gain * (110 - state[0]);
+      observer.step(110.0F);
+      EXPECT_NEAR(real(observer.past().volume_mL), state[0], 0.1)
+          << "mL, tick " << i << ", noise " << noise_mL << " mL, jerk " << jerk_mL_s3 << " mL/s^3";
+      EXPECT_NEAR(real(observer.past().volume_rate_mL_s) * kTick_s, state[1], 0.1) << "mL a tick, tick " << i;
+    }
+  }
+}
+
+TEST(VolumeObserver, SettlesWhateverNoiseAndLoadTheSettingsAdmit) {
+  for (const float noise_mL : {0.001F, 0.05F, 1.0F, 100.0F}) {
+    for (const float jerk_mL_s3 : {1.0F, 1e3F, 1e5F, 1e8F}) {
+      VolumeObserver observer = observer_at(100.0F, {.noise_mL = noise_mL, .jerk_mL_s3 = jerk_mL_s3});
+      for (int i = 0; i < 600; ++i) observer.step(110.0F);
+      EXPECT_NEAR(real(observer.past().volume_mL), 110.0, 0.05)
+          << "mL, noise " << noise_mL << " mL, jerk " << jerk_mL_s3 << " mL/s^3";
+    }
   }
 }
 
