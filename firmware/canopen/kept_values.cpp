@@ -18,11 +18,11 @@ bool is_mapping(std::uint16_t index) noexcept {
          (index >= object::kTpdoMapping && index < object::kTpdoMapping + kTpdos);
 }
 
-/// An identifier that changes only while its object is switched off.
+/// An identifier that changes only while its object is switched off, or once those that had it are.
 bool is_identifier(std::uint16_t index, std::uint8_t sub) noexcept {
   const bool of_pdo = (index >= object::kRpdoCommunication && index < object::kRpdoCommunication + kRpdos) ||
                       (index >= object::kTpdoCommunication && index < object::kTpdoCommunication + kTpdos);
-  return (of_pdo && sub == 1) || index == object::kEmergencyCobId;
+  return (of_pdo && sub == 1) || index == object::kEmergencyCobId || index == object::kSyncCobId;
 }
 
 /// That of the PDO whose row is at `index`; while the PDO is on, it stays.
@@ -44,7 +44,7 @@ std::uint32_t moved(std::uint32_t cob_id, std::uint8_t saved_id, std::uint8_t no
 }
 
 bool write_row(Device& device, const Found& found, const RecordRow& row, std::uint8_t saved_id) noexcept {
-  if (!is_identifier(row.index, row.sub) || row.value.size() != 4) {
+  if (!found.entry->of_node || row.value.size() != 4) {
     return write_object(device, found, row.value) == Abort::none;
   }
   std::array<std::uint8_t, 4> bytes{};

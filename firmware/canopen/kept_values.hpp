@@ -104,7 +104,7 @@ class KeptRestoration {
   std::uint8_t saved_id_ = 0;
   const Entry* near_ = nullptr;  ///< the entry of the row before: this row's is seldom far
   Waiting<kPdos> mapping_counts_;
-  Waiting<kPdos + 1> identifiers_;  ///< of the PDOs and 1014h
+  Waiting<kPdos + 2> identifiers_;  ///< of the PDOs, 1005h and 1014h
 };
 
 }  // namespace plenum::canopen

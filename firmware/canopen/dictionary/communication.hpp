@@ -44,10 +44,29 @@ constexpr bool is_restricted(std::uint32_t id) noexcept {
          (id >= 0x601 && id <= 0x67F) || (id >= 0x6E0 && id <= 0x6FF) || id >= 0x701;
 }
 
+/// What has an identifier within a node.
+enum class User : std::uint8_t { sync, emergency, rpdo, tpdo };
+
+/// Another object of this node has the identifier: it could not be told whose a frame is, and of an identifier that is heard and sent
+/// two nodes of the bus are senders. Only RPDOs may share one. `number`: of the PDO that asks, from 0.
+inline bool is_taken(const Device& device, std::uint32_t id, User by, std::size_t number) noexcept {
+  const Communication& all = device.communication;
+  const auto has = [id](std::uint32_t cob_id) { return (cob_id & (cob::kInvalid | cob::kIdMask)) == id; };
+  bool taken =
+      (by != User::sync && has(all.sync_cob_id)) || (by != User::emergency && has(all.emergency_cob_id));
+  for (const Rpdo& one : all.rpdo) taken = taken || (by != User::rpdo && has(one.parameters().cob_id));
+  for (std::size_t i = 0; i < kTpdos; ++i) {
+    const bool itself = by == User::tpdo && i == number;
+    taken = taken || (!itself && has(all.tpdo[i].parameters.cob_id));
+  }
+  return taken;
+}
+
 inline Abort write_sync_cob_id(Device& device, Place, std::uint32_t bits) noexcept {
   bits &= ~cob::kInvalid;  // of 1005h CiA 301 leaves bit 31 open, and older configurations set it
   // no SYNC producer, no 29-bit identifiers
   if ((bits & ~cob::kIdMask) != 0 || is_restricted(bits)) return Abort::value_range;
+  if (is_taken(device, bits, User::sync, 0)) return Abort::value_range;
   device.communication.sync_cob_id = bits;
   return Abort::none;
 }
@@ -72,20 +91,24 @@ inline Abort write_heartbeat_consumer(Device& device, Place at, std::uint32_t bi
   return device.communication.heartbeats.set_entry(at.sub - 1U, bits);
 }
 
-inline Abort check_cob_id(std::uint32_t old_bits, std::uint32_t bits, std::uint32_t allowed_flags) {
-  if ((bits & ~(cob::kIdMask | allowed_flags)) != 0) return Abort::value_range;
+/// Of an object that bit 31 switches off, `number` of its kind.
+inline Abort check_cob_id(const Device& device, User user, std::size_t number, std::uint32_t old_bits,
+                          std::uint32_t bits) {
+  const std::uint32_t flags = user == User::emergency ? cob::kInvalid : cob::kInvalid | cob::kNoRtr;
+  if ((bits & ~(cob::kIdMask | flags)) != 0) return Abort::value_range;
   const std::uint32_t id = bits & cob::kIdMask;
-  if ((bits & cob::kInvalid) == 0 && is_restricted(id)) return Abort::value_range;
-  // the identifier may change only while, or as, the object is switched off
   const bool was_valid = (old_bits & cob::kInvalid) == 0;
   const bool stays_valid = (bits & cob::kInvalid) == 0;
+  if (stays_valid && (is_restricted(id) || is_taken(device, id, user, number))) return Abort::value_range;
+  // the identifier may change only while, or as, the object is switched off
   if (was_valid && stays_valid && id != (old_bits & cob::kIdMask)) return Abort::value_range;
   return Abort::none;
 }
 
 inline Abort write_emergency_cob_id(Device& device, Place, std::uint32_t bits) noexcept {
-  const Abort abort = check_cob_id(device.communication.emergency_cob_id, bits, cob::kInvalid);
-  if (abort == Abort::none) device.communication.emergency_cob_id = bits;
+  std::uint32_t& cob_id = device.communication.emergency_cob_id;
+  const Abort abort = check_cob_id(device, User::emergency, 0, cob_id, bits);
+  if (abort == Abort::none) cob_id = bits;
   return abort;
 }
 

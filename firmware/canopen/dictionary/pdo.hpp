@@ -60,7 +60,8 @@ Abort write_pdo(Device& device, Place at, std::uint32_t bits) noexcept {
 template <bool receive>
 Abort write_pdo_cob_id(Device& device, Place at, std::uint32_t bits) noexcept {
   // bit 30 of an RPDO means nothing, and may be set (CiA 301, 7.5.2.35)
-  const Abort abort = check_cob_id(pdo<receive>(device, at).cob_id, bits, cob::kInvalid | cob::kNoRtr);
+  const Abort abort = check_cob_id(device, receive ? User::rpdo : User::tpdo, at.instance,
+                                   pdo<receive>(device, at).cob_id, bits);
   if (abort != Abort::none) return abort;
   change_pdo<receive>(device, at, [bits](PdoParameters& parameters) { parameters.cob_id = bits; });
   restart_pdo<receive>(device, at);

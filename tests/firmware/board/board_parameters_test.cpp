@@ -295,6 +295,29 @@ TEST(Parameters, ResetBringsBackWhatWasSavedLast) {
   }
 }
 
+TEST(Parameters, IdentifiersThatHaveChangedHandsComeBack) {
+  Saving board;
+  host::client::Session& s = board.session;
+  for (const std::uint32_t tpdo : {0x1800U, 0x1801U, 0x1802U}) {
+    const auto index = static_cast<std::uint16_t>(tpdo);
+    s.write<std::uint32_t>(index, 1, s.read<std::uint32_t>(index, 1) | 0x8000'0000);
+  }
+  s.write<std::uint32_t>(0x1800, 1, 0x4000'0285);        // TPDO2's
+  s.write<std::uint32_t>(0x1801, 1, 0x4000'0185);        // TPDO1's
+  s.write<std::uint32_t>(object::kSyncCobId, 0, 0x385);  // TPDO3's
+  s.write<std::uint32_t>(0x1802, 1, 0x4000'0080);
+  board.save();
+  const Values saved = kept_values(board);
+  Saving restarted(board.store.durable);
+  EXPECT_EQ(kept_values(restarted), saved);
+  EXPECT_EQ(restarted.image().store.skipped_rows, 0);
+  restarted.set(999, 9);
+  restarted.reset(NmtCommand::reset_communication);
+  restarted.set(1000, 2);
+  EXPECT_EQ(restarted.session.read<std::uint32_t>(object::kSyncCobId, 0), 0x385U);
+  EXPECT_EQ(restarted.image().store.skipped_rows, 0);
+}
+
 TEST(Parameters, RowsOfOtherFirmwareAreSkippedCountedAndNamedAndTheRestApplies) {
   const std::vector<std::uint8_t> two{44, 1}, four{1, 2, 3, 4}, one{6}, reserved{245};
   Saving writer;

@@ -365,6 +365,69 @@ TEST(Sdo, LetsBit30OfAnRpdosIdentifierBe) {  // CiA 301: do not care
   EXPECT_EQ(bench.answer("605 23 00 14 01 05 02 00 20"), "585 80 00 14 01 30 00 09 06") << "29 bits";
 }
 
+TEST(Sdo, KeepsBit30OfATpdosIdentifierAsWrittenAndTakesNoTypeThatNeedsRemoteFrames) {
+  for (const char* cob_id : {"85 01 00 00", "85 01 00 40"}) {
+    Bench bench;
+    const std::string bytes = cob_id;
+    EXPECT_EQ(bench.answer("605 23 00 18 01 " + bytes), "585 60 00 18 01 00 00 00 00");
+    EXPECT_EQ(bench.answer("605 40 00 18 01 00 00 00 00"), "585 43 00 18 01 " + bytes);
+    for (const char* type : {"FC", "FD"}) {
+      EXPECT_EQ(bench.answer(std::string("605 2F 00 18 02 ") + type + " 00 00 00"),
+                "585 80 00 18 02 30 00 09 06");
+    }
+  }
+}
+
+TEST(Sdo, RefusesEveryIdentifierThatCia301Restricts) {
+  for (const char* object : {"05 10 00", "14 10 00", "03 14 01", "04 18 01"}) {
+    Bench bench;
+    const std::string at = object;
+    bench.answer("605 23 14 10 00 85 00 00 80");  // so that EMCY may have another
+    for (std::uint32_t id = 0; id <= 0x7FF; ++id) {
+      const bool restricted = id <= 0x7F || (id >= 0x101 && id <= 0x180) || (id >= 0x581 && id <= 0x5FF) ||
+                              (id >= 0x601 && id <= 0x67F) || (id >= 0x6E0 && id <= 0x6FF) || id >= 0x701;
+      if (!restricted) continue;
+      std::array<char, 32> bytes{};
+      std::snprintf(bytes.data(), bytes.size(), " %02X %02X 00 00", id & 0xFF, id >> 8);
+      ASSERT_EQ(bench.answer("605 23 " + at + bytes.data()), "585 80 " + at + " 30 00 09 06") << bytes.data();
+    }
+  }
+}
+
+TEST(Sdo, RefusesAnIdentifierThatAnotherObjectOfTheNodeHas) {
+  struct Case {
+    const char* claim;
+    const char* object;
+    const char* cob_id;
+  };
+  for (const Case& c :
+       {Case{"SYNC on EMCY", "05 10 00", "85 00 00 00"}, Case{"SYNC on RPDO1", "05 10 00", "05 02 00 00"},
+        Case{"SYNC on TPDO3", "05 10 00", "85 03 00 00"}, Case{"EMCY on SYNC", "14 10 00", "80 00 00 00"},
+        Case{"EMCY on TPDO1", "14 10 00", "85 01 00 00"}, Case{"RPDO4 on SYNC", "03 14 01", "80 00 00 00"},
+        Case{"RPDO4 on TPDO1", "03 14 01", "85 01 00 00"}, Case{"TPDO5 on SYNC", "04 18 01", "80 00 00 40"},
+        Case{"TPDO5 on EMCY", "04 18 01", "85 00 00 40"}, Case{"TPDO5 on RPDO2", "04 18 01", "05 03 00 40"},
+        Case{"TPDO5 on TPDO2", "04 18 01", "85 02 00 00"}}) {
+    Bench bench;
+    const std::string at = c.object;
+    if (at == "14 10 00") bench.answer("605 23 14 10 00 85 00 00 80");
+    const std::string before = bench.answer("605 40 " + at + " 00 00 00 00");
+    EXPECT_EQ(bench.answer("605 23 " + at + ' ' + c.cob_id), "585 80 " + at + " 30 00 09 06") << c.claim;
+    EXPECT_EQ(bench.answer("605 40 " + at + " 00 00 00 00"), before) << c.claim;
+  }
+}
+
+TEST(Sdo, LetsRpdosShareAnIdentifierAndAnObjectHaveThatOfOneSwitchedOff) {
+  Bench bench;
+  const std::string ok = "00 00 00 00";
+  EXPECT_EQ(bench.answer("605 23 03 14 01 05 04 00 00"), "585 60 03 14 01 " + ok) << "RPDO4 on RPDO3";
+  EXPECT_EQ(bench.answer("605 23 00 18 01 85 01 00 40"), "585 60 00 18 01 " + ok) << "its own once more";
+  EXPECT_EQ(bench.answer("605 23 00 18 01 85 01 00 C0"), "585 60 00 18 01 " + ok);
+  EXPECT_EQ(bench.answer("605 23 04 18 01 85 01 00 40"), "585 60 04 18 01 " + ok)
+      << "TPDO5 on what TPDO1 had";
+  EXPECT_EQ(bench.answer("605 23 00 18 01 80 00 00 C0"), "585 60 00 18 01 " + ok)
+      << "what is off is nobody's";
+}
+
 TEST(Sdo, MapsAPdoByTheProcedureAndRefusesWhatDoesNotFit) {
   Bench bench;
   const std::string ok = "585 60 04 1A ";
