@@ -7,6 +7,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "board/drivers/can_bit_rate.hpp"
+
 namespace plenum::host::client {
 namespace {
 
@@ -18,6 +20,10 @@ CanLink::CanLink(const std::string& interface) : interface_(interface), can_(int
 
 double CanLink::now_s() const {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+}
+
+std::optional<std::uint32_t> CanLink::bit_rate() const {
+  return board::drivers::can_bit_rate(interface_);
 }
 
 void CanLink::send(const CanFrame& frame) {

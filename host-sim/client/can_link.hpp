@@ -19,6 +19,9 @@ class CanLink final : public Link {
   /// Throws std::runtime_error when the interface is down.
   std::optional<CanFrame> receive(double timeout_s) override;
   double now_s() const override;
+  std::uint64_t lost() const override { return can_.lost(); }
+  /// As the kernel has it; a virtual interface has none.
+  std::optional<std::uint32_t> bit_rate() const override;
 
   static constexpr std::size_t kUnsent = 1024;
 

@@ -1,6 +1,7 @@
 // The way from a PC program to a CAN bus: simulated, socketcand or SocketCAN.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 
 #include "firmware/ports/can_bus.hpp"
@@ -21,6 +22,11 @@ class Link {
   virtual std::optional<CanFrame> receive(double timeout_s) = 0;
   /// Time of this link's world [s]: monotonic, any origin.
   virtual double now_s() const = 0;
+  /// Frames that had no room where they wait for receive(), since the link was opened: as far as the frames received so far tell.
+  /// 0, too, where the link cannot know.
+  virtual std::uint64_t lost() const { return 0; }
+  /// Of the bus [bit/s]; empty where the link cannot know.
+  virtual std::optional<std::uint32_t> bit_rate() const { return std::nullopt; }
 };
 
 }  // namespace plenum::host::client

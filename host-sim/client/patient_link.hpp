@@ -17,6 +17,8 @@ class PatientLink final : public Link {
   void send(const CanFrame& frame) override { link_->send(frame); }
   std::optional<CanFrame> receive(double timeout_s) override { return link_->receive(patience_ * timeout_s); }
   double now_s() const override { return link_->now_s() / patience_; }
+  std::uint64_t lost() const override { return link_->lost(); }
+  std::optional<std::uint32_t> bit_rate() const override { return link_->bit_rate(); }
 
  private:
   std::unique_ptr<Link> link_;

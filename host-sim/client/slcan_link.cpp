@@ -42,7 +42,8 @@ wire::FileDescriptor open_terminal(const SlcanAddress& address) {
 
 }  // namespace
 
-SlcanLink::SlcanLink(const SlcanAddress& address) : stream_(format_bus(address), open_terminal(address)) {
+SlcanLink::SlcanLink(const SlcanAddress& address)
+    : stream_(format_bus(address), open_terminal(address)), bit_rate_(address.bit_rate) {
   stream_.write("\r\r");  // ends what an earlier user may have begun
   for (const double until_s = now_s() + kRest_s; now_s() < until_s;) next_line(until_s);
   command("C");  // refused by one that is closed already

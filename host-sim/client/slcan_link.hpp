@@ -28,6 +28,7 @@ class SlcanLink final : public Link {
   /// Throws std::runtime_error as send() does.
   std::optional<CanFrame> receive(double timeout_s) override;
   double now_s() const override { return stream_.now_s(); }
+  std::optional<std::uint32_t> bit_rate() const override { return bit_rate_; }
 
  private:
   enum class Answer { silence, consent, refusal };
@@ -40,6 +41,7 @@ class SlcanLink final : public Link {
   void offer_again();
 
   ByteStream stream_;
+  std::uint32_t bit_rate_;
   std::string buffer_;
   std::deque<CanFrame> arrived_;
   std::deque<CanFrame> unanswered_;  ///< sent, the oldest first

@@ -41,6 +41,9 @@ class RigLink : public client::Link {
   }
 
   double now_s() const override { return rig_.now_s(); }
+  std::optional<std::uint32_t> bit_rate() const override {
+    return static_cast<std::uint32_t>(1'000'000'000 / rig_.bus().bit_ns());
+  }
 
  private:
   static constexpr std::uint64_t kPatience_ns = 100'000'000;
