@@ -34,7 +34,7 @@ int run(const Options& options) {
   if (!file)
     throw trace::InputError(fmt::format("{}: cannot be read, expected a log of candump", options.file));
   // The whole log is read before anything is said of it: a bad line is no half of an answer.
-  std::vector<wire::LoggedFrame> frames;
+  std::vector<wire::LoggedFrame> frames;  // and where some are missing
   std::size_t row = 0;
   std::size_t passed_over = 0;
   for (std::string line; std::getline(file, line);) {
@@ -46,7 +46,7 @@ int run(const Options& options) {
           fmt::format("{}: line {}: '{}', expected '(SECONDS.MICROSECONDS) CHANNEL ID#BYTES'", options.file,
                       row, line.substr(0, 80)));
     }
-    if (logged->classic) {
+    if (logged->classic || logged->frames_missing) {
       frames.push_back(std::move(*logged));
     } else {
       ++passed_over;
@@ -54,7 +54,14 @@ int run(const Options& options) {
   }
   client::Decoder decoder;
   Json list = Json::array();
+  std::size_t gaps = 0;
   for (const wire::LoggedFrame& logged : frames) {
+    if (logged.frames_missing) {
+      ++gaps;
+      options.output.print("{:.6f} frames are missing here: a receive buffer was full\n",
+                           static_cast<double>(logged.time_us - frames.front().time_us) * 1e-6);
+      continue;
+    }
     const client::Decoded decoded = decoder.decode(logged.frame);
     const std::string node = decoded.node == 0 ? "" : fmt::format("{}", decoded.node);
     options.output.print("{:.6f} {:03X} {:>9} {:>3}  {}\n",
@@ -66,7 +73,8 @@ int run(const Options& options) {
     options.output.print("{} lines are passed over: CAN FD frames or errors of the bus, no CANopen\n",
                          passed_over);
   }
-  options.output.finish({{"file", options.file}, {"frames", list}, {"passed_over", passed_over}});
+  options.output.finish(
+      {{"file", options.file}, {"frames", list}, {"passed_over", passed_over}, {"gaps", gaps}});
   return kDone;
 }
 

@@ -4,11 +4,11 @@
 #include <memory>
 
 #include "host-sim/client/bus_address.hpp"
+#include "host-sim/client/bus_recorder.hpp"
 #include "host-sim/tools/command.hpp"
 #include "host-sim/tools/output.hpp"
 #include "host-sim/tools/stop_signal.hpp"
 #include "host-sim/trace/input_error.hpp"
-#include "host-sim/wire/candump.hpp"
 
 namespace plenum::host::tools {
 namespace {
@@ -45,35 +45,40 @@ int run(const Options& options) {
   };
   written();
   const StopSignal stop;
-  const std::string channel = channel_of(address);
-  const std::uint64_t begin_us = epoch_us();
   const double begin_s = link->now_s();
   const double end_s = options.seconds > 0.0 ? begin_s + options.seconds : HUGE_VAL;
   options.output.announce(fmt::format("recording {} to {}", client::format_bus(address), options.out));
-  std::uint64_t frames = 0;
+  client::BusRecorder recorder(*link, log, channel_of(address), epoch_us());
   while (!stop.asked() && link->now_s() < end_s) {
-    const auto frame = link->receive(std::min(kLook_s, std::max(end_s - link->now_s(), 0.0)));
-    if (!frame) {
-      written();
-      continue;
-    }
-    const auto since_us = static_cast<std::uint64_t>(std::llround((link->now_s() - begin_s) * 1e6));
-    log << wire::candump_line(begin_us + since_us, channel, *frame) << '\n';
-    ++frames;
+    if (!recorder.take(std::min(kLook_s, std::max(end_s - link->now_s(), 0.0)))) written();
   }
   written();
   const double seconds = link->now_s() - begin_s;
-  options.output.print("{} frames in {:.1f} s: {}\n", frames, seconds, options.out);
-  options.output.finish({{"frames", frames}, {"seconds", seconds}, {"file", options.out}});
-  return kDone;
+  options.output.print("{} frames in {:.1f} s: {}\n", recorder.frames(), seconds, options.out);
+  Json gaps = Json::array();
+  for (const client::BusRecorder::Gap& gap : recorder.gaps())
+    gaps.push_back({{"before_frame", gap.before_frame}, {"time_s", gap.time_s}, {"lost", gap.lost}});
+  if (!recorder.gaps().empty()) {
+    options.output.print(
+        "{} frames are missing from it, the first after {:.3f} s, in {}: this PC read too slowly. Error "
+        "frames of a full receive buffer mark where\n",
+        recorder.lost(), recorder.gaps().front().time_s, counted(recorder.gaps().size(), "gap"));
+  }
+  options.output.finish({{"frames", recorder.frames()},
+                         {"seconds", seconds},
+                         {"file", options.out},
+                         {"lost", recorder.lost()},
+                         {"gaps", gaps}});
+  return recorder.gaps().empty() ? kDone : kFailure;
 }
 
 }  // namespace
 
 Command add_record(Program& program) {
   const auto options = std::make_shared<Options>();
-  Arguments arguments =
-      program.command("record", "Record the frames of a bus, in the log format of can-utils");
+  Arguments arguments = program.command(
+      "record",
+      "Record the frames of a bus, in the log format of can-utils; exit code 1 when some are missing");
   arguments.option("--bus", options->bus, fmt::format("The bus to listen to: {}", client::kOutsideForms))
       .type_name("BUS")
       .required();

@@ -87,6 +87,8 @@ std::optional<LoggedFrame> parse_candump(std::string_view line) {
   const bool fd = data.starts_with('#');
   if (fd ? !is_fd_data(data.substr(1)) : !read_data(data, frame)) return std::nullopt;
   logged.classic = !fd && (frame.id & kErrorFlag) == 0;
+  logged.frames_missing =
+      !fd && frame.id == kReceiveOverflow.id && frame.length > 1 && (frame.data[1] & 1U) != 0;
   logged.channel = channel;
   return logged;
 }

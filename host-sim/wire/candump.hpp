@@ -24,7 +24,12 @@ struct LoggedFrame {
   std::string channel;
   CanFrame frame;
   bool classic = true;  ///< false: an error of the bus, or a CAN FD frame, of which `frame` tells nothing
+  /// An error of the bus that says: a receive buffer was full, and frames are missing here (CAN_ERR_CRTL of linux/can/error.h).
+  bool frames_missing = false;
 };
+
+/// Such an error, as a frame of a log.
+inline constexpr CanFrame kReceiveOverflow{.id = 0x2000'0004, .length = 8, .extended = true, .data = {0, 1}};
 
 /// Without the line's end. Seconds have ten digits at least, as candump writes them.
 std::string candump_line(std::uint64_t time_us, const std::string& channel, const CanFrame& frame);

@@ -130,6 +130,10 @@ class Usage(CommandTest):
         self.write("mixed.log", "(1.000000) can0 20000004#0000000000000000\n(1.000000) can0 705#05\n(1.250000) can0 181##10102\n")
         self.assertEqual(self.done("decode", "mixed.log"), "0.000000 705 heartbeat   5  operational\n"
                          "2 lines are passed over: CAN FD frames or errors of the bus, no CANopen\n")
+        self.write("gap.log", "(1.000000) can0 705#05\n(1.250000) can0 20000004#0001000000000000\n(1.250000) can0 080#\n")
+        self.assertEqual(self.done("decode", "gap.log"), "0.000000 705 heartbeat   5  operational\n"
+                         "0.250000 frames are missing here: a receive buffer was full\n0.250000 080      SYNC      \n")
+        self.assertEqual(json.loads(self.done("decode", "gap.log", "--json", "-"))["gaps"], 1)
         self.refused(2, "record", "--bus", "inproc", "-o", "a.log", says=["--bus inproc"])
         self.refused(2, "record", "--bus", "socketcand:127.0.0.1:1/can0", "-o", "nowhere/a.log", says=["nowhere"])
         self.refused(3, "record", "--bus", "socketcand:127.0.0.1:1/can0", "-o", "a.log", says=["127.0.0.1:1"])

@@ -38,6 +38,18 @@ TEST(Candump, WhatCandumpAddsBehindAFrameIsPassedOver) {
   ASSERT_TRUE(parse_candump("(1.000000) can0 181#01\r"));
 }
 
+TEST(Candump, TellsWhereAReceiveBufferWasFull) {
+  const std::string line = candump_line(1'000'000, "can0", kReceiveOverflow);
+  EXPECT_EQ(line, "(0000000001.000000) can0 20000004#0001000000000000");
+  ASSERT_TRUE(parse_candump(line));
+  EXPECT_TRUE(parse_candump(line)->frames_missing);
+  for (const char* other : {"(1.000000) can0 20000004#0010000000000000",  // error-passive
+                            "(1.000000) can0 20000040#0001000000000000", "(1.000000) can0 00000004#0001"}) {
+    ASSERT_TRUE(parse_candump(other)) << other;
+    EXPECT_FALSE(parse_candump(other)->frames_missing) << other;
+  }
+}
+
 TEST(Candump, TellsCanFdFramesAndErrorsOfTheBusFromClassicFrames) {
   EXPECT_TRUE(parse_candump("(1.000000) can0 1FFFFFFF#00")->classic);
   for (const std::string& line :
@@ -46,6 +58,7 @@ TEST(Candump, TellsCanFdFramesAndErrorsOfTheBusFromClassicFrames) {
     const auto logged = parse_candump(line);
     ASSERT_TRUE(logged) << line;
     EXPECT_FALSE(logged->classic) << line;
+    EXPECT_FALSE(logged->frames_missing) << line;
     EXPECT_EQ(logged->time_us, 1'000'000U);
   }
   EXPECT_FALSE(parse_candump("(1.000000) can0 181##3" + std::string(130, 'A')));
