@@ -13,9 +13,22 @@ namespace object = canopen::object;
 
 constexpr std::uint8_t kLastNode = 127;
 
-/// An SDO request takes 5 % of this at 1 Mbit/s, 38 % at 125 kbit/s.
-constexpr double kBetweenAsked_s = 0.0027;
-constexpr double kAnswer_s = 0.05;  ///< that the last one asked is given
+constexpr double kBetweenAsked_s = 0.0027;  ///< an SDO request takes 5 % of this at 1 Mbit/s
+constexpr double kAnswer_s = 0.05;          ///< that the last one asked is given
+
+/// On a slow bus: requests that pile up before it are answered when nobody listens any more.
+struct Pace {
+  double between_s = kBetweenAsked_s;
+  double answer_s = kAnswer_s;
+
+  explicit Pace(std::optional<std::uint32_t> bit_rate) {
+    if (!bit_rate || *bit_rate == 0) return;
+    constexpr double kFrameBits = 135.0;  // the longest of eight bytes, with the pause behind it
+    const double frame_s = kFrameBits / *bit_rate;
+    between_s = std::max(between_s, 3.0 * frame_s);  // a request, its answer, and somebody else's frame
+    answer_s = std::max(answer_s, 12.0 * frame_s);
+  }
+};
 
 /// What has been heard.
 class Roll {
@@ -59,7 +72,8 @@ void ask_for(Link& link, std::uint8_t id) {
 }
 
 /// Heartbeats tell of most nodes, and disturb nobody; only ids that are silent are asked, one after the other.
-void call(Link& link, double duration_s, Roll& roll, const std::function<void(unsigned node)>& progress) {
+void call(Link& link, double duration_s, const Pace& pace, Roll& roll,
+          const std::function<void(unsigned node)>& progress) {
   if (progress) progress(0);
   const double end_s = link.now_s() + duration_s;
   listen(link, end_s - kLastNode * kBetweenAsked_s - kAnswer_s, roll);
@@ -67,9 +81,9 @@ void call(Link& link, double duration_s, Roll& roll, const std::function<void(un
     if (roll[id].seen || roll[id].asked) continue;
     if (progress) progress(id);
     ask_for(link, id);
-    listen(link, link.now_s() + kBetweenAsked_s, roll);
+    listen(link, link.now_s() + pace.between_s, roll);
   }
-  listen(link, std::max(end_s, link.now_s() + kAnswer_s), roll);
+  listen(link, std::max(end_s, link.now_s() + pace.answer_s), roll);
 }
 
 std::string text_or_nothing(Session& session, std::uint16_t index) {
@@ -110,9 +124,10 @@ bool is_on_bus(Link& link, std::uint8_t node_id, double duration_s) {
 }
 
 std::vector<ScannedNode> scan(Link& link, double duration_s, const SessionConfig& config,
-                              const std::function<void(unsigned node)>& progress) {
+                              const std::function<void(unsigned node)>& progress,
+                              std::optional<std::uint32_t> bit_rate) {
   Roll roll;
-  call(link, duration_s, roll, progress);
+  call(link, duration_s, Pace(bit_rate ? bit_rate : link.bit_rate()), roll, progress);
   std::vector<ScannedNode> found;
   for (std::uint8_t id = 1; id <= kLastNode; ++id) {
     if (!roll[id].seen) continue;

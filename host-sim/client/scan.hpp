@@ -31,7 +31,8 @@ struct ScannedNode {
 };
 
 /// Listens for `duration_s` in all, but no shorter than the 0.4 s in which it asks the ids that it has heard nothing of until then for
-/// 1000h, one every 2.7 ms; then it reads what those it found say of themselves, one by one. In the order of node ids. Throws
+/// 1000h, one every 2.7 ms, or, where that is longer, every three frames' time at the bit rate of the bus (5 s in all at 10 kbit/s),
+/// which is the link's unless `bit_rate` says it; then it reads what those it found say of themselves, one by one. In the order of node ids. Throws
 /// std::runtime_error when the link fails.
 ///
 /// A request would end an SDO transfer that another master has under way with the node: one that is heard by then is not asked in this
@@ -39,7 +40,8 @@ struct ScannedNode {
 ///
 /// `progress` is told which node is being asked; 0: none, it is being listened.
 std::vector<ScannedNode> scan(Link& link, double duration_s, const SessionConfig& config = {},
-                              const std::function<void(unsigned node)>& progress = {});
+                              const std::function<void(unsigned node)>& progress = {},
+                              std::optional<std::uint32_t> bit_rate = {});
 
 /// Whether a node of this id, 1..127, answers a request for its 1000h or is heard by its heartbeat within the time. Throws as scan().
 bool is_on_bus(Link& link, std::uint8_t node_id, double duration_s);

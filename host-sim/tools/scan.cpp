@@ -14,6 +14,7 @@ namespace {
 struct Options {
   BoardChoice board;
   double seconds = 1.2;  // a heartbeat comes once a second by default
+  std::optional<int> bit_rate;
   Output output;
 };
 
@@ -68,7 +69,8 @@ int run(const Options& options) {
   Progress progress("scanning");
   const std::vector<client::ScannedNode> nodes = client::scan(
       access.link(), options.seconds, options.board.session_config(),
-      [&](unsigned node) { progress(node == 0 ? std::string("listening") : fmt::format("node {}", node)); });
+      [&](unsigned node) { progress(node == 0 ? std::string("listening") : fmt::format("node {}", node)); },
+      options.bit_rate ? std::optional(static_cast<std::uint32_t>(*options.bit_rate)) : std::nullopt);
   Json list = Json::array();
   if (!nodes.empty()) {
     options.output.print("{:>4}  {:<15}  {:<22}  {:<18}  {:<10}  {:<14}  {:>6}  {}\n", "node", "NMT",
@@ -105,6 +107,12 @@ Command add_scan(Program& program) {
               "no NMT state [s]")
       .within(0.05, 60.0)
       .show_default();
+  arguments
+      .option("--bit-rate", options->bit_rate,
+              "Of the bus: a slow one is asked slowly. Known of can:, slcan: and inproc; to a socketcand "
+              "server it "
+              "should be said below 125000 [bit/s]")
+      .within(10'000, 1'000'000);
   options->output.add_to(arguments);
   arguments.footer(example("  plenum scan --bus socketcand:127.0.0.1:29536/can0"));
   return {arguments, [options] { return run(*options); }};

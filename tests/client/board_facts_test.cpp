@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <deque>
 #include <limits>
 #include <vector>
 
@@ -207,6 +208,68 @@ TEST(Scan, FindsNobodyOnAnEmptyBus) {
   world.deaf = true;
   EXPECT_THAT(scan(world, 0.5), IsEmpty());
   EXPECT_LT(world.now_s(), 0.6);
+}
+
+/// Nodes up to 127 that have no heartbeat, and tell their device type by SDO, on a bus of some bit rate.
+class CrowdedBus final : public Link {
+ public:
+  CrowdedBus(std::uint32_t bit_rate, std::uint32_t first_node)
+      : bus_(ports::SimulatedBus::Config{.bit_rate = bit_rate}), rate_(bit_rate), first_(first_node) {}
+  void send(const CanFrame& frame) override {
+    while (!pc_.send(frame)) advance(bus_.now_ns() + 1'000'000);
+  }
+  std::optional<CanFrame> receive(double timeout_s) override {
+    const auto until_ns = bus_.now_ns() + static_cast<std::uint64_t>(std::llround(timeout_s * 1e9));
+    CanFrame frame;
+    while (!pc_.receive(frame)) {
+      if (bus_.now_ns() >= until_ns) return std::nullopt;
+      advance(until_ns);
+    }
+    return frame;
+  }
+  double now_s() const override { return bus_.now_s(); }
+  std::optional<std::uint32_t> bit_rate() const override {
+    return knows_ ? std::optional(rate_) : std::nullopt;
+  }
+  void know_no_bit_rate() { knows_ = false; }
+
+ private:
+  void advance(std::uint64_t until_ns) {
+    bus_.run_to_next_delivery(until_ns);
+    for (CanFrame frame; nodes_.receive(frame);) {
+      const std::uint32_t id = frame.id - canopen::cob::kSdoRequest;
+      if (id < first_ || id > 127 || frame.data[0] != 0x40) continue;
+      const bool is_type = frame.data[1] == 0x00 && frame.data[2] == 0x10;
+      CanFrame answer{.id = canopen::cob::kSdoResponse + id, .length = 8, .data = frame.data};
+      answer.data[0] = is_type ? 0x43 : 0x80;
+      canopen::store_le(is_type ? 0x0003'0191U : 0x0602'0000U, std::span(answer.data).subspan<4, 4>());
+      answers_.push_back(answer);
+    }
+    while (!answers_.empty() && nodes_.send(answers_.front())) answers_.pop_front();
+  }
+
+  ports::SimulatedBus bus_;
+  ports::SimulatedCanPort& pc_ = bus_.attach("pc");
+  ports::SimulatedCanPort& nodes_ = bus_.attach("nodes");
+  std::uint32_t rate_;
+  std::uint32_t first_;
+  bool knows_ = true;
+  std::deque<CanFrame> answers_;
+};
+
+TEST(Scan, FindsAllNodesAlsoOfASlowBus) {
+  for (const std::uint32_t bit_rate : {10'000U, 20'000U, 50'000U, 125'000U, 1'000'000U}) {
+    for (const std::uint32_t first : {1U, 120U}) {
+      CrowdedBus world(bit_rate, first);
+      EXPECT_EQ(scan(world, 1.2).size(), 128 - first) << bit_rate << " bit/s";
+    }
+  }
+}
+
+TEST(Scan, TakesTheBitRateFromWhoKnowsItWhereTheLinkDoesNot) {
+  CrowdedBus world(10'000, 120);
+  world.know_no_bit_rate();
+  EXPECT_EQ(scan(world, 1.2, {}, {}, 10'000).size(), 8U);
 }
 
 // ---- settings ----
