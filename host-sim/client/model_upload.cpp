@@ -256,6 +256,21 @@ void await_comparison(Session& session, const ModelUpload& upload) {
                             refusal(session, upload, reason(session, upload))));
 }
 
+/// After the take-over; `crc_before` is of the image in force before it, 0: none.
+Comparison read_comparison(Session& session, const ModelUpload& upload, std::uint32_t crc_before,
+                           Doubted doubted) {
+  using Outcome = Comparison::Outcome;
+  const std::uint16_t state = chamber_index(object::kSetState, upload.chamber);
+  if (crc_before == 0) return {.outcome = Outcome::no_model};
+  if (crc_before == plenum::config::trailing_crc(upload.image)) return {.outcome = Outcome::same};
+  const auto trial = static_cast<plenum::config::Trial>(session.read<std::uint8_t>(state, 9));
+  if (trial != plenum::config::Trial::passed)
+    return {.outcome = doubted == Doubted::force ? Outcome::not_awaited : Outcome::no_movement};
+  return {.outcome = Outcome::passed,
+          .rms_Pa = session.read<float>(state, 10),
+          .before_rms_Pa = session.read<float>(state, 11)};
+}
+
 void await_take_over(Session& session, const ModelUpload& upload, double timeout_s) {
   const SetPhase found = phase_after(session, upload, SetPhase::committed, timeout_s);
   if (found != SetPhase::active) {
@@ -273,7 +288,23 @@ void await_take_over(Session& session, const ModelUpload& upload, double timeout
 
 }  // namespace
 
-void Session::upload_models(std::span<const ModelUpload> uploads, Doubted doubted) {
+std::string caveat_of(const Comparison& comparison) {
+  switch (comparison.outcome) {
+    case Comparison::Outcome::no_model:
+      return "not compared: the chamber had no model before";
+    case Comparison::Outcome::no_movement:
+      return "not compared with the model before: the board has no log in which the chamber's pressure moves "
+             "enough";
+    case Comparison::Outcome::not_awaited:
+      return "not compared with the model before: the commit was forced";
+    case Comparison::Outcome::same:
+    case Comparison::Outcome::passed:
+      break;
+  }
+  return {};
+}
+
+std::vector<Comparison> Session::upload_models(std::span<const ModelUpload> uploads, Doubted doubted) {
   OfChamber of_chamber{};
   for (const ModelUpload& upload : uploads) {
     if (upload.chamber >= kChambers) {
@@ -286,13 +317,16 @@ void Session::upload_models(std::span<const ModelUpload> uploads, Doubted doubte
     }
     of_chamber[upload.chamber] = &upload;
   }
-  if (uploads.empty()) return;
+  if (uploads.empty()) return {};
 
   if (doubted == Doubted::refuse) {
     for (const ModelUpload& upload : uploads) require_serials(*this, upload);
   }
   HeldSession held(*this);
   held.take();
+  std::array<std::uint32_t, kChambers> crc_before{};
+  for (const ModelUpload& upload : uploads)
+    crc_before[upload.chamber] = read<std::uint32_t>(chamber_index(object::kSetState, upload.chamber), 3);
   stage(*this, of_chamber, config_.state_timeout_s);
   const std::uint8_t mask = mask_of(of_chamber);
   std::vector<std::uint32_t> crcs;
@@ -310,11 +344,16 @@ void Session::upload_models(std::span<const ModelUpload> uploads, Doubted doubte
     throw Refused(fmt::format("node {}: commit of chambers {:02X}h refused (abort {:08X}h, {})", node_id_,
                               mask, abort.code, abort_text(abort.code)));
   }
-  for (const ModelUpload& upload : uploads) await_take_over(*this, upload, config_.state_timeout_s);
+  std::vector<Comparison> comparisons;
+  for (const ModelUpload& upload : uploads) {
+    await_take_over(*this, upload, config_.state_timeout_s);
+    comparisons.push_back(read_comparison(*this, upload, crc_before[upload.chamber], doubted));
+  }
+  return comparisons;
 }
 
-void Session::upload_model(std::uint8_t chamber, std::span<const std::uint8_t> image, Doubted doubted) {
-  upload_models(std::array{ModelUpload{chamber, {image.begin(), image.end()}}}, doubted);
+Comparison Session::upload_model(std::uint8_t chamber, std::span<const std::uint8_t> image, Doubted doubted) {
+  return upload_models(std::array{ModelUpload{chamber, {image.begin(), image.end()}}}, doubted).front();
 }
 
 }  // namespace plenum::host::client

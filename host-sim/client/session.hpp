@@ -44,6 +44,23 @@ struct ModelUpload {
   std::vector<std::uint8_t> image;
 };
 
+/// How the board has compared a model that it took with the one it had before, over its log of the chamber. The safety of a model
+/// that was not compared is its user's to see to.
+struct Comparison {
+  enum class Outcome {
+    no_model,     ///< there was none before
+    same,         ///< it is the model that was in force before
+    no_movement,  ///< its log, if there is one, has too little movement of the pressure to tell two models apart
+    not_awaited,  ///< the commit was forced before there was a result
+    passed
+  };
+  Outcome outcome = Outcome::no_model;
+  double rms_Pa = 0.0;         ///< of the new model's prediction; when passed
+  double before_rms_Pa = 0.0;  ///< likewise
+};
+/// A clause for a person; empty where there is nothing to see to.
+std::string caveat_of(const Comparison& comparison);
+
 /// What becomes of a model that the board doubts: it predicts worse than the one in force, or is of another valve.
 enum class Doubted { refuse, force };
 
@@ -161,10 +178,12 @@ class Session {
 
   /// Stages all, commits all at once, waits for the take-over and reads each back. Throws Refused (which
   /// chamber, which parameter, its value and range) when the board says no; then nothing in force has
-  /// changed. Before the commit it waits for the board's comparison with the models in force.
-  void upload_models(std::span<const ModelUpload> uploads, Doubted doubted = Doubted::refuse);
-  void upload_model(std::uint8_t chamber, std::span<const std::uint8_t> image,
-                    Doubted doubted = Doubted::refuse);
+  /// changed. Before the commit it waits for the board's comparison with the models in force, and says of each, in the order of
+  /// `uploads`, how that ended.
+  std::vector<Comparison> upload_models(std::span<const ModelUpload> uploads,
+                                        Doubted doubted = Doubted::refuse);
+  Comparison upload_model(std::uint8_t chamber, std::span<const std::uint8_t> image,
+                          Doubted doubted = Doubted::refuse);
   /// The image in force; empty when there is none.
   std::vector<std::uint8_t> download_model(std::uint8_t chamber);
 

@@ -27,6 +27,30 @@ Json versions_json(const client::Versions& versions) {
           {"scalar_format", versions.scalar_format}};
 }
 
+Json comparison_json(const client::Comparison& comparison) {
+  using Outcome = client::Comparison::Outcome;
+  const bool passed = comparison.outcome == Outcome::passed;
+  const auto name_of = [](Outcome outcome) {
+    switch (outcome) {
+      case Outcome::no_model:
+        return "no model before";
+      case Outcome::same:
+        return "same as before";
+      case Outcome::no_movement:
+        return "no log with movement";
+      case Outcome::not_awaited:
+        return "forced";
+      case Outcome::passed:
+        return "passed";
+    }
+    return "unknown";
+  };
+  return {{"compared", passed},
+          {"outcome", name_of(comparison.outcome)},
+          {"rms_Pa", passed ? number(comparison.rms_Pa) : Json(nullptr)},
+          {"before_rms_Pa", passed ? number(comparison.before_rms_Pa) : Json(nullptr)}};
+}
+
 namespace {
 
 const char* reaction_text(Reaction reaction) {

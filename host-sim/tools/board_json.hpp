@@ -2,6 +2,7 @@
 #pragma once
 
 #include "host-sim/client/board_facts.hpp"
+#include "host-sim/client/session.hpp"
 #include "host-sim/tools/output.hpp"
 
 namespace plenum::host::tools {
@@ -11,6 +12,8 @@ std::string hex(std::uint32_t value, int digits);
 
 Json identity_json(const client::Identity& identity);
 Json versions_json(const client::Versions& versions);
+/// The RMS errors are null where nothing was compared.
+Json comparison_json(const client::Comparison& comparison);
 /// Null when there is no fault.
 Json fault_json(const std::optional<client::FaultEntry>& fault);
 

@@ -91,8 +91,10 @@ int run(const Options& options) {
   client::require_at_rest(session, "its settings are not changed while it regulates");
   if (!options.partial) require_complete(backup, session, options);
   options.board.keep_rig();
+  std::vector<client::Comparison> comparisons;
   if (!options.settings_only && !backup.models.empty()) {
-    session.upload_models(backup.models, options.force ? client::Doubted::force : client::Doubted::refuse);
+    comparisons = session.upload_models(backup.models,
+                                        options.force ? client::Doubted::force : client::Doubted::refuse);
     client::await_stored(session);
   }
   const StopSignal until_whole;  // a first Ctrl-C does not leave a board with its PDOs off
@@ -104,6 +106,13 @@ int run(const Options& options) {
   options.output.print("node {}: {} of {} and {} written and read back identical\n", session.node_id(),
                        backup.settings.size() - troubles.size(), counted(backup.settings.size(), "setting"),
                        counted(models, "model"));
+  Json compared = Json::array();
+  for (std::size_t i = 0; i < comparisons.size(); ++i) {
+    const unsigned chamber = backup.models[i].chamber + 1U;
+    const std::string caveat = client::caveat_of(comparisons[i]);
+    if (!caveat.empty()) options.output.print("  chamber {}: {}\n", chamber, caveat);
+    compared.push_back({{"chamber", chamber}, {"comparison", comparison_json(comparisons[i])}});
+  }
   Json list = Json::array();
   for (const client::SettingTrouble& one : troubles) {
     options.output.print("  not written: {}: {}\n", name_of(one.setting), one.reason);
@@ -130,6 +139,7 @@ int run(const Options& options) {
                          {"node", session.node_id()},
                          {"settings", backup.settings.size() - troubles.size()},
                          {"models", models},
+                         {"comparisons", compared},
                          {"not_written", list},
                          {"models_beside", beside},
                          {"stored", stored}});

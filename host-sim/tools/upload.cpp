@@ -3,6 +3,7 @@
 #include "host-sim/client/board_facts.hpp"
 #include "host-sim/client/storing.hpp"
 #include "host-sim/tools/board_access.hpp"
+#include "host-sim/tools/board_json.hpp"
 #include "host-sim/tools/command.hpp"
 #include "host-sim/tools/fleet.hpp"
 #include "host-sim/tools/output.hpp"
@@ -63,21 +64,26 @@ int run(const Options& options) {
   BoardAccess board(options.board);
   const ShownTransfers shown(board.session(), "uploading");
   client::require_compatible(board.session());
-  board.session().upload_models(uploads, options.force ? client::Doubted::force : client::Doubted::refuse);
+  const auto comparisons = board.session().upload_models(
+      uploads, options.force ? client::Doubted::force : client::Doubted::refuse);
   // The session has read back and compared; what is left is that the board keeps them.
   client::await_stored(board.session());
   options.board.keep_rig();
   const bool in_float = client::read_versions(board.session()).in_float();
-  for (const Json& one : list) {
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    Json& one = list[i];
+    one["comparison"] = comparison_json(comparisons[i]);
+    const std::string caveat = client::caveat_of(comparisons[i]);
     const Json& bound_kPa = one["fixed_error_kPa"];
     options.output.print(
-        "chamber {}: {}, {} bytes, read back identical{}\n", one["chamber"].get<unsigned>(),
+        "chamber {}: {}, {} bytes, read back identical{}{}\n", one["chamber"].get<unsigned>(),
         one["file"].get<std::string>(), one["bytes"].get<std::size_t>(),
         !bound_kPa.is_null()
             ? fmt::format("; in fixed point a tick errs by {:.2g} kPa at most", bound_kPa.get<double>())
         : in_float
             ? std::string()
-            : std::string("; what it errs by at most in fixed point, as this board computes, is not known"));
+            : std::string("; what it errs by at most in fixed point, as this board computes, is not known"),
+        caveat.empty() ? caveat : "; " + caveat);
   }
   options.output.finish({{"uploaded", list}});
   return kDone;

@@ -60,6 +60,21 @@ class Looking(BoardCommands):
         self.assertIn({"index": "1017h", "sub": 0, "name": "Producer heartbeat time [ms]", "value": 1000}, info["settings"])
 
     def ini(self, file):
+    def test_upload_tells_whether_the_board_compared_a_model_with_the_one_before(self):
+        self.write("model-2.json", json.dumps(MODEL))
+        first, = self.json_of("upload", "--store", "board", "model-2.json")["uploaded"]
+        self.assertEqual(first["comparison"], {"compared": False, "outcome": "no model before", "rms_Pa": None, "before_rms_Pa": None})
+        self.assertNotIn("not compared", self.done("upload", "--store", "board", "model-2.json"), "the same again")
+        self.write("other.json", json.dumps(MODEL | {"parameters": MODEL["parameters"] | {"c7_per_V_s": 41}}))
+        self.assertRegex(self.done("upload", "--store", "board", "other.json"),
+                         r"\Achamber 2: .*; not compared with the model before: the board has no log [^\n]*\n\Z")
+        self.done("backup", "--store", "board", "-o", "b.json")
+        self.upload()
+        self.assertIn("  chamber 2: not compared with the model before", self.done("restore", "--store", "board", "b.json"))
+        self.upload()
+        compared, = self.json_of("restore", "--store", "board", "b.json")["comparisons"]
+        self.assertEqual((compared["chamber"], compared["comparison"]["outcome"]), (2, "no log with movement"))
+
         """A file of CiA 306, read by what shares no line with its writer."""
         read = configparser.ConfigParser(strict=True, interpolation=None, delimiters=("=",))
         read.optionxform = str

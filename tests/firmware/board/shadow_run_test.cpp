@@ -366,6 +366,25 @@ TEST(ShadowRunOnABoard, TakesAWorseModelByForce) {
   EXPECT_EQ(bench.session.download_model(2), worse);
 }
 
+TEST(ShadowRunOnABoard, IsToldToWhoUploadsAlsoWhereItHadNothingToCompareBy) {
+  using Outcome = host::client::Comparison::Outcome;
+  Bench bench;
+  EXPECT_EQ(bench.session.upload_model(2, image_of(kValve, 6)).outcome, Outcome::no_model);
+  const auto unmoved = bench.session.upload_model(2, image_of(kValve, 7));
+  EXPECT_EQ(unmoved.outcome, Outcome::no_movement);
+  EXPECT_THAT(host::client::caveat_of(unmoved), HasSubstr("not compared with the model before"));
+  EXPECT_EQ(bench.session.upload_model(2, image_of(kValve, 7)).outcome, Outcome::same);
+  record_steps(bench);
+  const auto passed = bench.session.upload_model(2, image_of(kValve, 8));
+  EXPECT_EQ(passed.outcome, Outcome::passed);
+  EXPECT_EQ(host::client::caveat_of(passed), "");
+  EXPECT_GT(passed.rms_Pa, 0.0);
+  EXPECT_EQ(passed.rms_Pa, passed.before_rms_Pa) << "the same parameters";
+  const auto forced = bench.session.upload_model(2, image_of(kValve, 9), host::client::Doubted::force);
+  EXPECT_EQ(forced.outcome, Outcome::not_awaited);
+  EXPECT_THAT(host::client::caveat_of(forced), HasSubstr("forced"));
+}
+
 TEST(ShadowRunOnABoard, AnswersACommitWhileItRunsWithThePresentStateOfTheDevice) {
   Bench bench;
   record_steps(bench);
