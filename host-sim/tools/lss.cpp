@@ -38,6 +38,42 @@ void require_at_rest(client::Session& session) {
                   session.node_id(), client::state_name(status, 0)));
 }
 
+/// LSS is not served while OPERATIONAL. A board that was it is so again afterwards, also when something fails, unless it is reset.
+class OutOfOperational {
+ public:
+  explicit OutOfOperational(client::Session& session) : session_(session) {
+    constexpr double kHeartbeat_s = 1.2;  // one comes each second by default
+    try {
+      was_operational_ = session.wait_heartbeat(kHeartbeat_s) == canopen::NmtState::operational;
+    } catch (const client::Timeout&) {
+      // of a board that does not beat nothing is known: it is left in PRE-OPERATIONAL
+    }
+    session.nmt(canopen::NmtCommand::enter_pre_operational);
+  }
+  ~OutOfOperational() {
+    if (!was_operational_) return;
+    try {
+      session_.nmt(canopen::NmtCommand::start);
+    } catch (const std::exception&) {  // what is being thrown says more
+    }
+  }
+  OutOfOperational(const OutOfOperational&) = delete;
+  OutOfOperational& operator=(const OutOfOperational&) = delete;
+
+  void reset_communication() {
+    was_operational_ = false;
+    session_.nmt(canopen::NmtCommand::reset_communication);
+  }
+  /// The state that the board is left in.
+  canopen::NmtState state() const {
+    return was_operational_ ? canopen::NmtState::operational : canopen::NmtState::pre_operational;
+  }
+
+ private:
+  client::Session& session_;
+  bool was_operational_ = false;
+};
+
 void wait_for_boot(client::Link& link, std::uint8_t node_id) {
   constexpr double kBoot_s = 10.0;
   client::Session(link, node_id).wait_boot_up(kBoot_s);
@@ -61,12 +97,13 @@ int run(const Arguments& arguments, const Options& options) {
   client::Link& link = access.link();
   if (named) require_free(link, node_id);
   client::Identity identity;
+  std::optional<OutOfOperational> out;  // until no board is in "configuration" any more
   {
     client::LssMaster lss(link);
     if (has_id) {
       require_at_rest(session);
       identity = client::read_identity(session);
-      session.nmt(canopen::NmtCommand::enter_pre_operational);
+      out.emplace(session);
       lss.select(identity);
     } else {
       const auto found = lss.find_unconfigured();
@@ -89,20 +126,31 @@ int run(const Arguments& arguments, const Options& options) {
       throw;
     }
   }
-  if (options.node && has_id) session.nmt(canopen::NmtCommand::reset_communication);
+  if (options.node && out) out->reset_communication();
   if (named) wait_for_boot(link, node_id);
+  // without a node id it has none of these states
+  std::optional<canopen::NmtState> left_in;
+  if (named) left_in = canopen::NmtState::pre_operational;
+  if (out && !options.node) left_in = out->state();
+  out.reset();
 
   options.output.print("vendor {:X}h, product {:X}h, revision {:X}h, serial {}: {}\n", identity.vendor_id,
                        identity.product_code, identity.revision, identity.serial,
-                       named          ? fmt::format("is node {} now, and stays it", node_id)
-                       : options.node ? std::string("has no node id any more")
-                       : has_id       ? fmt::format("node {}", session.node_id())
-                                      : std::string("has no node id"));
+                       named ? fmt::format("is node {} now, and stays it", node_id)
+                       : options.node
+                           ? std::string("has no node id any more, and is silent until LSS gives it one")
+                       : has_id ? fmt::format("node {}", session.node_id())
+                                : std::string("has no node id, and is silent until LSS gives it one"));
+  if (left_in)
+    options.output.print(
+        "it is {}{}\n", client::nmt_name(*left_in),
+        *left_in == canopen::NmtState::operational ? " again" : ": its PDOs wait for NMT start");
   if (options.bit_rate) options.output.print("{} bit/s from its next start on\n", *options.bit_rate);
   options.output.finish({{"identity", identity_json(identity)},
                          {"node", named                     ? Json(node_id)
                                   : has_id && !options.node ? Json(session.node_id())
                                                             : Json(nullptr)},
+                         {"nmt", left_in ? Json(client::nmt_name(*left_in)) : Json(nullptr)},
                          {"bit_rate", options.bit_rate ? Json(*options.bit_rate) : Json(nullptr)}});
   return kDone;
 }
@@ -111,11 +159,13 @@ int run(const Arguments& arguments, const Options& options) {
 
 Command add_lss(Program& program) {
   const auto options = std::make_shared<Options>();
-  Arguments arguments = program.command("lss",
-                                        "Find a board that has no node id yet, and give it one and a bit "
-                                        "rate (LSS, CiA 305); or, with --node, another one to "
-                                        "a board that has one. The board keeps them. It has to be at rest, "
-                                        "and the only one without a node id to be named");
+  Arguments arguments =
+      program.command("lss",
+                      "Find a board that has no node id yet, and give it one and a bit "
+                      "rate (LSS, CiA 305); or, with --node, another one to "
+                      "a board that has one. The board keeps them. It has to be at rest, "
+                      "and the only one without a node id to be named. With another node id it is "
+                      "pre-operational; otherwise as it was before");
   options->board.add_to(arguments);
   arguments.option("--set-node", options->node, "Node id for the board, 1 to 127; 255: none").within(1, 255);
   arguments.option("--set-bit-rate", options->bit_rate, "Of the bus, from the board's next start on [bit/s]");

@@ -5,6 +5,7 @@ import json
 import os
 import pty
 import re
+import socket
 import subprocess
 
 from command import PROGRAM, CommandTest, model, run
@@ -59,7 +60,6 @@ class Looking(BoardCommands):
         self.assertEqual(info["health"]["overruns"], 0)
         self.assertIn({"index": "1017h", "sub": 0, "name": "Producer heartbeat time [ms]", "value": 1000}, info["settings"])
 
-    def ini(self, file):
     def test_upload_tells_whether_the_board_compared_a_model_with_the_one_before(self):
         self.write("model-2.json", json.dumps(MODEL))
         first, = self.json_of("upload", "--store", "board", "model-2.json")["uploaded"]
@@ -75,6 +75,7 @@ class Looking(BoardCommands):
         compared, = self.json_of("restore", "--store", "board", "b.json")["comparisons"]
         self.assertEqual((compared["chamber"], compared["comparison"]["outcome"]), (2, "no log with movement"))
 
+    def ini(self, file):
         """A file of CiA 306, read by what shares no line with its writer."""
         read = configparser.ConfigParser(strict=True, interpolation=None, delimiters=("=",))
         read.optionxform = str
@@ -155,13 +156,35 @@ class Naming(BoardCommands):
         self.serve("--store", "board")
         self.assertEqual(self.nodes(), [9])
 
+    def say(self, *frames):
+        """Frames to the rig, as another program's; when it has taken them it answers an echo."""
+        host, port = re.fullmatch(r"socketcand:([^:]+):(\d+)/can0", self.bus[1]).groups()
+        with socket.create_connection((host, int(port))) as other:
+            other.sendall("".join(["< open can0 >", *(f"< send {frame} >" for frame in frames), "< echo >"]).encode())
+            heard = b""
+            while b"< echo >" not in heard:
+                heard += other.recv(4096)
+
+    def test_a_board_that_was_operational_is_so_again_unless_it_has_another_node_id(self):
+        self.serve()
+        bit_rate = ["lss", *self.bus, "--node", 1, "--set-bit-rate", 1000000]
+        self.assertIn("it is pre-operational: its PDOs wait for NMT start\n", self.done(*bit_rate))
+        self.say("0 2 1 1")
+        self.assertIn("it is operational again\n", self.done(*bit_rate))
+        self.assertEqual(self.json_of("scan", *self.bus)["nodes"][0]["nmt"], "operational")
+        self.assertEqual(self.json_of(*bit_rate)["nmt"], "operational")
+        self.refused(1, "lss", *self.bus, "--node", 1, "--set-bit-rate", 500000, says=["bit rate", "error 1"])
+        self.assertEqual(self.json_of("scan", *self.bus)["nodes"][0]["nmt"], "operational", "also after a refusal")
+        self.assertEqual(self.json_of("lss", *self.bus, "--node", 1, "--set-node", 9)["nmt"], "pre-operational")
+        self.assertEqual(self.json_of("scan", *self.bus)["nodes"][0]["nmt"], "pre-operational")
+
     def test_a_board_without_a_node_id_is_found_and_named(self):
         self.serve()
         self.refused(3, "lss", *self.bus, says=["without a node id", "--node"])
         identity = self.json_of("info", *self.bus)["identity"]
         self.done("lss", *self.bus, "--node", 1, "--set-node", 255)
         self.assertEqual(self.nodes(code=1), [])
-        self.assertEqual(self.json_of("lss", *self.bus), {"identity": identity, "node": None, "bit_rate": None})
+        self.assertEqual(self.json_of("lss", *self.bus), {"identity": identity, "node": None, "nmt": None, "bit_rate": None})
         self.refused(1, "lss", *self.bus, "--set-node", 7, "--set-bit-rate", 500000, says=["bit rate", "error 1"])  # the rig's bus has one
         self.assertIn("is node 7 now", self.done("lss", *self.bus, "--set-node", 7, "--set-bit-rate", 1000000))
         self.assertEqual(self.nodes(), [7])
