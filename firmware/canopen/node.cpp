@@ -208,6 +208,7 @@ void Node::take_restored(std::size_t owner) noexcept {
 void Node::enter(NmtState state) noexcept {
   if (state == state_) return;
   if (state == NmtState::stopped) sdo_.reset();
+  if (state == NmtState::operational) lss_.wait();  // CiA 305: where LSS is not served it begins anew
   if (state_ == NmtState::operational) queue_.clear_pdos();
   for (Rpdo& rpdo : device_.communication.rpdo) rpdo.latched = false;
   for (Tpdo& tpdo : device_.communication.tpdo) {
@@ -244,6 +245,7 @@ void Node::begin_communication() noexcept {
 
 void Node::boot_up() noexcept {
   sdo_.reset();
+  lss_.wait();
   queue_.clear();
   since_heartbeat_us_ = 0;
   untold_ = true;  // a master that has just heard of it knows of no error that stands

@@ -200,6 +200,20 @@ TEST(Lss, IsSwitchedBackToWaitingInEveryState) {
   }
 }
 
+TEST(Lss, WaitsAgainAfterAResetAndAfterOperational) {
+  const Frames inquiry{"7E4 5E 05 00 00 00 00 00 00"};
+  for (const auto& commands : {Frames{"000 82 05"}, Frames{"000 81 00"}, Frames{"000 01 05", "000 80 05"}}) {
+    Bench bench;
+    bench.send("7E5 04 01 00 00 00 00 00 00");
+    bench.send("7E5 5E 00 00 00 00 00 00 00");
+    EXPECT_EQ(bench.drain(), inquiry);
+    for (const std::string& command : commands) bench.send(command);
+    bench.tick();
+    bench.drain();
+    EXPECT_EQ(bench.answer("7E5 5E 00 00 00 00 00 00 00"), "") << commands[0];
+  }
+}
+
 TEST(Lss, NewNodeIdTakesTheControlWordBack) {
   for (const auto& [id, expected] :
        {std::pair{"05", word::kHold}, std::pair{"09", std::uint16_t{0}}, std::pair{"FF", std::uint16_t{0}}}) {
