@@ -543,8 +543,9 @@ void Node::transmit_pdo(std::size_t number, std::uint32_t elapsed_us) noexcept {
     if (parameters.transmission_type == 0 && !changed()) return;
   } else {
     const bool inhibited = tpdo.ever_sent && tpdo.since_sent_us < 100U * parameters.inhibit_100us;
-    const bool expired =
-        parameters.event_timer_ms != 0 && tpdo.since_sent_us >= 1000U * parameters.event_timer_ms;
+    // the longest pause: a tick later it would be exceeded
+    const std::uint32_t longest_us = 1000U * parameters.event_timer_ms;
+    const bool expired = longest_us != 0 && add_saturating(tpdo.since_sent_us, config::kTick_us) > longest_us;
     if (inhibited || !(expired || changed())) return;
   }
   frame.id = parameters.cob_id & cob::kIdMask;

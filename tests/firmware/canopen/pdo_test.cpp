@@ -254,6 +254,22 @@ TEST(Tpdo, WaitsForItsInhibitTime) {
   EXPECT_EQ(bench.drain(), Frames{"385 01 00"});
 }
 
+TEST(Tpdo, PausesNoLongerThanItsEventTimerAlsoWhereThatIsNoMultipleOfTheTick) {
+  Bench bench(true);
+  bench.answer("605 2B 17 10 00 00 00 00 00");
+  for (const auto& [bytes, ticks] :
+       {std::pair{"19 00", 2}, {"1E 00", 3}, {"0F 00", 1}, {"05 00", 1}}) {  // 25, 30, 15, 5 ms
+    bench.answer(std::string("605 2B 02 18 05 ") + bytes + " 00 00");
+    while (bench.drain().empty()) bench.tick();
+    for (int i = 0; i < 3; ++i) {
+      bench.tick(ticks - 1);
+      EXPECT_EQ(bench.drain(), Frames{}) << bytes;
+      bench.tick();
+      EXPECT_EQ(bench.drain(), Frames{"385 00 00"}) << bytes;
+    }
+  }
+}
+
 TEST(Tpdo, StreamsPressureCommandAndVolumeOfAChamberInOneFrame) {
   Bench bench;
   bench.answer("605 23 06 18 01 82 06 00 40");  // TPDO7 to 682h, as mapped by default
