@@ -191,7 +191,9 @@ TEST(Emergency, IsToldOnceMoreAfterTheBootUpMessageAndStandsOnceInTheHistory) {
     bench.send(reset);
     bench.tick(2);
     EXPECT_EQ(bench.drain(), (Frames{"705 00", "085 50 82 11 00 00 00 00 00"})) << reset;
+    EXPECT_EQ(bench.answer("605 40 01 10 00 00 00 00 00"), "585 4F 01 10 00 11 00 00 00") << reset;
     EXPECT_EQ(bench.answer("605 40 03 10 00 00 00 00 00"), "585 4F 03 10 00 01 00 00 00") << reset;
+    EXPECT_EQ(bench.answer("605 40 03 10 01 00 00 00 00"), "585 43 03 10 01 50 82 00 00") << reset;
   }
 }
 
