@@ -201,9 +201,12 @@ safety::FaultReport Controller::judge(const Inputs& inputs, bool upset) noexcept
     if (inputs.position[c].fresh) image_.chamber[c].position_V = inputs.position[c].mean_V;
   }
   image_.setpoints_came = 0;
-  const bool released = image_.reset_released.intact() && image_.reset_released != 0;
-  image_.reset_released = 0;
-  return faults_.step(causes, board_causes, supervisor_.accepts_reset(image_.control_word, released));
+  // neither the word in which R has risen nor what came after it asks for motion
+  const bool risen = image_.reset_word.intact() && image_.reset_word != 0;
+  const bool reset =
+      risen && supervisor_.accepts_reset(image_.reset_word) && supervisor_.accepts_reset(image_.control_word);
+  image_.reset_word = 0;
+  return faults_.step(causes, board_causes, reset);
 }
 
 /// What stands in 6380h may be of yesterday: until a set point of now has come a chamber goes on in ACTIVE as in HOLD.

@@ -81,8 +81,8 @@ struct VolumeCode {
 
 struct ProcessImage {
   // from the bus
-  config::Twice<std::uint16_t> control_word{0};   ///< 6040h
-  config::Twice<std::uint8_t> reset_released{0};  ///< 1: bit R of 6040h was written 0 since the last tick
+  config::Twice<std::uint16_t> control_word{0};  ///< 6040h
+  config::Twice<std::uint16_t> reset_word{0};  ///< the 6040h since the last tick in which R rose; 0: in none
   config::Twice<ControlMode> control_mode{ControlMode::pressure_closed_loop};  ///< 6043h
   ExcitationImage excitation;                                                  ///< 2310h
   std::uint32_t sync_count = 0;  ///< counts SYNCs taken while operational: the watchdog's food in excitation

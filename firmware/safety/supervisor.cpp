@@ -105,16 +105,15 @@ const char* describe(State state) noexcept {
   return kFace[static_cast<std::size_t>(state)].name;
 }
 
-bool Supervisor::accepts_reset(std::uint16_t control_word, bool released) const noexcept {
-  const bool edge = set(control_word, control_bit::kR) && (released || !reset_bit_before_);
+bool Supervisor::accepts_reset(std::uint16_t control_word) const noexcept {
   const Demand demand = asked(control_word);
   if (!state_.intact()) return false;
   switch (state_.value()) {
     case State::fault_hold:
-      return edge && demand <= Demand::hold;
+      return demand <= Demand::hold;
     case State::fault_disabled:
     case State::fault_init:
-      return edge && demand <= Demand::disabled;
+      return demand <= Demand::disabled;
     default:
       return false;
   }
@@ -124,7 +123,6 @@ Supervisor::Output Supervisor::step(const Input& input) noexcept {
   const State from = state_.intact() ? state_.value() : State::not_ready;
   const Transition& row = transition(from, input.reaction, possible(input));
   state_ = row.to;
-  reset_bit_before_ = set(input.control_word, control_bit::kR);
   return {row.to, row.drive, safety::status_word(row.to)};
 }
 

@@ -3,7 +3,7 @@
 //
 // In every tick, in this order:
 //
-//   const bool reset = supervisor.accepts_reset(control_word);
+//   const bool reset = r_has_risen && supervisor.accepts_reset(control_word);
 //   const FaultReport report = faults.step(chamber_causes, board_causes, reset);
 //   const Supervisor::Output out = supervisor.step({control_word, ready, model_ready, report.reaction});
 //
@@ -90,10 +90,9 @@ class Supervisor {
     std::uint16_t status_word = 0;
   };
 
-  /// The control word brings a rising edge of R (since the tick before, or, `released`, within this one), and the board is in a fault state that it may leave by it:
-  /// the word asks for no more than DISABLED, or HOLD in FAULT_HOLD. So that a reset alone never sets
-  /// anything in motion, a master first takes M (and H) back.
-  bool accepts_reset(std::uint16_t control_word, bool released = false) const noexcept;
+  /// Where R has risen since the tick before: whether the board is in a fault state, and this word asks for no more than DISABLED, or
+  /// HOLD in FAULT_HOLD. So that a reset alone never sets anything in motion, a master first takes M (and H) back.
+  bool accepts_reset(std::uint16_t control_word) const noexcept;
 
   /// One tick.
   Output step(const Input& input) noexcept;
@@ -105,8 +104,6 @@ class Supervisor {
 
  private:
   config::Twice<State> state_{State::not_ready};
-  // Starts set: an R that already stands when the board wakes up is not an edge.
-  bool reset_bit_before_ = true;
 };
 
 /// The command [V] of a chamber that is not regulated: `drive` is vent or safe. `must_vent`: see

@@ -461,6 +461,37 @@ TEST(Capture, ThatFailsLeavesTheBoardAtRestAndTheSettingsAsTheyWere) {
   expect_same(before, client::read_settings(session));
 }
 
+TEST(Reset, CountsWhenItsBitRisesAndFallsWithinATick) {
+  namespace word = canopen::word;
+  WatchedRig watched(mpye_rig(followed_rig(0.2)));
+  Session session(watched, 1);
+  const auto control = [&](unsigned bits) {
+    session.write(canopen::object::kControlWord, 0, static_cast<std::uint16_t>(bits));
+  };
+  control(word::kDisabled);
+  watched.rig.board(0).analog_in().set_dead(1, true);
+  watched.wait(0.1);
+  ASSERT_EQ(watched.rig.board(0).controller().state(), safety::State::fault_disabled);
+  watched.rig.board(0).analog_in().set_dead(1, false);
+  watched.wait(0.1);
+  const std::uint32_t tick = watched.rig.board(0).controller().image().tick_count;
+  control(word::kActive | word::kResetFault);
+  control(word::kDisabled);
+  ASSERT_LE(watched.rig.board(0).controller().image().tick_count, tick + 1) << "the test is of one tick";
+  watched.wait(0.05);
+  ASSERT_EQ(watched.rig.board(0).controller().state(), safety::State::fault_disabled)
+      << "it asked for motion";
+  control(word::kDisabled | word::kResetFault);
+  control(word::kActive);
+  watched.wait(0.05);
+  ASSERT_EQ(watched.rig.board(0).controller().state(), safety::State::fault_disabled)
+      << "so did what came after it";
+  control(word::kDisabled | word::kResetFault);
+  control(word::kDisabled);
+  watched.wait(0.05);
+  EXPECT_EQ(watched.rig.board(0).controller().state(), safety::State::disabled);
+}
+
 // ---- the board's own comparison of models, by what it captured
 
 client::ModelUpload with_scaled(const client::ModelUpload& upload, std::size_t parameter, float factor) {

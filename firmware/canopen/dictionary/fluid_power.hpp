@@ -45,8 +45,10 @@ inline Abort read_error_code(const Device& device, Place, std::uint32_t& bits) n
 }
 
 inline Abort write_control_word(Device& device, Place, std::uint32_t bits) noexcept {
+  // between two ticks R may rise and fall again, or fall and rise
+  if ((bits & word::kResetFault) != 0 && (device.image.control_word & word::kResetFault) == 0)
+    device.image.reset_word = static_cast<std::uint16_t>(bits);
   device.image.control_word = static_cast<std::uint16_t>(bits);
-  if ((bits & word::kResetFault) == 0) device.image.reset_released = 1;
   return Abort::none;
 }
 

@@ -65,6 +65,22 @@ TEST(Rpdo, AppliesTheControlWordAtOnceAndDoesNotCountItAsASetPoint) {
   EXPECT_EQ(bench.image.setpoint_count, 0U);
 }
 
+TEST(Rpdo, LeavesTheWordInWhichResetRoseForTheControllerWhateverComesAfterIt) {
+  Bench bench(true);
+  bench.send("405 09 00");
+  bench.send("405 01 00");
+  EXPECT_EQ(bench.image.control_word, 1);
+  EXPECT_EQ(bench.image.reset_word, 9);
+  bench.send("405 0F 00");
+  EXPECT_EQ(bench.image.reset_word, 15) << "the last one counts";
+  bench.image.reset_word = 0;
+  bench.send("405 09 00");
+  EXPECT_EQ(bench.image.reset_word, 0) << "R stands, that is no edge";
+  bench.answer("605 2B 40 60 00 00 00 00 00");
+  bench.answer("605 2B 40 60 00 08 00 00 00");
+  EXPECT_EQ(bench.image.reset_word, 8);
+}
+
 TEST(Rpdo, EveryBitOfItsParametersIsToldThatFlips) {
   Bench bench(true);
   for (const Rpdo& rpdo : bench.node.communication().rpdo) {
@@ -238,22 +254,6 @@ TEST(Tpdo, SendsTheStatusWordOnChangeAndByItsEventTimer) {
   EXPECT_EQ(bench.drain(), Frames{"385 09 00"}) << "500 ms after the last";
 }
 
-TEST(Tpdo, WaitsForItsInhibitTime) {
-  Bench bench;
-  bench.answer("605 2B 17 10 00 00 00 00 00");
-  bench.answer("605 23 02 18 01 85 03 00 C0");
-  bench.answer("605 2B 02 18 03 2C 01 00 00");  // 300 x 100 us
-  bench.answer("605 23 02 18 01 85 03 00 40");
-  bench.send("000 01 05");
-  bench.tick();
-  bench.drain();
-  bench.image.status_word = 1;
-  bench.tick(2);
-  EXPECT_EQ(bench.drain(), Frames{});
-  bench.tick();
-  EXPECT_EQ(bench.drain(), Frames{"385 01 00"});
-}
-
 TEST(Tpdo, PausesNoLongerThanItsEventTimerAlsoWhereThatIsNoMultipleOfTheTick) {
   Bench bench(true);
   bench.answer("605 2B 17 10 00 00 00 00 00");
@@ -268,6 +268,22 @@ TEST(Tpdo, PausesNoLongerThanItsEventTimerAlsoWhereThatIsNoMultipleOfTheTick) {
       EXPECT_EQ(bench.drain(), Frames{"385 00 00"}) << bytes;
     }
   }
+}
+
+TEST(Tpdo, WaitsForItsInhibitTime) {
+  Bench bench;
+  bench.answer("605 2B 17 10 00 00 00 00 00");
+  bench.answer("605 23 02 18 01 85 03 00 C0");
+  bench.answer("605 2B 02 18 03 2C 01 00 00");  // 300 x 100 us
+  bench.answer("605 23 02 18 01 85 03 00 40");
+  bench.send("000 01 05");
+  bench.tick();
+  bench.drain();
+  bench.image.status_word = 1;
+  bench.tick(2);
+  EXPECT_EQ(bench.drain(), Frames{});
+  bench.tick();
+  EXPECT_EQ(bench.drain(), Frames{"385 01 00"});
 }
 
 TEST(Tpdo, StreamsPressureCommandAndVolumeOfAChamberInOneFrame) {
