@@ -47,8 +47,8 @@ Json comparison_json(const client::Comparison& comparison) {
   };
   return {{"compared", passed},
           {"outcome", name_of(comparison.outcome)},
-          {"rms_Pa", passed ? number(comparison.rms_Pa) : Json(nullptr)},
-          {"before_rms_Pa", passed ? number(comparison.before_rms_Pa) : Json(nullptr)}};
+          {"rms_Pa", passed ? Json(comparison.rms_Pa) : Json(nullptr)},
+          {"before_rms_Pa", passed ? Json(comparison.before_rms_Pa) : Json(nullptr)}};
 }
 
 namespace {

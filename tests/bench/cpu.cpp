@@ -101,6 +101,7 @@ class World final : public board::rt::Events, public board::Hardware {
     return happened;
   }
 
+  void begin() noexcept override {}
   bool gather() noexcept override { return false; }
   bool scans_ready() const noexcept override { return false; }
   void look_at_stop() noexcept override {}
