@@ -23,7 +23,7 @@ constexpr numeric::Scalar kHalfTick_s = numeric::Scalar(0.5F * config::kTick_s);
 void ChamberLoop::configure(const config::ChamberSettings& settings,
                             const control::Regulator::Config& regulator) noexcept {
   settings_ = settings;
-  volume_.configure({.noise_mL = settings.volume_noise_mL, .jerk_mL_s3 = settings.volume_jerk_mL_per_s3});
+  volume_.configure({.tracking_index = config::tracking_index(settings)});
   shaper_.configure({.low_kPa = settings.pressure_low_kPa,
                      .high_kPa = settings.pressure_high_kPa,
                      .ramp_kPa_s = settings.reference_ramp_kPa_per_s});

@@ -6,6 +6,8 @@
 
 #include <cstdint>
 
+#include "firmware/config/limits.hpp"
+
 namespace plenum::config {
 
 /// What a valve gets while a chamber is not regulated.
@@ -91,6 +93,11 @@ inline float pressure_kPa(const ChamberSettings& settings, float sensor_V) noexc
 /// Chamber volume [mL] of a voltage at the position sensor [V].
 inline float volume_mL(const ChamberSettings& settings, float sensor_V) noexcept {
   return settings.volume_offset_mL + settings.volume_gain_mL_per_V * sensor_V;
+}
+
+/// What the jerk of the load adds to a volume in a tick, in units of its sensor's noise [1] (control/volume_observer.hpp).
+inline float tracking_index(const ChamberSettings& settings) noexcept {
+  return settings.volume_jerk_mL_per_s3 * kTick_s * kTick_s * kTick_s / settings.volume_noise_mL;
 }
 
 /// Absolute supply pressure [kPa] of a voltage at the supply sensor [V].

@@ -9,8 +9,6 @@
 // way.) A lag beyond kMostLag_ticks is delay, too: to make up for more would send commands of more than four times the way.
 #pragma once
 
-#include <optional>
-
 #include "firmware/config/greybox_parameters.hpp"
 #include "firmware/config/limits.hpp"
 #include "firmware/config/model_image.hpp"
@@ -28,7 +26,7 @@ inline ModelPaths paths_of(const config::ModelParameters& parameters, Scalar del
   constexpr Scalar kMostLag_ticks = Scalar(4);
   constexpr Scalar kTicks_per_s = Scalar(1) / Scalar(config::kTick_s);
   constexpr Scalar kPi = Scalar(3.14159265358979);
-  const std::optional<float> dead_s = config::dead_time_s(parameters);
+  const auto dead_s = config::dead_time_s(parameters);
   const Scalar dead_ticks = dead_s ? Scalar(*dead_s) * kTicks_per_s : delay_ticks;
   if (parameters.kind != config::ModelKind::greybox) return {.valve = {.dead_ticks = dead_ticks}};
   const auto of = config::scalars(parameters);

@@ -1,9 +1,5 @@
 #include "firmware/control/volume_observer.hpp"
 
-#include <algorithm>
-
-#include "firmware/config/limits.hpp"
-
 namespace plenum::control {
 namespace {
 
@@ -13,7 +9,7 @@ using Matrix3 = Eigen::Matrix<Scalar, 3, 3>;
 // The slowest mode of interest settles in a few hundred ticks.
 constexpr int kRiccatiSteps = 400;
 // Of lambda.
-constexpr float kLeastIndex = 1e-4F, kMostIndex = 64.0F;
+constexpr Scalar kLeastIndex = Scalar(1e-4), kMostIndex = Scalar(64);
 
 Vector3 predict(const Vector3& x) noexcept {
   return {x[0] + x[1] + numeric::shifted_down<1>(x[2]), x[1] + x[2], x[2]};
@@ -22,23 +18,20 @@ Vector3 predict(const Vector3& x) noexcept {
 }  // namespace
 
 void VolumeObserver::configure(const Config& config) noexcept {
-  constexpr float kTick_s3 = config::kTick_s * config::kTick_s * config::kTick_s;
-  const float lambda = std::clamp(config.jerk_mL_s3 * kTick_s3 / config.noise_mL, kLeastIndex, kMostIndex);
-  float stretch = 1.0F;
-  while (stretch * stretch * stretch > lambda) stretch *= 0.5F;
-  while (8.0F * stretch * stretch * stretch <= lambda) stretch *= 2.0F;
-  const Scalar s(stretch);
+  const Scalar lambda = numeric::clamp(config.tracking_index, kLeastIndex, kMostIndex);
+  Scalar s(1);
+  while (s * s * s > lambda) s *= Scalar(0.5);
+  while (Scalar(8) * s * s * s <= lambda) s *= Scalar(2);
   Matrix3 transition;
-  transition << Scalar(1), s, Scalar(0.5F) * s * s, Scalar(0), Scalar(1), s, Scalar(0), Scalar(0), Scalar(1);
+  transition << Scalar(1), s, Scalar(0.5) * s * s, Scalar(0), Scalar(1), s, Scalar(0), Scalar(0), Scalar(1);
   // A jerk held over a tick, independent from tick to tick.
-  const Vector3 push(Scalar(lambda / 6.0F), Scalar(lambda / (2.0F * stretch)),
-                     Scalar(lambda / (stretch * stretch)));
+  const Vector3 push(lambda / Scalar(6), Scalar(0.5) * lambda / s, lambda / (s * s));
   Matrix3 covariance = Matrix3::Identity();
   for (int i = 0; i < kRiccatiSteps; ++i) {
     covariance = Matrix3(transition * covariance * transition.transpose() + push * push.transpose());
     gain_ = covariance.col(0) / (covariance(0, 0) + Scalar(1));
     covariance -= Matrix3(gain_ * covariance.row(0));
-    covariance = Matrix3((covariance + covariance.transpose()) * Scalar(0.5F));
+    covariance = Matrix3((covariance + covariance.transpose()) * Scalar(0.5));
   }
   gain_ = State(gain_[0], gain_[1] * s, gain_[2] * s * s);
 }

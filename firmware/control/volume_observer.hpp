@@ -29,11 +29,10 @@ namespace plenum::control {
 class VolumeObserver {
  public:
   struct Config {
-    float noise_mL = 0.05F;    ///< standard deviation of one tick's measured volume
-    float jerk_mL_s3 = 30000;  ///< how hard the load moves
+    Scalar tracking_index = Scalar(0.6);  ///< lambda (config::tracking_index())
   };
 
-  /// Solves the steady-state Riccati equation by iteration (a fixed number of steps, at configuration only). Both above 0.
+  /// Solves the steady-state Riccati equation by iteration (a fixed number of steps, at configuration only).
   void configure(const Config& config) noexcept;
 
   /// Starts at a volume at rest.

@@ -156,7 +156,7 @@ class Diagnose(CommandTest):
             self.done("upload", *rig, f"{model}.json")
             regulated = self.done("regulate", *rig, "--preview", 6, "--amplitude", 80, "--json", "-", "--out", "tracked")
             rmse_kPa[model] = json.loads(regulated)["chambers"][0]["rmse_kPa"]
-        self.assertLess(rmse_kPa["found"], 0.1 * rmse_kPa["nine"], rmse_kPa)
+        self.assertLess(rmse_kPa["found"], 0.2 * rmse_kPa["nine"], rmse_kPa)
 
     def test_a_long_hose_goes_to_the_board_as_its_air_and_its_delay(self):
         hose = ["--effect", "tube_dynamics=4"]

@@ -64,9 +64,9 @@ TEST(ModelParameters, AreThoseOfTheImageInForce) {
   EXPECT_EQ(bench.answer("605 40 43 21 00 00 00 00 00"), "585 4F 43 21 00 20 00 00 00");
   EXPECT_EQ(bench.answer("605 40 43 21 01 00 00 00 00"), "585 43 43 21 01 00 00 80 3F") << "1.0";
   EXPECT_EQ(bench.answer("605 40 43 21 02 00 00 00 00"), "585 43 43 21 02 00 00 00 40") << "2.0";
-  ASSERT_EQ(model.count, 11U);
-  EXPECT_EQ(bench.answer("605 40 43 21 0B 00 00 00 00"), "585 43 43 21 0B 00 00 30 41") << "11.0, the last";
-  EXPECT_EQ(bench.answer("605 40 43 21 0C 00 00 00 00"), "585 80 43 21 0C 24 00 00 08")
+  ASSERT_EQ(model.count, 12U);
+  EXPECT_EQ(bench.answer("605 40 43 21 0C 00 00 00 00"), "585 43 43 21 0C 00 00 40 41") << "12.0, the last";
+  EXPECT_EQ(bench.answer("605 40 43 21 0D 00 00 00 00"), "585 80 43 21 0D 24 00 00 08")
       << "the CRC is no parameter";
   EXPECT_EQ(bench.answer("605 40 44 21 01 00 00 00 00"), "585 80 44 21 01 24 00 00 08")
       << "another chamber's";

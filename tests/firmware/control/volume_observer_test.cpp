@@ -10,6 +10,7 @@
 #include <random>
 #include <utility>
 
+#include "firmware/config/chamber_settings.hpp"
 #include "tests/firmware/scalars.hpp"
 
 namespace plenum::control {
@@ -59,6 +60,14 @@ TEST(VolumeObserver, GoesOnAsItMovedWhereNothingIsMeasured) {
   }
 }
 
+VolumeObserver::Config config_of(double noise_mL, double jerk_mL_s3) {
+  config::ChamberSettings settings;
+  settings.volume_noise_mL = static_cast<float>(noise_mL);
+  settings.volume_jerk_mL_per_s3 = static_cast<float>(jerk_mL_s3);
+  EXPECT_TRUE(config::validate(settings));
+  return {.tracking_index = config::tracking_index(settings)};
+}
+
 /// The filter's gains from the unscaled Riccati equation in double, by so many steps that it stands still.
 Eigen::Vector3d steady_gains(double noise_mL, double jerk_mL_s3) {
   Eigen::Matrix3d transition;
@@ -82,8 +91,7 @@ TEST(VolumeObserver, AnswersAStepAsTheSteadyFilterOfItsNoiseAndItsLoadDoes) {
        {std::pair{100.0, 1e4}, {1.0, 200.0}, {0.5, 12'000.0}, {0.05, 30'000.0}, {0.01, 1e5}, {0.001, 6e4}}) {
     const Eigen::Vector3d gain = steady_gains(noise_mL, jerk_mL_s3);
     Eigen::Vector3d state(100, 0, 0);
-    VolumeObserver observer = observer_at(
-        100.0F, {.noise_mL = static_cast<float>(noise_mL), .jerk_mL_s3 = static_cast<float>(jerk_mL_s3)});
+    VolumeObserver observer = observer_at(100.0F, config_of(noise_mL, jerk_mL_s3));
     for (int i = 0; i < 200; ++i) {
       state = Eigen::Vector3d(state[0] + state[1] + state[2] / 2, state[1] + state[2], state[2]);
       state += gain * (110 - state[0]);
@@ -96,9 +104,9 @@ TEST(VolumeObserver, AnswersAStepAsTheSteadyFilterOfItsNoiseAndItsLoadDoes) {
 }
 
 TEST(VolumeObserver, SettlesWhateverNoiseAndLoadTheSettingsAdmit) {
-  for (const float noise_mL : {0.001F, 0.05F, 1.0F, 100.0F}) {
-    for (const float jerk_mL_s3 : {1.0F, 1e3F, 1e5F, 1e8F}) {
-      VolumeObserver observer = observer_at(100.0F, {.noise_mL = noise_mL, .jerk_mL_s3 = jerk_mL_s3});
+  for (const double noise_mL : {0.001, 0.05, 1.0, 100.0}) {
+    for (const double jerk_mL_s3 : {1.0, 1e3, 1e5, 1e8}) {
+      VolumeObserver observer = observer_at(100.0F, config_of(noise_mL, jerk_mL_s3));
       for (int i = 0; i < 600; ++i) observer.step(110.0F);
       EXPECT_NEAR(real(observer.past().volume_mL), 110.0, 0.05)
           << "mL, noise " << noise_mL << " mL, jerk " << jerk_mL_s3 << " mL/s^3";
