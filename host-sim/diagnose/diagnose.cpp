@@ -328,6 +328,7 @@ class Diagnosis {
     const double with_Pa = search_.best.heldout_Pa();
     const double floor2 = with_Pa * with_Pa;
     double sum = 0.0;
+    std::map<std::string, double> closes;  // of what the others leave
     for (std::size_t k = 0; k < in.size(); ++k) {
       NamedEffect effect;
       effect.id = id_of(in[k]);
@@ -343,6 +344,7 @@ class Diagnosis {
         const Trial& rival = search_.rivals[k][r];
         if (rival.on == rest) {
           effect.gap_without_Pa = rival.heldout_Pa();
+          closes[effect.id] = share_of_rest(search_.best, rival, report_.noise_floor_Pa);
         } else if (p[r + 1] > kAlias) {
           effect.aliases.push_back(id_of(members(rival.on & ~rest).front()));
           alias_trials_.push_back({&rival, members(rival.on & ~rest).front(), in[k], p[r + 1]});
@@ -360,8 +362,7 @@ class Diagnosis {
       const bool first = &effect == &report_.effects.front();
       const double trust =
           (first ? probability_of_first(with_Pa / report_.noise_floor_Pa)
-                 : probability_beside_others(
-                       share_of_rest(with_Pa, effect.gap_without_Pa, report_.noise_floor_Pa))) *
+                 : probability_beside_others(closes[effect.id])) *
           (says_nothing(effect.parameters, *effects::find(effect.id), size_of(scene_)) ? kTrustUnknown : 1.0);
       effect.confidence *= trust;
       for (AliasTrial& alias : alias_trials_) {

@@ -21,17 +21,16 @@ constexpr int kMostSwaps = 1;         ///< of one effect of a set for another th
 /// what no two of them do. That they do is known by their leaving no more than this: of a machine far beyond the catalogue
 /// three explain a little, too.
 constexpr double kMuchLeft = 3.0;
-/// Each of several effects must close this share of the squares that the set without it leaves above the noise, and this
-/// share of the noise: less is the form of the others, which no catalogue holds exactly.
-constexpr double kFurtherOfRest = 0.6;
+/// Each of several effects must close most of the squares that the set without it leaves above the noise, and this share of the noise.
 constexpr double kFurtherOfNoise = 0.25;
 /// Of the squares that the first candidate leaves: what leaves less than this tells how its own error is correlated.
 constexpr double kFarLess = 0.25;
 
 /// By evidence, but after all others those that do not lower the held-out error.
-void best_first(std::vector<Trial>& trials, const Trial& recalibrated, double correlated_rows) {
+void best_first(std::vector<Trial>& trials, const Trial& recalibrated, double correlated_rows,
+                double noise_Pa) {
   const auto rank = [&](const Trial& t) {
-    return std::pair(worth_entering(t, recalibrated, correlated_rows), t.evidence(correlated_rows));
+    return std::pair(worth_entering(t, recalibrated, correlated_rows, noise_Pa), t.evidence(correlated_rows));
   };
   std::sort(trials.begin(), trials.end(), [&](const Trial& a, const Trial& b) { return rank(a) > rank(b); });
 }
@@ -48,8 +47,11 @@ void once_each(std::vector<Trial>& trials) {
 
 /// Whether an effect closes enough, beyond being significant, to be named beside others.
 bool closes_enough(const Trial& with, const Trial& base, double noise_Pa) {
-  return base.heldout_Pa() - with.heldout_Pa() > kFurtherOfNoise * noise_Pa &&
-         share_of_rest(with.heldout_Pa(), base.heldout_Pa(), noise_Pa) > kFurtherOfRest;
+  const auto by = [&](double with_Pa, double base_Pa) {
+    return base_Pa - with_Pa > kFurtherOfNoise * noise_Pa &&
+           share_of_rest(with_Pa, base_Pa, noise_Pa) > kMostOfRest;
+  };
+  return by(with.heldout_Pa(), base.heldout_Pa()) || by(with.judged_Pa(), base.judged_Pa());
 }
 
 /// `set` without the effects that are not worth their place beside the others, the least first.
@@ -59,8 +61,8 @@ Trial pruned(const SetFits& fits, const Scene& scene, Trial set, const Trial& re
     Trial least;
     for (const std::size_t member : members(set.on)) {
       Trial rest = std::popcount(set.on) == 1 ? recalibrated : fits.without(set, member);
-      const bool stays =
-          worth_entering(set, rest, correlated) && (rest.on == 0 || closes_enough(set, rest, noise_Pa));
+      const bool stays = worth_entering(set, rest, correlated, noise_Pa) &&
+                         (rest.on == 0 || closes_enough(set, rest, noise_Pa));
       if (!stays && (!least.valid() || rest.heldout_Pa() < least.heldout_Pa())) least = std::move(rest);
     }
     if (!least.valid()) break;
@@ -104,15 +106,15 @@ Search search(const Scene& scene, const std::vector<HeldOut>& heldout, Trial rec
     std::erase_if(trials, [](const Trial& t) { return !t.valid(); });
     if (trials.empty()) break;
     // the correlation is that of the best candidate's error: that of the error before it is what it explains
-    best_first(trials, result.recalibrated, correlation(scene, result.best));
+    best_first(trials, result.recalibrated, correlation(scene, result.best), options.noise_Pa);
     const auto least = std::min_element(trials.begin(), trials.end(), [](const Trial& a, const Trial& b) {
       return a.joint_squares < b.joint_squares;
     });
     const bool far_less = least->joint_squares < kFarLess * trials.front().joint_squares;
     const double correlated = correlation(scene, far_less ? *least : trials.front());
-    best_first(trials, result.recalibrated, correlated);
+    best_first(trials, result.recalibrated, correlated, options.noise_Pa);
     once_each(trials);
-    const bool better = worth_entering(trials.front(), result.best, correlated);
+    const bool better = worth_entering(trials.front(), result.best, correlated, options.noise_Pa);
     if (better && size > 1) trials.front() = fits.refined(std::move(trials.front()));
     if (better && (second_paid || trials.front().heldout_Pa() < kMuchLeft * options.noise_Pa)) {
       result.best = trials.front();

@@ -57,6 +57,9 @@ Split followed(Split split) {
 double Trial::heldout_Pa() const {
   return std::sqrt(heldout_squares / static_cast<double>(heldout_rows));
 }
+double Trial::judged_Pa() const {
+  return std::sqrt(judged_squares / static_cast<double>(heldout_rows));
+}
 bool Trial::valid() const {
   return fit.rows > 0 && std::isfinite(fit.squares + heldout_squares + joint_squares);
 }
@@ -82,8 +85,10 @@ Trial tried(const Split& rows, Fit fit) {
         held.continues >= 0 ? s.rows : held.record.rows() - std::max(held.first, held.record.settled_rows);
   }
   trial.rows += fit.rows;
-  trial.joint_squares =
+  const identify::chamber::JointSquares joint =
       joint_squares(scene, fit, rows.heldout_as_fitted, start, rows.heldout.front().continues >= 0);
+  trial.joint_squares = joint.both;
+  trial.judged_squares = joint.judged();
   trial.variables = fit.variables.size() + fit.warmths + fit.nulls * effects::kOwnNull;
   for (const HeldOut& held : rows.heldout) {
     if (held.continues >= 0) continue;
@@ -112,15 +117,21 @@ double correlation(const Scene& scene, const Trial& trial) {
   return worst;
 }
 
-bool worth_entering(const Trial& with, const Trial& base, double correlated_rows) {
+bool worth_entering(const Trial& with, const Trial& base, double correlated_rows, double noise_Pa) {
   return with.valid() && with.evidence(correlated_rows) - base.evidence(correlated_rows) > kWorthEntering &&
          with.joint_squares < (1.0 - kLeastShare) * base.joint_squares &&
-         std::pow(with.heldout_Pa(), 2) < (1.0 - kLeastShare) * std::pow(base.heldout_Pa(), 2);
+         (std::pow(with.heldout_Pa(), 2) < (1.0 - kLeastShare) * std::pow(base.heldout_Pa(), 2) ||
+          share_of_rest(with.judged_Pa(), base.judged_Pa(), noise_Pa) > kMostOfRest);
 }
 
 double share_of_rest(double with_Pa, double without_Pa, double noise_Pa) {
   const double rest = without_Pa * without_Pa - noise_Pa * noise_Pa;
   return rest > 0.0 ? std::clamp((without_Pa * without_Pa - with_Pa * with_Pa) / rest, 0.0, 1.0) : 0.0;
+}
+
+double share_of_rest(const Trial& with, const Trial& without, double noise_Pa) {
+  return std::max(share_of_rest(with.heldout_Pa(), without.heldout_Pa(), noise_Pa),
+                  share_of_rest(with.judged_Pa(), without.judged_Pa(), noise_Pa));
 }
 
 effects::Start heldout_start(const Scene& scene, const HeldOut& held, const Fit& fit) {

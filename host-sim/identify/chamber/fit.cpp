@@ -258,8 +258,8 @@ Eigen::VectorXd standard_errors(const Fit& fit, double correlated_rows) {
   return (inverse.cwiseAbs() * variance).cwiseSqrt();
 }
 
-double joint_squares(const Scene& scene, const Fit& fit, const std::vector<Record>& heldout,
-                     const std::vector<Start>& held_start, bool same_start) {
+JointSquares joint_squares(const Scene& scene, const Fit& fit, const std::vector<Record>& heldout,
+                           const std::vector<Start>& held_start, bool same_start) {
   FreeRunSquares held(scene, heldout, fit.on, fit.figures, held_start, fit.variables,
                       same_start && fit.nulls > 0 ? 1 : kNoneWanders);
   const Eigen::Index figures = held.figures();
@@ -283,11 +283,15 @@ double joint_squares(const Scene& scene, const Fit& fit, const std::vector<Recor
   high.setConstant(1.0);
   low.head(figures) = low.head(figures).cwiseMax(held.low().head(figures));
   high.head(figures) = high.head(figures).cwiseMin(held.high().head(figures));
-  identify::BoxMatrix<kDynamic> H = both.topLeftCorner(n, n);
-  H.diagonal().array() += 1e-9 * H.diagonal().maxCoeff() + 1e-12;
-  const Vector g = both.topRightCorner(n, 1);
-  const Vector d = identify::quadratic_in_box<kDynamic>(H, g, low, high);
-  return both(n, n) + 2.0 * g.dot(d) + d.dot(H * d);
+  const auto least = [&](const Eigen::MatrixXd& gram) {
+    const Eigen::Index size = gram.rows() - 1;
+    identify::BoxMatrix<kDynamic> H = gram.topLeftCorner(size, size);
+    H.diagonal().array() += 1e-9 * H.diagonal().maxCoeff() + 1e-12;
+    const Vector g = gram.topRightCorner(size, 1);
+    const Vector d = identify::quadratic_in_box<kDynamic>(H, g, low.head(size), high.head(size));
+    return gram(size, size) + 2.0 * g.dot(d) + d.dot(H * d);
+  };
+  return {.both = least(both), .fitted = least(fit.gram)};
 }
 
 std::size_t least_error(const Scene& scene, EffectSet on, std::span<const Figures> figures,

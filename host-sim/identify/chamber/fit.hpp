@@ -135,12 +135,20 @@ Fit fit(const Scene& scene, effects::EffectSet on, const effects::Figures& figur
 /// does not show has a very large one.
 Eigen::VectorXd standard_errors(const Fit& fit, double correlated_rows);
 
-/// Sum of squares over `fit`'s rows and those of `heldout` (their settled_rows .. fitted_rows - 1) of the fit to both that
-/// the linearisation at `fit` leads to, no variable moving by more than its scale: what the held-out rows say against the model, not
-/// against figures that the fitted rows left unknown. `held_start`: one each; `same_start`: they are those of the
+/// Sums of squares of the fits that the linearisation at a fit leads to, no variable moving by more than its scale.
+struct JointSquares {
+  double both = 0.0;  ///< over fitted and held-out rows, of the fit to both
+  double fitted =
+      0.0;  ///< over the fitted rows, of the fit to them alone: where it has converged those of the fit itself
+  /// What the held-out rows say against the model, not against figures that the fitted rows left unknown: of a model that is linear
+  /// the squares of the error that it foretells them with, e'(1 + J C J')^-1 e, C being the covariance of the fit.
+  double judged() const { return both - fitted; }
+};
+
+/// `heldout` counts with its settled_rows .. fitted_rows - 1. `held_start`: one each; `same_start`: they are those of the
 /// fitted records, in their order.
-double joint_squares(const Scene& scene, const Fit& fit, const std::vector<Record>& heldout,
-                     const std::vector<effects::Start>& held_start, bool same_start);
+JointSquares joint_squares(const Scene& scene, const Fit& fit, const std::vector<Record>& heldout,
+                           const std::vector<effects::Start>& held_start, bool same_start);
 
 /// Which of `figures` (1 to effects::kLanes) errs least over the fitted rows, each run as it stands.
 std::size_t least_error(const Scene& scene, effects::EffectSet on, std::span<const effects::Figures> figures,
