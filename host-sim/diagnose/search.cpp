@@ -123,9 +123,14 @@ Search search(const Scene& scene, const std::vector<HeldOut>& heldout, Trial rec
     const double left = result.best.heldout_Pa() / options.noise_Pa;
     if (size == kMostEffects || left < kAtFloor || (size > 1 && !better && left < kMuchLeft)) break;
     std::vector<Trial> larger;
-    for (std::size_t i = 0; i < std::min(kBeam, trials.size()); ++i) {
-      const std::vector<Trial>& beside = fits.all_with(trials[i], but(trials[i].on), kFinished);
+    const auto enlarge = [&](const Trial& base) {
+      const std::vector<Trial>& beside = fits.all_with(base, but(base.on), kFinished);
       larger.insert(larger.end(), beside.begin(), beside.end());
+    };
+    for (std::size_t i = 0; i < std::min(kBeam, trials.size()); ++i) {
+      enlarge(trials[i]);
+      // a null that may wander follows the error of another effect, too, and hides it
+      if (wanders(trials[i].fit)) enlarge(fits.drifting(trials[i]));
     }
     trials = std::move(larger);
     tell(0.4 + 0.2 * static_cast<double>(size));

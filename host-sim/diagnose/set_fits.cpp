@@ -102,6 +102,19 @@ Trial SetFits::refined(Trial set) const {
   return set;
 }
 
+Trial SetFits::drifting(const Trial& set) const {
+  constexpr std::size_t kNull = effects::kIdNullDrift;
+  const auto parameters = effects::kCatalogue[kNull]->parameters;
+  Figures figures = set.fit.figures;
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    const std::size_t at = effects::kFirstFigure[kNull] + k;
+    if (parameters[k].refines) figures[at] = scene_.nominal[at];
+  }
+  std::vector<effects::Start> start = set.fit.start;
+  for (effects::Start& of : start) of.null_V = {};
+  return tried(fitted(set.on, figures, start, finish(set.fit.refined & ~bit(kNull))));
+}
+
 Trial SetFits::without(const Trial& base, std::size_t effect) const {
   return tried(fitted(base.on & ~bit(effect), figures_without(scene_, base.fit.figures, effect),
                       base.fit.start, finish(base.fit.refined & ~bit(effect))));

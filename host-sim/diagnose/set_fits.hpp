@@ -29,6 +29,8 @@ class SetFits {
                                  const std::vector<std::size_t>& which) const;
   /// `set` with its effects refined where that pays beside each other: it may not have paid alone.
   Trial refined(Trial set) const;
+  /// `set` whose null, which wanders, drifts plainly again.
+  Trial drifting(const Trial& set) const;
   /// `base` with this effect taken out.
   Trial without(const Trial& base, std::size_t effect) const;
 

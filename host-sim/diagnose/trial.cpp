@@ -31,12 +31,11 @@ Record::Half half_of(const Record& record, std::size_t first, bool second) {
   return {first, static_cast<std::size_t>(std::ceil(kBetween_s / record.drive.timing.tick_s)), second};
 }
 
-/// Whether the null has a way that each log shows for itself.
+}  // namespace
+
 bool wanders(const Fit& fit) {
   return (fit.on & fit.refined & bit(effects::kIdNullDrift)) != 0;
 }
-
-}  // namespace
 
 Split split_of(const Scene& scene, const std::vector<HeldOut>& heldout) {
   return {scene, heldout, as_fitted(heldout)};

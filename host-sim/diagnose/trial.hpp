@@ -93,6 +93,8 @@ std::vector<double> heldout_reading(const Scene& scene, const HeldOut& held, con
 inline effects::EffectSet bit(std::size_t effect) {
   return effects::EffectSet{1} << effect;
 }
+/// Whether the null has a way that each log shows for itself.
+bool wanders(const Fit& fit);
 /// The effects of a set, in the catalogue's order.
 std::vector<std::size_t> members(effects::EffectSet on);
 
