@@ -274,11 +274,11 @@ TEST(Board, TellsOnTheBusHowOftenFixedPointHadToCutANumberOff) {
   }
 }
 
-// A position sensor of 100 L, ten times of which only float holds in mL.
+// The regulator squares the noise of its residuals: 1e10 kPa^2, which only float holds.
 TEST(Board, CountsWhatItCutsOffBeforeItsFirstTickAndNotWhatAnotherBoardDoes) {
-  Settings large = bench_settings();
-  large.chamber[0].volume_gain_mL_per_V = 1e4F;
-  const Bench quiet, cut(large);
+  Settings noisy = bench_settings();
+  noisy.regulator.residual_noise_kPa = 1e5F;
+  const Bench quiet, cut(noisy);
   EXPECT_EQ(quiet.image().saturation_count, 0U);
   EXPECT_EQ(cut.image().saturation_count > 0, (std::is_same_v<numeric::Scalar, numeric::Fixed>));
 }
