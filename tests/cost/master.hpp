@@ -71,6 +71,14 @@ class Master {
     tick();
   }
 
+  /// A setting of a chamber that comes as a block, on a board at rest: of all that may come the deepest.
+  void set_by_block() {
+    constexpr std::uint32_t kChamberTicks = 0x2408;
+    constexpr std::array<std::uint8_t, 2> kResidualTicks{50, 0};
+    reset_by(canopen::NmtCommand::reset_node);
+    download(kChamberTicks, 1, kResidualTicks);
+  }
+
  private:
   static constexpr std::size_t kMostSent = 256;
   static constexpr std::uint8_t kBlock = 127;

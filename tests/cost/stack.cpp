@@ -87,6 +87,7 @@ void session(std::mt19937_64& random, ModelKind kind, Depths& depths) {
   chambers->go_active();
   cost::Master<std::mt19937_64, Depths> master(random, *chambers, depths);
   for (int i = 0; i < kActs; ++i) master.act();
+  master.set_by_block();
 }
 
 }  // namespace
