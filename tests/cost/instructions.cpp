@@ -137,7 +137,8 @@ struct Regulation {
   Regulation(Tape& tape, ModelKind kind) : question(tape, kind) {
     const Scalar delay_ticks = one_in_two(tape) ? between(tape, 0.0, 12.0) : Scalar(0);
     regulator.configure({.valve_delay_ticks = delay_ticks});
-    const control::ModelPaths paths = control::paths_of(question.subject.model, delay_ticks);
+    control::ModelPaths paths = control::paths_of(question.subject.model, delay_ticks);
+    if (paths.valve.dead_ticks == Scalar(0)) paths.valve.dead_ticks = delay_ticks;
     regulator.take_over(paths.valve, paths.sensor_lag_ticks);
     regulator.reset(question.pressure_kPa, Scalar(5));
     for (std::uint64_t left = 1 + tape() % 8; left > 0; --left) {
