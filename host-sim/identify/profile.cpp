@@ -22,7 +22,7 @@ using ByDeadTime = std::function<double(double)>;
 /// Of whole ticks the best [s].
 double best_whole_ticks_s(const ByDeadTime& error_kPa, double tick_s) {
   double best_s = 0.0, best_kPa = std::numeric_limits<double>::infinity();
-  for (int ticks = 0; ticks * tick_s <= kLongestDeadTime_s * (1.0 + 1e-9); ++ticks) {
+  for (int ticks = 0; ticks * tick_s <= trace::kLongestDeadTime_s * (1.0 + 1e-9); ++ticks) {
     const double found_kPa = error_kPa(ticks * tick_s);
     if (!(found_kPa < best_kPa)) continue;
     best_s = ticks * tick_s;
@@ -34,7 +34,8 @@ double best_whole_ticks_s(const ByDeadTime& error_kPa, double tick_s) {
 /// The golden section of what lies a tick to both sides of `near_s`.
 double refined_s(const ByDeadTime& error_kPa, double near_s, double tick_s) {
   constexpr double kInner = 2.0 - std::numbers::phi;  // from either end, of the whole
-  double low_s = std::max(0.0, near_s - tick_s), high_s = std::min(kLongestDeadTime_s, near_s + tick_s);
+  double low_s = std::max(0.0, near_s - tick_s),
+         high_s = std::min(trace::kLongestDeadTime_s, near_s + tick_s);
   double left_s = low_s + kInner * (high_s - low_s), right_s = high_s - kInner * (high_s - low_s);
   double left_kPa = error_kPa(left_s), right_kPa = error_kPa(right_s);
   while (high_s - low_s > kFinest_ticks * tick_s) {
@@ -99,7 +100,11 @@ Tassa9Fit fit_tassa9_profiled(const std::vector<trace::Log>& logs, const trace::
   };
   const double tick_s = lay_out(logs).period_s;
   if (profiled.dead_time) at.dead_time_s = best_whole_ticks_s(one_step_kPa, tick_s);
-  if (profiled.kink_width) at.c_gamma_V = best_of_widths(logs, rig, at).model.c_gamma_V;
+  if (profiled.kink_width) {
+    Tassa9Fit best = best_of_widths(logs, rig, at);
+    if (!profiled.dead_time) return best;
+    at.c_gamma_V = best.model.c_gamma_V;
+  }
   if (profiled.dead_time) at.dead_time_s = refined_s(one_step_kPa, at.dead_time_s, tick_s);
   return fit_tassa9(logs, rig, at);
 }

@@ -18,16 +18,14 @@ namespace plenum::host::identify {
 /// [V]; the first is the paper's.
 inline constexpr std::array<double, 5> kKinkWidths_V{0.1, 0.2, 0.4, 0.8, 1.6};
 
-/// The longest dead time tried [s]: what a board can look over.
-inline constexpr double kLongestDeadTime_s = 0.12;
-
 /// What is tried; the other of the two is that of the options.
 struct Profiled {
   bool kink_width = true;
   bool dead_time = true;
 };
 
-/// The dead time is that of the smallest error of the next tick, first among whole ticks, at last to a fiftieth of one: that error
+/// The dead time is that of the smallest error of the next tick, first among whole ticks up to
+/// trace::kLongestDeadTime_s, at last to a fiftieth of one: that error
 /// shows it best. (By free runs of 0.2 s it comes out 3 ms too long on thin-plate valves, for what the form misses.) The width is that
 /// of the smallest free-run error over stretches of `options.stretch_s`. Where there is no fit is passed over; throws
 /// CannotIdentify when none is left, with the reason given at the first.

@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "firmware/config/setting_fields.hpp"
+
 namespace plenum::host::rig {
 namespace {
 
@@ -62,15 +64,22 @@ void fit_supply_sensor(BoardConfig& board, double supply_Pa) {
   board.settings.board.supply_gain_kPa_per_V = static_cast<float>(board.supply_Pa.per_V / kPa);
 }
 
+/// As near to `value` as a board takes it.
+float admissible(float plenum::config::ChamberSettings::*setting, double value) {
+  const auto* const field =
+      std::ranges::find(plenum::config::kChamberFloats, setting,
+                        &plenum::config::SettingField<plenum::config::ChamberSettings, float>::member);
+  return std::clamp(static_cast<float>(value), field->low, field->high);
+}
+
 /// What the converter leaves of its noise after averaging, in millilitres of each sensor; no less than the rounding of its step.
 void fit_noise(plenum::Settings& settings, const BoardConfig& board) {
   const double step_V = std::ldexp(board.adc.high_V - board.adc.low_V, -board.adc.bits);
   const double mean_noise_V =
       std::max(board.adc.sample_noise_V / std::sqrt(board.adc.samples_per_tick), step_V / std::sqrt(12.0));
-  constexpr double kLeast_mL = 0.001, kMost_mL = 100.0;  // that a board takes
   for (auto& chamber : settings.chamber) {
-    const double noise_mL = mean_noise_V * static_cast<double>(chamber.volume_gain_mL_per_V);
-    chamber.volume_noise_mL = static_cast<float>(std::clamp(noise_mL, kLeast_mL, kMost_mL));
+    chamber.volume_noise_mL = admissible(&plenum::config::ChamberSettings::volume_noise_mL,
+                                         mean_noise_V * static_cast<double>(chamber.volume_gain_mL_per_V));
   }
 }
 
@@ -110,8 +119,8 @@ RigConfig mpye_rig(const MpyeRig& wanted) {
       fit_volume_sensor(board.chamber.back(), settings);
       fit_pressures(board.chamber.back(), settings, chamber.supply_Pa, chamber.ambient_Pa);
       const double omega = 2.0 * std::numbers::pi * 1.618 * frequency_Hz;
-      settings.volume_jerk_mL_per_s3 =
-          static_cast<float>(std::max(1.0, wanted.volume_swing * mean_m3 / kMl * std::pow(omega, 3)));
+      settings.volume_jerk_mL_per_s3 = admissible(&plenum::config::ChamberSettings::volume_jerk_mL_per_s3,
+                                                  wanted.volume_swing * mean_m3 / kMl * std::pow(omega, 3));
     }
     fit_supply_sensor(board, wanted.supply_Pa);
     fit_noise(board.settings, board);

@@ -71,9 +71,9 @@ double kink_width_V(const std::string& text) {
 
 double dead_time_s(const std::string& text) {
   const auto value = number_in(text);
-  if (!value || !(*value >= 0.0 && *value <= identify::kLongestDeadTime_s)) {
+  if (!value || !(*value >= 0.0 && *value <= trace::kLongestDeadTime_s)) {
     throw std::invalid_argument(
-        fmt::format("--dead-time {}: expected auto, or 0 to {} s", text, identify::kLongestDeadTime_s));
+        fmt::format("--dead-time {}: expected auto, or 0 to {} s", text, trace::kLongestDeadTime_s));
   }
   return *value;
 }

@@ -37,7 +37,7 @@ constexpr std::array<Range, kTassa9Count> kTassa9Ranges{{{2.0, 8.0},
                                                          {0.0, kInfinity},
                                                          {0.0, kInfinity},
                                                          {0.0, kInfinity},
-                                                         {0.0, 0.12}}};
+                                                         {0.0, kLongestDeadTime_s}}};
 
 constexpr std::size_t kC4 = 3;  // of kTassa9Names
 constexpr auto kTassa9rRanges = [] {

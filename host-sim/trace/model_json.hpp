@@ -20,6 +20,9 @@ inline constexpr std::array<std::string_view, kTassa9Count> kTassa9Names{
     "c1_V", "c2_per_V", "c3_per_V3", "c4_kPa_s_per_mL", "c5_per_mL",   "c6_per_mL",  "c7_per_V_s",
     "c8",   "c9_V",     "c_gamma_V", "supply_kPa",      "ambient_kPa", "dead_time_s"};
 
+/// The longest of a 9-parameter model [s]: what a board can look over.
+inline constexpr double kLongestDeadTime_s = 0.12;
+
 /// Those of its repaired form, likewise: all but c4.
 inline constexpr std::size_t kTassa9rCount = 12;
 inline constexpr std::array<std::string_view, kTassa9rCount> kTassa9rNames{

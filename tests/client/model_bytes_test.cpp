@@ -84,6 +84,8 @@ TEST(ModelBytes, ADeadTimeOfTheValveSurvivesTheImageAndIsNoneWhereItIsLeftOut) {
   const DecodedModel late = decode_model(encode_model("tassa9", values, {}));
   EXPECT_EQ(late.parameters, values);
   EXPECT_EQ(valve_delay_s(late), 0.025);
+  EXPECT_EQ(plenum::config::parameter_schema(ModelKind::tassa9).back().high,
+            static_cast<float>(trace::kLongestDeadTime_s));
 }
 
 TEST(ModelBytes, AKindThatIsNoneAndAWrongCountAreTold) {

@@ -256,26 +256,37 @@ TEST(Follow, AfterAFaultOnlyAResetLetsTheBoardGoOn) {
   EXPECT_EQ(client::follow(session, same_for_both(reference_Pa), {.chambers = kFollowed}).size(), 50U);
 }
 
-TEST(Reset, CountsWhenItsBitFallsAndRisesWithinATick) {
-  namespace word = canopen::word;
-  WatchedRig watched(mpye_rig(followed_rig(0.2)));
-  Session session(watched, 1);
-  const auto control = [&](unsigned bits) {
+/// A board of two chambers, and a master that writes its control word.
+class Reset : public ::testing::Test {
+ protected:
+  void control(unsigned bits) {
     session.write(canopen::object::kControlWord, 0, static_cast<std::uint16_t>(bits));
-  };
-  watched.rig.board(0).analog_in().set_dead(1, true);
-  watched.wait(0.1);
+  }
+  /// Whether the pressure sensor of a chamber is silent, and the time in which the board sees it.
+  void silence(bool dead) {
+    watched.rig.board(0).analog_in().set_dead(1, dead);
+    watched.wait(0.1);
+  }
+  safety::State state() { return watched.rig.board(0).controller().state(); }
+  std::uint32_t tick() { return watched.rig.board(0).controller().image().tick_count; }
+
+  WatchedRig watched{mpye_rig(followed_rig(0.2))};
+  Session session{watched, 1};
+};
+
+TEST_F(Reset, CountsWhenItsBitFallsAndRisesWithinATick) {
+  namespace word = canopen::word;
+  silence(true);
   control(word::kDisabled | word::kResetFault);
   watched.wait(0.1);
-  ASSERT_EQ(watched.rig.board(0).controller().state(), safety::State::fault_disabled) << "its cause stands";
-  watched.rig.board(0).analog_in().set_dead(1, false);
-  watched.wait(0.1);
-  const std::uint32_t tick = watched.rig.board(0).controller().image().tick_count;
+  ASSERT_EQ(state(), safety::State::fault_disabled) << "its cause stands";
+  silence(false);
+  const std::uint32_t before = tick();
   control(word::kDisabled);
   control(word::kDisabled | word::kResetFault);
-  ASSERT_LE(watched.rig.board(0).controller().image().tick_count, tick + 1) << "the test is of one tick";
+  ASSERT_LE(tick(), before + 1) << "the test is of one tick";
   watched.wait(0.05);
-  EXPECT_EQ(watched.rig.board(0).controller().state(), safety::State::disabled);
+  EXPECT_EQ(state(), safety::State::disabled);
 }
 
 TEST(Capture, ThatIsStoppedGivesTheRowsSoFarAndEndsAsItsEndDoes) {
@@ -461,35 +472,26 @@ TEST(Capture, ThatFailsLeavesTheBoardAtRestAndTheSettingsAsTheyWere) {
   expect_same(before, client::read_settings(session));
 }
 
-TEST(Reset, CountsWhenItsBitRisesAndFallsWithinATick) {
+TEST_F(Reset, CountsWhenItsBitRisesAndFallsWithinATick) {
   namespace word = canopen::word;
-  WatchedRig watched(mpye_rig(followed_rig(0.2)));
-  Session session(watched, 1);
-  const auto control = [&](unsigned bits) {
-    session.write(canopen::object::kControlWord, 0, static_cast<std::uint16_t>(bits));
-  };
   control(word::kDisabled);
-  watched.rig.board(0).analog_in().set_dead(1, true);
-  watched.wait(0.1);
-  ASSERT_EQ(watched.rig.board(0).controller().state(), safety::State::fault_disabled);
-  watched.rig.board(0).analog_in().set_dead(1, false);
-  watched.wait(0.1);
-  const std::uint32_t tick = watched.rig.board(0).controller().image().tick_count;
+  silence(true);
+  ASSERT_EQ(state(), safety::State::fault_disabled);
+  silence(false);
+  const std::uint32_t before = tick();
   control(word::kActive | word::kResetFault);
   control(word::kDisabled);
-  ASSERT_LE(watched.rig.board(0).controller().image().tick_count, tick + 1) << "the test is of one tick";
+  ASSERT_LE(tick(), before + 1) << "the test is of one tick";
   watched.wait(0.05);
-  ASSERT_EQ(watched.rig.board(0).controller().state(), safety::State::fault_disabled)
-      << "it asked for motion";
+  ASSERT_EQ(state(), safety::State::fault_disabled) << "it asked for motion";
   control(word::kDisabled | word::kResetFault);
   control(word::kActive);
   watched.wait(0.05);
-  ASSERT_EQ(watched.rig.board(0).controller().state(), safety::State::fault_disabled)
-      << "so did what came after it";
+  ASSERT_EQ(state(), safety::State::fault_disabled) << "so did what came after it";
   control(word::kDisabled | word::kResetFault);
   control(word::kDisabled);
   watched.wait(0.05);
-  EXPECT_EQ(watched.rig.board(0).controller().state(), safety::State::disabled);
+  EXPECT_EQ(state(), safety::State::disabled);
 }
 
 // ---- the board's own comparison of models, by what it captured
