@@ -7,6 +7,8 @@ import pty
 import re
 import socket
 import subprocess
+import tempfile
+import threading
 
 from command import PROGRAM, CommandTest, model, run
 
@@ -206,21 +208,25 @@ class Progress(BoardCommands):
     def drawn(self, *arguments):
         """Standard output, and what went to standard error, a terminal."""
         leader, follower = pty.openpty()
-        ran = subprocess.Popen([PROGRAM, *map(str, arguments)], cwd=self.folder, stdout=subprocess.PIPE, stderr=follower)
-        os.close(follower)
-        said = b""
-        while True:
-            try:
-                part = os.read(leader, 65536)
-            except OSError:  # the other end is closed
-                part = b""
-            if not part:
-                break
-            said += part
-        os.close(leader)
-        out = ran.communicate(timeout=60)[0].decode()
-        self.assertEqual(ran.returncode, 0, said)
-        return out, said.decode()
+        self.addCleanup(os.close, leader)
+        self.addCleanup(os.close, follower)
+        end = b"\0"  # a terminal whose last writer goes away can lose what it wrote last, so it stays open and this ends it
+
+        def finish(ran):
+            ran.wait()
+            os.write(follower, end)
+
+        with tempfile.TemporaryFile() as out:
+            with subprocess.Popen([PROGRAM, *map(str, arguments)], cwd=self.folder, stdout=out, stderr=follower) as ran:
+                finishing = threading.Thread(target=finish, args=[ran])
+                finishing.start()
+                said = b""
+                while not said.endswith(end):
+                    said += os.read(leader, 65536)
+                finishing.join()
+            self.assertEqual(ran.returncode, 0, said)
+            out.seek(0)
+            return out.read().decode(), said.removesuffix(end).decode()
 
     def test_a_terminal_sees_chamber_and_bytes(self):
         self.write("model-2.json", json.dumps(MODEL))
