@@ -31,10 +31,11 @@ void require_between(const trace::Recording& recording, std::string_view column,
   }
 }
 
-void require_absolute_pressure(const trace::Recording& recording, double ambient_Pa) {
+void require_absolute_pressure(const trace::Recording& recording, std::string_view column,
+                               double ambient_Pa) {
   constexpr double kLeastAbsolute = 0.5;  // of the ambient pressure
   constexpr double kGreatest_Pa = 1e8;
-  require_between(recording, "pressure_Pa", kLeastAbsolute * ambient_Pa, kGreatest_Pa,
+  require_between(recording, column, kLeastAbsolute * ambient_Pa, kGreatest_Pa,
                   "absolute pressure in Pa, not below the ambient's");
 }
 

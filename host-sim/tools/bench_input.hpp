@@ -24,7 +24,7 @@ trace::Recording read_bench(const std::string& command, const std::string& file,
 /// and says that `expected` was expected.
 void require_between(const trace::Recording& recording, std::string_view column, double low, double high,
                      const std::string& expected);
-/// Sees that the column `pressure_Pa` may be absolute: neither gauge pressure nor of another unit. Throws as above.
-void require_absolute_pressure(const trace::Recording& recording, double ambient_Pa);
+/// Sees that the column may be absolute pressure: neither gauge pressure nor of another unit. Throws as above.
+void require_absolute_pressure(const trace::Recording& recording, std::string_view column, double ambient_Pa);
 
 }  // namespace plenum::host::tools

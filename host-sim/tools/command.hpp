@@ -25,6 +25,8 @@ Command add_orifice(Program& program);
 Command add_regulator(Program& program);
 Command add_relief(Program& program);
 Command add_friction(Program& program);
+Command add_cylinder(Program& program);
+Command add_flow(Program& program);
 Command add_narx(Program& program);
 Command add_diagnose(Program& program);
 Command add_effects(Program& program);

@@ -86,7 +86,7 @@ servo::PulledRecord read(const trace::Recording& log, const Options& options) {
   require_rising_time(log, "time_s");
   require_between(log, "position_m", -kLongestStroke_m, kLongestStroke_m,
                   fmt::format("m, up to {:g} either way", kLongestStroke_m));
-  require_absolute_pressure(log, ambient_Pa);
+  require_absolute_pressure(log, "pressure_Pa", ambient_Pa);
   return {.time_s = log["time_s"],
           .position_m = log["position_m"],
           .pressure_Pa = scaled_column(log, "pressure_Pa", 1.0, -ambient_Pa),

@@ -74,7 +74,7 @@ Named read(const std::string& file, const Options& options) {
   const trace::Recording log = read_bench("regulator", file, {"time_s", "screw_m", "pressure_Pa"});
   require_between(log, "screw_m", -kLongestTravel_m, kLongestTravel_m,
                   fmt::format("m, up to {:g} either way", kLongestTravel_m));
-  require_absolute_pressure(log, options.ambient_Pa());
+  require_absolute_pressure(log, "pressure_Pa", options.ambient_Pa());
   Named named{
       .name = log.name,
       .recording = {

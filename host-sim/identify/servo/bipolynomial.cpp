@@ -30,9 +30,8 @@ BipolynomialFit fit_bipolynomial(std::span<const FlowSample> samples, Terms term
   const auto rows = static_cast<Eigen::Index>(samples.size());
   double largest_u = 0.0;
   double largest_P = 0.0;
+  require_finite(samples);
   for (const FlowSample& s : samples) {
-    if (!std::isfinite(s.command_V) || !std::isfinite(s.pressure_Pa) || !std::isfinite(s.flow_kg_s))
-      throw std::invalid_argument("flow sample: a value is not finite, expected finite numbers");
     largest_u = std::max(largest_u, std::abs(s.command_V));
     largest_P = std::max(largest_P, std::abs(s.pressure_Pa));
   }
@@ -65,14 +64,9 @@ BipolynomialFit fit_bipolynomial(std::span<const FlowSample> samples, Terms term
     fit.polynomial.c[static_cast<std::size_t>(m)][static_cast<std::size_t>(n)] =
         scaled[column] / (std::pow(largest_u, m) * std::pow(largest_P, n));
   }
-  const Eigen::VectorXd error = X * scaled - y;
-  fit.rms_kg_s = std::sqrt(error.squaredNorm() / static_cast<double>(rows));
-  fit.largest_kg_s = error.lpNorm<Eigen::Infinity>();
-  fit.full_scale_kg_s = y.lpNorm<Eigen::Infinity>();
-  for (Eigen::Index row = 0; row < rows; ++row) {
-    const double predicted = y[row] + error[row];
-    if (predicted * y[row] <= 0.0 && std::abs(predicted) > 0.01 * fit.full_scale_kg_s) ++fit.wrong_way;
-  }
+  const Eigen::VectorXd predicted = X * scaled;
+  static_cast<FlowError&>(fit) =
+      flow_error(samples, {predicted.data(), static_cast<std::size_t>(predicted.size())});
   return fit;
 }
 

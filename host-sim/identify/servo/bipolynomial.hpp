@@ -12,16 +12,11 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
 #include <span>
 
-namespace plenum::host::identify::servo {
+#include "host-sim/identify/servo/flow_samples.hpp"
 
-struct FlowSample {
-  double command_V = 0.0;
-  double pressure_Pa = 0.0;
-  double flow_kg_s = 0.0;
-};
+namespace plenum::host::identify::servo {
 
 enum class Terms { kAsPrinted, kWhole };
 
@@ -31,14 +26,8 @@ struct Bipolynomial {
   double flow_kg_s(double command_V, double pressure_Pa) const;
 };
 
-struct BipolynomialFit {
+struct BipolynomialFit : FlowError {
   Bipolynomial polynomial;
-  double rms_kg_s = 0.0;
-  double largest_kg_s = 0.0;     ///< largest error
-  double full_scale_kg_s = 0.0;  ///< largest flow of the samples, by amount
-  /// Samples predicted to flow by more than 1 % of full scale where the valve flows the other way or not at
-  /// all.
-  std::size_t wrong_way = 0;
 };
 
 /// Throws std::invalid_argument when a sample is not finite, CannotIdentify when the samples do not determine

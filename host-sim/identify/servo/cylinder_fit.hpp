@@ -4,7 +4,7 @@
 //   theta: flow gain of inlet and exhaust, null of the valve, F_c, F_s, F_v of (23), moving mass
 //
 // What a data sheet states (bore, rod, stroke, dead volumes, supply, gas, spool, v_s) is held at `guess`, and
-// the seven figures above start there. Method: Levenberg-Marquardt in a box (box_solver.hpp) on logarithms of
+// the seven figures above start there, those that are known as well held. Method: Levenberg-Marquardt in a box (box_solver.hpp) on logarithms of
 // the figures, which stay within a factor of kWidest of the guess; the Jacobian by forward differences. A
 // free run integrates flow to position: far from the truth it ends at a stop, where nothing can be learnt. So
 // the horizon trebles from one second to the whole recording, each fit starting from the last.
@@ -39,21 +39,29 @@ inline constexpr double kWidestNull_V = 0.2;
 inline constexpr std::array<std::string_view, 7> kFittedNames{
     "inlet area for each volt", "exhaust area for each volt", "null",       "Coulomb friction",
     "Stribeck friction",        "viscous friction",           "moving mass"};
+/// For each of kFittedNames.
+using PerFigure = std::array<bool, kFittedNames.size()>;
 
 struct ServoFit {
-  ServoRig rig;                   ///< the guess with the seven figures fitted
-  double rms_m = 0.0;             ///< of the free run over the whole recording
-  std::array<double, 7> error{};  ///< standard errors: relative, of the null [V]; errors taken as white
+  ServoRig rig;        ///< the guess with the seven figures fitted
+  double rms_m = 0.0;  ///< of the free run over the whole recording
+  std::array<double, 7>
+      error{};  ///< standard errors: relative, of the null [V]; errors taken as white; held: 0
   int iterations = 0;
-  bool at_bound = false;  ///< a figure ended a factor kWidest (kWidestNull_V) from its guess
+  PerFigure at_bound{};  ///< ended a factor kWidest (kWidestNull_V) from its guess
 };
 
-/// xhat of the free run [m], as long as the record.
-std::vector<double> free_run(const ServoRig& rig, const ServoRecord& record);
+/// A free run, each column as long as its record.
+struct ServoRun {
+  std::vector<double> positions_m;
+  std::vector<double> pressures_1_Pa;
+  std::vector<double> pressures_2_Pa;
+};
+ServoRun free_run(const ServoRig& rig, const ServoRecord& record);
 
-/// Throws std::invalid_argument when the columns differ in length or a value is not finite; CannotIdentify
-/// when the piston does not move or the recording does not determine a figure, which is named.
-ServoFit fit_servo(const ServoRig& guess, const ServoRecord& record,
+/// Figures that are `held` stay at the guess. Throws std::invalid_argument when the columns differ in length or a value is
+/// not finite; CannotIdentify when the piston, or that of the guess, does not move or the recording does not determine a figure, which is named.
+ServoFit fit_servo(const ServoRig& guess, const ServoRecord& record, const PerFigure& held = {},
                    const std::function<void(double)>& progress = {});
 
 }  // namespace plenum::host::identify::servo

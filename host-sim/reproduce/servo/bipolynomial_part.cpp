@@ -1,15 +1,12 @@
 #include <fmt/format.h>
 
-#include <Eigen/Core>
-#include <Eigen/QR>
-#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
 
 #include "host-sim/identify/servo/bipolynomial.hpp"
+#include "host-sim/identify/servo/parabolic_orifice.hpp"
 #include "host-sim/plant/mpye_tables.hpp"
-#include "host-sim/plant/servo/orifice_constants.hpp"
 #include "host-sim/plant/valve.hpp"
 #include "host-sim/reproduce/servo/parts.hpp"
 
@@ -22,7 +19,7 @@ constexpr double kSupply_Pa = 700e3;
 constexpr double kAmbient_Pa = 100e3;
 constexpr double kGrid_Pa = 20e3;
 
-struct Port {
+struct MeasuredPort {
   const char* name;
   const plant::MpyeTable* table;
   plant::MpyeChannel channel;
@@ -31,7 +28,7 @@ struct Port {
 
 // The flow of one port of the measured valve at the commands that were measured, over the chamber's
 // pressures.
-std::vector<FlowSample> samples_of(const Port& port) {
+std::vector<FlowSample> samples_of(const MeasuredPort& port) {
   const plant::MpyeValve valve(port.channel);
   std::vector<FlowSample> samples;
   for (std::size_t i = 0; i < plant::kMpyeRows; ++i) {
@@ -46,25 +43,6 @@ std::vector<FlowSample> samples_of(const Port& port) {
   return samples;
 }
 
-// The approach before (5): the orifice (2), its area a parabola in the command. RMS error [kg/s].
-double orifice_rms_kg_s(const std::vector<FlowSample>& samples, bool inlet) {
-  const auto rows = static_cast<Eigen::Index>(samples.size());
-  Eigen::MatrixXd X(rows, 3);
-  Eigen::VectorXd y(rows);
-  for (Eigen::Index i = 0; i < rows; ++i) {
-    const FlowSample& s = samples[static_cast<std::size_t>(i)];
-    const double upstream = inlet ? kSupply_Pa : std::max(s.pressure_Pa, kAmbient_Pa);
-    const double downstream = inlet ? std::min(s.pressure_Pa, kSupply_Pa) : kAmbient_Pa;
-    const double shape = plant::servo::orifice_flow_kg_s(plant::servo::kPrintedForAir, 1.4, 1e-6, upstream,
-                                                         downstream, 293.15);
-    const double u = 0.1 * s.command_V;
-    X.row(i) << shape, shape * u, shape * u * u;
-    y[i] = s.flow_kg_s;
-  }
-  const Eigen::VectorXd c = X.colPivHouseholderQr().solve(y);
-  return std::sqrt((X * c - y).squaredNorm() / static_cast<double>(rows));
-}
-
 // How many terms a fitted polynomial has: those that it was not given are exactly 0.
 double terms_of(const Bipolynomial& polynomial) {
   double count = 0.0;
@@ -73,7 +51,7 @@ double terms_of(const Bipolynomial& polynomial) {
   return count;
 }
 
-report::XyChart drawn(const Port& port, const std::vector<FlowSample>& samples,
+report::XyChart drawn(const MeasuredPort& port, const std::vector<FlowSample>& samples,
                       const Bipolynomial& polynomial) {
   report::XyChart chart{.title = fmt::format("{}: measured valve and bipolynomial", port.name),
                         .x = {"Chamber pressure", "kPa"},
@@ -104,7 +82,7 @@ report::XyChart drawn(const Port& port, const std::vector<FlowSample>& samples,
 }  // namespace
 
 Part bipolynomial_part() {
-  const std::vector<Port> ports{
+  const std::vector<MeasuredPort> ports{
       {"inlet A", &plant::kMpyeChannelAInlet, plant::MpyeChannel::a, true},
       {"exhaust A", &plant::kMpyeChannelAExhaust, plant::MpyeChannel::a, false},
       {"inlet B", &plant::kMpyeChannelBInlet, plant::MpyeChannel::b_mirrored, true},
@@ -118,7 +96,7 @@ Part bipolynomial_part() {
       "what came before: here the "
       "orifice (2) with an area parabolic in the command. Errors of full scale, as printed (8 terms) and "
       "with all 9:";
-  for (const Port& port : ports) {
+  for (const MeasuredPort& port : ports) {
     const std::vector<FlowSample> samples = samples_of(port);
     const BipolynomialFit printed = fit_bipolynomial(samples, Terms::kAsPrinted);
     const BipolynomialFit whole = fit_bipolynomial(samples, Terms::kWhole);
@@ -131,7 +109,7 @@ Part bipolynomial_part() {
         {.item = "(5)",
          .quantity = fmt::format("RMS error on {}, of full scale; beside it that of (2)", port.name),
          .unit = "%",
-         .paper = percent * orifice_rms_kg_s(samples, port.inlet),
+         .paper = percent * fit_parabolic_orifice(samples, {port.inlet, kSupply_Pa, kAmbient_Pa}).rms_kg_s,
          .ours = percent * printed.rms_kg_s,
          .expect = Expect::kAtMost,
          .instead = "orifice (2) on the same tables",

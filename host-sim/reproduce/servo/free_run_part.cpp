@@ -72,7 +72,7 @@ Part free_run_part(const Progress& progress) {
   ServoRecord beginning = training;
   beginning.commands_V.resize(static_cast<std::size_t>(kPhysical_s / training.period_s));
   beginning.positions_m.resize(beginning.commands_V.size());
-  const ServoFit physical = fit_servo(data_sheet(), beginning, [&](double share) {
+  const ServoFit physical = fit_servo(data_sheet(), beginning, {}, [&](double share) {
     if (progress) progress(0.5 * share);
   });
   const NarxFit linear = fit_narx({recording}, kThird, 3, Activation::kLinear, 1);
@@ -91,11 +91,11 @@ Part free_run_part(const Progress& progress) {
     if (progress) progress(0.5 + 0.5 * static_cast<double>(seed) / kSeeds);
   }
 
-  const std::vector<double> by_physics = identify::servo::free_run(physical.rig, unseen);
+  const std::vector<double> by_physics = identify::servo::free_run(physical.rig, unseen).positions_m;
   const std::vector<double> by_arx = free_run(arx_of(linear.model), unseen.commands_V, unseen.positions_m);
   const std::vector<double> by_narx = free_run(sigmoid->model, unseen.commands_V, unseen.positions_m);
   const double data_sheet_percent =
-      fit_percent(unseen.positions_m, identify::servo::free_run(data_sheet(), unseen));
+      fit_percent(unseen.positions_m, identify::servo::free_run(data_sheet(), unseen).positions_m);
   const double physics_percent = fit_percent(unseen.positions_m, by_physics);
 
   Part part;

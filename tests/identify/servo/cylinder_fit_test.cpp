@@ -39,7 +39,7 @@ ServoRecord recorded(double noise_m) {
     record.commands_V.push_back(level);
   }
   record.positions_m.resize(record.commands_V.size());
-  record.positions_m = free_run(truth(), record);
+  record.positions_m = free_run(truth(), record).positions_m;
   for (double& x : record.positions_m) x += noise_m * random.gaussian();
   return record;
 }
@@ -55,7 +55,7 @@ TEST(ServoFit, FindsTheFiguresThatMadeTheRecording) {
   EXPECT_NEAR(fit.rig.cylinder.friction.viscous_N_s_m / exact.cylinder.friction.viscous_N_s_m, 1.0, 2e-2);
   EXPECT_NEAR(fit.rig.cylinder.moving_mass_kg / exact.cylinder.moving_mass_kg, 1.0, 5e-3);
   EXPECT_LT(fit.rms_m, 1e-5);
-  EXPECT_FALSE(fit.at_bound);
+  EXPECT_EQ(fit.at_bound, PerFigure{});
 }
 
 TEST(ServoFit, LeavesTheNoiseAndNothingElse) {
@@ -64,6 +64,27 @@ TEST(ServoFit, LeavesTheNoiseAndNothingElse) {
   EXPECT_NEAR(fit.rms_m / noise_m, 1.0, 0.1);
   EXPECT_NEAR(std::log(fit.rig.cylinder.moving_mass_kg / 5.0), 0.0, 5.0 * fit.error[6]);
   EXPECT_NEAR(std::log(fit.rig.cylinder.friction.coulomb_N / 30.0), 0.0, 5.0 * fit.error[3]);
+}
+
+TEST(ServoFit, LeavesWhatIsHeldAtTheGuess) {
+  ServoRig known = guess();
+  known.cylinder.moving_mass_kg = truth().cylinder.moving_mass_kg;
+  known.cylinder.friction.stribeck_N = truth().cylinder.friction.stribeck_N;
+  const PerFigure held{false, false, false, false, true, false, true};
+  const ServoFit fit = fit_servo(known, recorded(5e-5), held);
+  EXPECT_EQ(fit.rig.cylinder.moving_mass_kg, known.cylinder.moving_mass_kg);
+  EXPECT_EQ(fit.rig.cylinder.friction.stribeck_N, known.cylinder.friction.stribeck_N);
+  EXPECT_NEAR(std::log(fit.rig.cylinder.friction.coulomb_N / 30.0), 0.0, 5.0 * fit.error[3]);
+  EXPECT_EQ(fit.error[6], 0.0);
+  const ServoFit all = fit_servo(known, recorded(5e-5));
+  EXPECT_LT(fit.error[3], all.error[3]) << "what is known of one figure helps the others";
+}
+
+TEST(ServoFit, NamesTheFigureThatEndsAtItsBound) {
+  ServoRig far = guess();
+  far.cylinder.friction.viscous_N_s_m = truth().cylinder.friction.viscous_N_s_m / (1.5 * kWidest);
+  const ServoFit fit = fit_servo(far, recorded(0.0));
+  EXPECT_EQ(fit.at_bound, (PerFigure{false, false, false, false, false, true, false}));
 }
 
 TEST(ServoFit, SaysWhenThePistonDoesNotMove) {
@@ -78,6 +99,17 @@ TEST(ServoFit, SaysWhenThePistonDoesNotMove) {
   }
   record.positions_m.pop_back();
   EXPECT_THROW(fit_servo(guess(), record), std::invalid_argument);
+}
+
+TEST(ServoFit, SaysWhenTheGuessDoesNotMove) {
+  ServoRig jammed = guess();
+  jammed.cylinder.friction.coulomb_N = 500.0;  // 700 kPa on 8 cm2 push with 480 N
+  try {
+    fit_servo(jammed, recorded(0.0));
+    FAIL() << "a guess from which nothing can be learnt was taken";
+  } catch (const CannotIdentify& e) {
+    EXPECT_NE(std::string(e.what()).find("of the guess does not move"), std::string::npos) << e.what();
+  }
 }
 
 TEST(ServoFit, NamesAFigureThatTheRecordingDoesNotShow) {
