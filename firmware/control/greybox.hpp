@@ -70,6 +70,8 @@ class Greybox final : public PressureModel {
   static constexpr std::size_t kCorners = 2 + 2 * (1 + 2 * (kChords + 1));
 
  private:
+  friend struct GreyboxTables;  ///< of whoever bounds what a scalar makes of them (host-sim/rounding)
+
   /// Of both ports: conductances C [L/s], or what the end of a tick gains by them [kPa s/L].
   struct Ports {
     Scalar inlet = 0;

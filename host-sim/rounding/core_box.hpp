@@ -32,7 +32,7 @@ class CoreModel {
 };
 
 /// Of a kind ("tassa9", "tassa9r"), over commands of 0 to 10 V; `parameters`: in image order. None for another kind: the steps of a
-/// grey box compare what a box leaves open. Throws std::invalid_argument for too few parameters.
+/// grey box compare what a box leaves open (greybox_error.hpp). Throws std::invalid_argument for too few parameters.
 std::unique_ptr<CoreModel> core_model(std::string_view kind, std::span<const Bounds> parameters);
 
 }  // namespace rounding

@@ -6,10 +6,13 @@
 #include <cstddef>
 #include <limits>
 #include <queue>
+#include <stdexcept>
 #include <vector>
 
+#include "firmware/config/greybox_parameters.hpp"
 #include "firmware/config/limits.hpp"
 #include "host-sim/rounding/core_box.hpp"
+#include "host-sim/rounding/greybox_error.hpp"
 
 namespace plenum::host::rounding {
 namespace {
@@ -88,6 +91,12 @@ std::array<Bounded, 2> halves(const CoreModel& model, const Part& part) {
 }  // namespace
 
 std::optional<double> tick_error_kPa(std::string_view kind, std::span<const double> parameters) {
+  if (kind == "greybox") {
+    if (parameters.size() < config::kGreyboxParameters) throw std::invalid_argument("too few parameters");
+    const std::vector<float> as_uploaded(parameters.begin(), parameters.end());
+    return ::rounding::greybox_tick_error_kPa(::rounding::greybox_in_fixed(as_uploaded),
+                                              ::rounding::greybox_in_double(as_uploaded));
+  }
   std::vector<Bounds> as_uploaded;
   for (const double parameter : parameters) {
     const auto value = static_cast<double>(static_cast<float>(parameter));

@@ -1,0 +1,56 @@
+// Compiled with the core's sources for a scalar and in a namespace of its own; TABLES_IN names the function (CMakeLists.txt).
+#include "host-sim/rounding/greybox_tables.hpp"
+
+#include <algorithm>
+#include <array>
+#include <iterator>
+#include <memory>
+
+#include "firmware/control/greybox.hpp"
+
+namespace plenum::control {
+
+/// The friend of the model: sees its tables.
+struct GreyboxTables {
+  using Tables = ::rounding::GreyboxTables;
+
+  static double number(Scalar of) { return static_cast<double>(of); }
+  static Tables::Flows flows(const Greybox::Flows& of) {
+    return {number(of.inlet), number(of.exhaust), number(of.leak)};
+  }
+  static Tables::Ports ports(const Greybox::Ports& of) { return {number(of.inlet), number(of.exhaust)}; }
+
+  static Tables of(const Greybox& model) {
+    Tables tables;
+    for (const auto& corner : model.corner_) {
+      tables.corner_kPa.push_back(number(corner.kPa));
+      tables.corner.push_back(flows(corner.flows));
+    }
+    std::transform(model.side_.begin(), model.side_.end(), std::back_inserter(tables.side), flows);
+    std::transform(model.node_V_.begin(), model.node_V_.end(), std::back_inserter(tables.node_V), number);
+    std::transform(model.node_.begin(), model.node_.end(), std::back_inserter(tables.node), ports);
+    std::transform(model.slope_.begin(), model.slope_.end(), std::back_inserter(tables.slope), ports);
+    // of a millilitre in all: the numerator itself
+    tables.tick_s_mL_L = number(model.moving({.volume_mL = Scalar(1) - model.dead_volume_mL_}).first);
+    tables.dead_volume_mL = number(model.dead_volume_mL_);
+    tables.volume_exponent = number(model.volume_exponent_);
+    tables.supply_kPa = number(model.supply_kPa_);
+    tables.ambient_kPa = number(model.ambient_kPa_);
+    return tables;
+  }
+};
+
+}  // namespace plenum::control
+
+namespace rounding {
+
+GreyboxTables TABLES_IN(std::span<const float> parameters) {
+  using plenum::control::Greybox;
+  std::array<plenum::numeric::Scalar, Greybox::kParameters> of;
+  std::copy_n(parameters.begin(), of.size(), of.begin());
+  const auto model = std::make_unique<Greybox>();
+  model->configure(of, plenum::numeric::Scalar(0), plenum::numeric::Scalar(10));
+  return plenum::control::GreyboxTables::of(*model);
+}
+
+}  // namespace rounding
