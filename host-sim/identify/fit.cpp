@@ -308,6 +308,13 @@ void report(const Coordinates& coordinates, Error error, const BoxSolution<kFree
     if (parameter.at_bound == Bound::none) free.push_back(i);
   }
 
+  if (free.empty()) {
+    throw CannotIdentify(
+        "these logs tell no parameter: every one that is not held is at a bound: expected commands of "
+        "several "
+        "heights that the pressure follows");
+  }
+
   const Gram by_z = coordinates.gram_by_z(error, solution.z);
   const auto n = static_cast<Eigen::Index>(free.size());
   Eigen::MatrixXd normal(n, n);

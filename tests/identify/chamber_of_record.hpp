@@ -86,6 +86,30 @@ inline trace::Log record(const Recording& r) {
   return log;
 }
 
+/// A chamber at rest that goes to the supply by 10 V and to ambient by 0 V, `turned`: the other way round, a fifth of its way a tick
+/// and 60 kPa at most; nothing between these two commands is ever seen.
+inline trace::Log of_two_commands(bool turned, unsigned seed = 1) {
+  std::mt19937_64 random(seed);
+  std::uniform_int_distribution<int> dwell(3, 40);
+  const Recording r;
+  trace::Log log;
+  log.period_s = log.pressure_average_s = 0.01;
+  double p_kPa = 250.0, u_V = 0.0;
+  for (int k = 0, left = 0; k < 2000; ++k) {
+    if (left-- == 0) {
+      u_V = 10.0 - u_V;
+      left = dwell(random);
+    }
+    log.time_s.push_back(0.01 * k);
+    log.command_V.push_back(u_V);
+    log.volume_m3.push_back(1e-4);
+    log.pressure_Pa.push_back(1e3 * p_kPa);
+    const double away_kPa = ((u_V > 5.0) != turned ? r.supply_kPa : r.ambient_kPa) - p_kPa;
+    p_kPa += std::clamp(0.2 * away_kPa, -60.0, 60.0);
+  }
+  return log;
+}
+
 inline trace::RigDescription rig_of(const Recording& r) {
   trace::RigDescription rig;
   rig.supply.pressure_Pa = 1e3 * r.supply_kPa;

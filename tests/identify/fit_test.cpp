@@ -244,6 +244,13 @@ TEST(Fit, SaysInOneLineWhyItCannot) {
   EXPECT_THAT(refusal(two), HasSubstr("rank-deficient"));
 }
 
+// All that is fitted ends at a bound then; there is no curvature left to speak of.
+TEST(Fit, TwoCommandsOfTheWrongSignAreRefused) {
+  FitOptions options;
+  options.stretch_s = 0.2;
+  EXPECT_THROW(fit_tassa9({of_two_commands(true)}, rig_of({}), options), CannotIdentify);
+}
+
 TEST(Fit, AValveWhoseNullTheFormHasNotIsRefusedWhereTheCommandsPassIt) {
   trace::Log log = record({});
   for (double& u : log.command_V) u = 2.4 * u;
