@@ -22,8 +22,8 @@ class ActingTick {
   }
 
   Step step(double pressure_kPa) const {
-    const double early_s = ticks_.early * ticks_.period_s, late_s = ticks_.period_s - early_s;
-    const double average_s = ticks_.average_s, late_average_s = std::min(average_s, late_s);
+    const auto [early_s, late_s, late_average_s] = parts_of_tick();
+    const double average_s = ticks_.average_s;
     if (early_s == 0.0) return identify::step(late_, pressure_kPa, late_s, average_s);
     const Step first = identify::step(early_, pressure_kPa, early_s, average_s - late_average_s);
     const Step second = identify::step(late_, first.end_kPa, late_s, late_average_s);
@@ -31,17 +31,31 @@ class ActingTick {
     return {second.end_kPa, share * second.mean_kPa + (1.0 - share) * first.mean_kPa};
   }
 
-  /// step() solved for the end: mean and end are linear in the pressure at the start.
+  /// step() solved for the end. With s and s' of the early and the late part, x = end - s' (the late part begins with x/E), of the
+  /// share w of the averaging time in it the mean m x/E, and in the early part u (mean - s) = end - s as in end_from_mean():
+  ///   mean = w (s' + m x/E) + (1 - w) (s + (s' + x/E - s)/u)
+  /// The start does not enter: however fast the chamber, what has faded of it is not asked for.
   double end_from_mean(double mean_kPa) const {
-    if (ticks_.early == 0.0)
-      return identify::end_from_mean(late_, mean_kPa, ticks_.period_s, ticks_.average_s);
-    constexpr double kApart_kPa = 100.0;
-    const Step low = step(0.0), high = step(kApart_kPa);
-    const double share = (mean_kPa - low.mean_kPa) / (high.mean_kPa - low.mean_kPa);
-    return low.end_kPa + share * (high.end_kPa - low.end_kPa);
+    const Parts parts = parts_of_tick();
+    const double late_average_s = parts.late_average_s, early_average_s = ticks_.average_s - late_average_s;
+    if (early_average_s == 0.0) return identify::end_from_mean(late_, mean_kPa, parts.late_s, late_average_s);
+    const double w = late_average_s / ticks_.average_s, s = early_.steady_kPa, s_late = late_.steady_kPa;
+    const Step left = identify::step({0.0, late_.rate_per_s}, 1.0, parts.late_s, late_average_s);
+    const double E = left.end_kPa, m = left.mean_kPa;
+    const double u = identify::end_from_mean({0.0, early_.rate_per_s}, 1.0, parts.early_s, early_average_s);
+    const double above = u * (mean_kPa - w * s_late - (1.0 - w) * s) - (1.0 - w) * (s_late - s);
+    return s_late + E * above / (w * m * u + 1.0 - w);
   }
 
  private:
+  struct Parts {
+    double early_s, late_s, late_average_s;
+  };
+  Parts parts_of_tick() const {
+    const double early_s = ticks_.early * ticks_.period_s, late_s = ticks_.period_s - early_s;
+    return {early_s, late_s, std::min(ticks_.average_s, late_s)};
+  }
+
   const Ticks& ticks_;
   SteadyAndRate early_{}, late_{};
 };

@@ -15,6 +15,8 @@ namespace {
 
 constexpr double kmL_per_m3 = 1e6;
 constexpr int kDegree = 3;
+/// A dead time so near to whole ticks is that: 3 times 0.01 s by 0.01 s may be less than 3, and no part of a tick is left to act in.
+constexpr double kWholeTick = 1e-9;
 constexpr int kWindow = 2 * static_cast<int>(kHalfWindow);
 
 using Window = Eigen::Matrix<double, 1, kWindow>;
@@ -82,9 +84,10 @@ Ticks lay_out(const std::vector<trace::Log>& logs, double dead_time_s) {
                                      ticks.average_s, ticks.period_s));
   }
   ticks.average_s = std::min(ticks.average_s, ticks.period_s);
-  const double late_ticks = dead_time_s / ticks.period_s;
-  const auto whole_ticks = static_cast<std::size_t>(late_ticks);
-  ticks.early = late_ticks - static_cast<double>(whole_ticks);
+  const double late_ticks = dead_time_s / ticks.period_s, nearest = std::round(late_ticks);
+  const bool whole = std::abs(late_ticks - nearest) < kWholeTick;
+  const auto whole_ticks = static_cast<std::size_t>(whole ? nearest : late_ticks);
+  ticks.early = whole ? 0.0 : late_ticks - static_cast<double>(whole_ticks);
   for (std::size_t i = 0; i < logs.size(); ++i) {
     const trace::Log& log = logs[i];
     if (log.size() < kFewestRows) {

@@ -32,6 +32,26 @@ TEST(FreeRun, OfTheTrueModelFollowsTheChamberForTheWholeLog) {
   }
 }
 
+// A chamber of 8000 1/s has forgotten the start of a tick long before its end.
+TEST(FreeRun, ATickOfTwoEqualCommandsIsATickOfOneHoweverFastTheChamber) {
+  for (const double average_s : {0.0, 0.004, 0.01}) {
+    for (const double rate_per_s : {30.0, 8000.0}) {
+      Recording recording;
+      recording.rows = 200;
+      recording.noise_kPa = 20.0;
+      trace::Log log = record(recording);
+      log.pressure_average_s = average_s;
+      for (double& command_V : log.command_V) command_V = 5.3;
+      Tassa9 model = model_of(recording);
+      model.c[6] = 1.0;
+      model.c[6] = rate_per_s / steady_and_rate(model, 5.3, 120.0, 0.0).rate_per_s;
+      const double whole_kPa = next_tick_rms_kPa(model, lay_out({log}));
+      EXPECT_NEAR(next_tick_rms_kPa(model, lay_out({log}, 0.0055)), whole_kPa, 1e-9 * whole_kPa)
+          << "kPa, " << rate_per_s << " 1/s, averaged over " << average_s << " s";
+    }
+  }
+}
+
 TEST(FreeRun, ReinitialisedRunsCoverEveryRowButTheFirstOnce) {
   Recording recording;
   recording.rows = 950;

@@ -43,6 +43,16 @@ TEST(Ticks, ACommandActsByItsSharesWhenTheValveIsLate) {
   }
 }
 
+// 0.29/0.01 is a little below 29: no part of a tick is left to act in.
+TEST(Ticks, WholeTicksAreWholeWhateverTheirRounding) {
+  const trace::Log log = record({});
+  for (int ticks = 0; ticks <= 40; ++ticks) {
+    const Ticks late = lay_out({log}, ticks / 100.0);
+    ASSERT_EQ(late.early, 0.0) << ticks << " ticks";
+    ASSERT_EQ(late.command_V[50], log.command_V[50 - static_cast<std::size_t>(ticks)]) << ticks << " ticks";
+  }
+}
+
 TEST(Ticks, RefusesLogsThatDoNotGoTogether) {
   trace::Log log = record({});
   EXPECT_THROW(lay_out({}), CannotIdentify);
