@@ -263,6 +263,25 @@ BoxSolution<kFree> explore(const Coordinates& coordinates, const Tassa9& given, 
   return best;
 }
 
+void require_fit_for_the_form(const Ticks& ticks, const trace::RigDescription& rig, const Bench& bench) {
+  require_null_within(ticks, rig.valve);
+  require_length(bench);
+}
+
+BoxSolution<kFree> one_step_minimum(const Coordinates& coordinates, const Held& held,
+                                    const FitOptions& options) {
+  Tassa9 start = options.start.value_or(start_of(*coordinates.bench.ticks, coordinates, held));
+  if (held[kC4]) start.c[kC4] = 0.0;
+  if (held[4]) start.c[4] = 0.0;
+  if (held[5]) {
+    // The rate at the one volume there is stays what it was.
+    start.c[6] /= 1.0 + start.c[5] * coordinates.bench.mean_volume_mL;
+    start.c[5] = 0.0;
+  }
+  if (options.explore) return explore(coordinates, start, held, options.most_iterations);
+  return minimise(coordinates, Error::one_step, coordinates.of(start), held, options.most_iterations);
+}
+
 /// By z: c7/(1 + c6 V) is a logarithm there, so that its error is relative.
 void require_rate(const ParameterFit& rate, double variance_of_log) {
   if (rate.at_bound == Bound::low) {
@@ -384,26 +403,26 @@ double share_of_rates_not_positive(const Bench& bench, const Tassa9& model) {
 
 }  // namespace
 
+Tassa9 least_next_tick_error(const std::vector<trace::Log>& logs, const trace::RigDescription& rig,
+                             const FitOptions& options) {
+  const Ticks ticks = lay_out(logs, options.dead_time_s);
+  const Coordinates coordinates = coordinates_of(ticks, rig, options);
+  require_fit_for_the_form(ticks, rig, coordinates.bench);
+  const Held held = held_by(ticks, options.form);
+  Tassa9 model =
+      to_model(coordinates.shape(one_step_minimum(coordinates, held, options).z), coordinates.bench);
+  model.dead_time_s = options.dead_time_s;
+  return model;
+}
+
 Tassa9Fit fit_tassa9(const std::vector<trace::Log>& logs, const trace::RigDescription& rig,
                      const FitOptions& options) {
   const Ticks ticks = lay_out(logs, options.dead_time_s);
-  require_null_within(ticks, rig.valve);
   const Coordinates coordinates = coordinates_of(ticks, rig, options);
-  require_length(coordinates.bench);
+  require_fit_for_the_form(ticks, rig, coordinates.bench);
   require_excitation(ticks);
   const Held held = held_by(ticks, options.form);
-  Tassa9 start = options.start.value_or(start_of(ticks, coordinates, held));
-  if (held[kC4]) start.c[kC4] = 0.0;
-  if (held[4]) start.c[4] = 0.0;
-  if (held[5]) {
-    // The rate at the one volume there is stays what it was.
-    start.c[6] /= 1.0 + start.c[5] * coordinates.bench.mean_volume_mL;
-    start.c[5] = 0.0;
-  }
-  BoxSolution<kFree> solution =
-      options.explore
-          ? explore(coordinates, start, held, options.most_iterations)
-          : minimise(coordinates, Error::one_step, coordinates.of(start), held, options.most_iterations);
+  BoxSolution<kFree> solution = one_step_minimum(coordinates, held, options);
   Error last = Error::one_step;
   int iterations = solution.iterations;
   if (options.refine_free_run) {

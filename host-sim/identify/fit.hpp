@@ -83,6 +83,12 @@ struct Tassa9Fit {
 Tassa9Fit fit_tassa9(const std::vector<trace::Log>& logs, const trace::RigDescription& rig,
                      const FitOptions& options = {});
 
+/// The model of the least error of the next tick at the dead time, width and form of `options`, whatever these logs tell of its
+/// parameters: to compare what a fit holds by. Throws CannotIdentify where fit_tassa9() does for the logs' number, rates, length and
+/// null.
+Tassa9 least_next_tick_error(const std::vector<trace::Log>& logs, const trace::RigDescription& rig,
+                             const FitOptions& options = {});
+
 /// The start that is used when none is given: null command at the middle of the commands, a smooth kink, the
 /// rate that the largest pressure changes in the logs ask for.
 Tassa9 default_start(const std::vector<trace::Log>& logs, const trace::RigDescription& rig);

@@ -2,12 +2,13 @@
 
 #include <algorithm>
 #include <exception>
-#include <functional>
-#include <limits>
+#include <map>
 #include <numbers>
 #include <optional>
+#include <vector>
 
 #include "host-sim/identify/cannot_identify.hpp"
+#include "host-sim/identify/excitation.hpp"
 #include "host-sim/identify/free_run.hpp"
 #include "host-sim/identify/ticks.hpp"
 
@@ -15,53 +16,79 @@ namespace plenum::host::identify {
 namespace {
 
 constexpr double kFinest_ticks = 0.02;
+constexpr double kRounding = 1e-9;
 
-/// Error of the next tick [kPa] by dead time [s].
-using ByDeadTime = std::function<double(double)>;
+/// The mean square of the next tick's error by dead time, at what the options hold besides; each is fitted once.
+class NextTickSquares {
+ public:
+  NextTickSquares(const std::vector<trace::Log>& logs, const trace::RigDescription& rig,
+                  const FitOptions& options)
+      : logs_(logs), rig_(rig), options_(options) {}
 
-/// Of whole ticks the best [s].
-double best_whole_ticks_s(const ByDeadTime& error_kPa, double tick_s) {
-  double best_s = 0.0, best_kPa = std::numeric_limits<double>::infinity();
-  for (int ticks = 0; ticks * tick_s <= trace::kLongestDeadTime_s * (1.0 + 1e-9); ++ticks) {
-    const double found_kPa = error_kPa(ticks * tick_s);
-    if (!(found_kPa < best_kPa)) continue;
-    best_s = ticks * tick_s;
-    best_kPa = found_kPa;
+  /// [kPa^2]
+  double at(double dead_time_s) {
+    const auto [found, is_new] = known_.try_emplace(dead_time_s, 0.0);
+    if (is_new) {
+      options_.dead_time_s = dead_time_s;
+      const double rms_kPa =
+          next_tick_rms_kPa(least_next_tick_error(logs_, rig_, options_), lay_out(logs_, dead_time_s));
+      found->second = rms_kPa * rms_kPa;
+    }
+    return found->second;
   }
-  return best_s;
+
+  /// Of those asked for so far the least [s].
+  double best_s() const {
+    return std::ranges::min_element(known_, {}, [](const auto& one) { return one.second; })->first;
+  }
+
+ private:
+  const std::vector<trace::Log>& logs_;
+  const trace::RigDescription& rig_;
+  FitOptions options_;
+  std::map<double, double> known_;
+};
+
+std::vector<double> whole_ticks_s(double tick_s) {
+  std::vector<double> all;
+  for (int ticks = 0; ticks * tick_s <= trace::kLongestDeadTime_s * (1.0 + kRounding); ++ticks) {
+    all.push_back(std::min(ticks * tick_s, trace::kLongestDeadTime_s));
+  }
+  return all;
 }
 
-/// The golden section of what lies a tick to both sides of `near_s`.
-double refined_s(const ByDeadTime& error_kPa, double near_s, double tick_s) {
+/// The golden section of what lies a tick to both sides of `near_s`, these three besides: between whole ticks the fit's mean of two
+/// commands may be the worse model by more than the dead time is worth.
+void refine(NextTickSquares& squares, double near_s, double tick_s) {
   constexpr double kInner = 2.0 - std::numbers::phi;  // from either end, of the whole
   double low_s = std::max(0.0, near_s - tick_s),
          high_s = std::min(trace::kLongestDeadTime_s, near_s + tick_s);
+  for (const double whole_s : {low_s, near_s, high_s}) squares.at(whole_s);
   double left_s = low_s + kInner * (high_s - low_s), right_s = high_s - kInner * (high_s - low_s);
-  double left_kPa = error_kPa(left_s), right_kPa = error_kPa(right_s);
   while (high_s - low_s > kFinest_ticks * tick_s) {
-    if (left_kPa < right_kPa) {
+    if (squares.at(left_s) < squares.at(right_s)) {
       high_s = right_s;
       right_s = left_s;
-      right_kPa = left_kPa;
       left_s = low_s + kInner * (high_s - low_s);
-      left_kPa = error_kPa(left_s);
     } else {
       low_s = left_s;
       left_s = right_s;
-      left_kPa = right_kPa;
       right_s = high_s - kInner * (high_s - low_s);
-      right_kPa = error_kPa(right_s);
     }
   }
-  // the ends are no inner points: a valve without any dead time has it at the lower one
-  double best_s = left_kPa < right_kPa ? left_s : right_s, best_kPa = std::min(left_kPa, right_kPa);
-  for (const double end_s : {low_s, high_s}) {
-    const double found_kPa = error_kPa(end_s);
-    if (!(found_kPa < best_kPa)) continue;
-    best_s = end_s;
-    best_kPa = found_kPa;
+}
+
+/// That the pressure follows the command, however late. Throws CannotIdentify with the reason at the first.
+void require_excitation_late(const std::vector<trace::Log>& logs, double tick_s) {
+  std::exception_ptr first_reason;
+  for (const double dead_time_s : whole_ticks_s(tick_s)) {
+    try {
+      return require_excitation(lay_out(logs, dead_time_s));
+    } catch (const CannotIdentify&) {
+      if (!first_reason) first_reason = std::current_exception();
+    }
   }
-  return best_s;
+  std::rethrow_exception(first_reason);
 }
 
 Tassa9Fit best_of_widths(const std::vector<trace::Log>& logs, const trace::RigDescription& rig,
@@ -88,24 +115,25 @@ Tassa9Fit fit_tassa9_profiled(const std::vector<trace::Log>& logs, const trace::
                               const FitOptions& options, const Profiled& profiled) {
   FitOptions at = options;
   if (profiled.kink_width) at.c_gamma_V = kKinkWidths_V.front();
-  const ByDeadTime one_step_kPa = [&](double dead_time_s) {
-    FitOptions tried = at;
-    tried.dead_time_s = dead_time_s;
-    tried.refine_free_run = false;
-    try {
-      return next_tick_rms_kPa(fit_tassa9(logs, rig, tried).model, lay_out(logs, dead_time_s));
-    } catch (const CannotIdentify&) {
-      return std::numeric_limits<double>::infinity();
-    }
-  };
   const double tick_s = lay_out(logs).period_s;
-  if (profiled.dead_time) at.dead_time_s = best_whole_ticks_s(one_step_kPa, tick_s);
+  std::optional<NextTickSquares> squares;
+  if (profiled.dead_time) {
+    require_excitation_late(logs, tick_s);
+    squares.emplace(logs, rig, at);
+    for (const double dead_time_s : whole_ticks_s(tick_s)) squares->at(dead_time_s);
+    at.dead_time_s = squares->best_s();
+  }
   if (profiled.kink_width) {
     Tassa9Fit best = best_of_widths(logs, rig, at);
     if (!profiled.dead_time) return best;
-    at.c_gamma_V = best.model.c_gamma_V;
+    if (best.model.c_gamma_V != at.c_gamma_V) {
+      at.c_gamma_V = best.model.c_gamma_V;
+      squares.emplace(logs, rig, at);
+    }
   }
-  if (profiled.dead_time) at.dead_time_s = refined_s(one_step_kPa, at.dead_time_s, tick_s);
+  if (!profiled.dead_time) return fit_tassa9(logs, rig, at);
+  refine(*squares, at.dead_time_s, tick_s);
+  at.dead_time_s = squares->best_s();
   return fit_tassa9(logs, rig, at);
 }
 

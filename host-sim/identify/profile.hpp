@@ -24,11 +24,13 @@ struct Profiled {
   bool dead_time = true;
 };
 
-/// The dead time is that of the smallest error of the next tick, first among whole ticks up to
-/// trace::kLongestDeadTime_s, at last to a fiftieth of one: that error
-/// shows it best. (By free runs of 0.2 s it comes out 3 ms too long on thin-plate valves, for what the form misses.) The width is that
-/// of the smallest free-run error over stretches of `options.stretch_s`. Where there is no fit is passed over; throws
-/// CannotIdentify when none is left, with the reason given at the first.
+/// The dead time is that of the smallest error of the next tick, first among whole ticks up to trace::kLongestDeadTime_s, at last to a
+/// fiftieth of one: that error shows it best. (By free runs of 0.2 s it comes out 3 ms too long on thin-plate valves, for what the form
+/// misses.) What the logs tell of the other parameters has no part in the choice; where they cannot be fitted at the dead time chosen,
+/// that is said.
+///
+/// The width is that of the smallest free-run error over stretches of `options.stretch_s`; one without a fit is passed over.
+/// Throws CannotIdentify when none is left, with the reason given at the first.
 Tassa9Fit fit_tassa9_profiled(const std::vector<trace::Log>& logs, const trace::RigDescription& rig,
                               const FitOptions& options = {}, const Profiled& profiled = {});
 

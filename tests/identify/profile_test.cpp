@@ -1,8 +1,10 @@
 #include "host-sim/identify/profile.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 
 #include "host-sim/identify/cannot_identify.hpp"
 #include "tests/identify/chamber_of_record.hpp"
@@ -20,10 +22,13 @@ Recording late_by(double dead_time_s) {
   return recording;
 }
 
-Tassa9Fit fit(const Recording& recording, const Profiled& profiled = {}) {
+Tassa9Fit fit(const trace::Log& log, const Recording& of = {}, const Profiled& profiled = {}) {
   FitOptions options;
   options.stretch_s = 0.2;
-  return fit_tassa9_profiled({record(recording)}, rig_of(recording), options, profiled);
+  return fit_tassa9_profiled({log}, rig_of(of), options, profiled);
+}
+Tassa9Fit fit(const Recording& recording, const Profiled& profiled = {}) {
+  return fit(record(recording), recording, profiled);
 }
 
 // 0.3 ms: between whole ticks the mean of two commands stands for one after the other.
@@ -43,6 +48,40 @@ TEST(Profile, TakesADeadTimeThatIsKnown) {
   const Tassa9Fit prompt = fit(recording, known), found = fit(recording);
   EXPECT_EQ(prompt.model.dead_time_s, 0.0);
   EXPECT_GT(prompt.rms_one_step_kPa, 4.0 * found.rms_one_step_kPa) << "kPa";
+}
+
+// A dead time at which a wrong model happens to be told is none of these logs.
+TEST(Profile, WhereTheBestDeadTimeTellsNoModelNoOtherIsTaken) {
+  for (const unsigned seed : {1U, 2U, 3U, 4U}) {
+    EXPECT_THAT([&] { fit(of_two_commands(false, seed)); },
+                testing::ThrowsMessage<CannotIdentify>(testing::HasSubstr("rank-deficient")))
+        << "seed " << seed;
+  }
+}
+
+// Half a tick of a chamber that is through with a step in a tick is nothing like a tick of half the step.
+TEST(Profile, AWholeTickStaysTheBestWherePartsOfOneFitWorse) {
+  for (const unsigned seed : {1U, 2U, 3U, 4U}) {
+    std::mt19937_64 random(seed);
+    std::uniform_real_distribution<double> command_V(0.0, 10.0);
+    std::uniform_int_distribution<int> dwell(3, 30);
+    const Recording chamber;
+    trace::Log log = of_two_commands(false, seed);
+    log.pressure_average_s = 0.0;
+    double p_kPa = 250.0, u_V = 5.0;
+    int left = 0;
+    for (std::size_t k = 0; k < log.size(); ++k) {
+      if (left-- == 0) {
+        u_V = command_V(random);
+        left = dwell(random);
+      }
+      log.command_V[k] = u_V;
+      log.pressure_Pa[k] = 1e3 * p_kPa;
+      p_kPa += (1.0 - std::exp(-std::abs(u_V - 5.0))) *
+               ((u_V > 5.0 ? chamber.supply_kPa : chamber.ambient_kPa) - p_kPa);
+    }
+    EXPECT_EQ(fit(log).model.dead_time_s, 0.0) << "s, seed " << seed;
+  }
 }
 
 TEST(Profile, WithoutAFitSaysWhy) {
