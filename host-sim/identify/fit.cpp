@@ -433,6 +433,9 @@ Tassa9Fit fit_tassa9(const std::vector<trace::Log>& logs, const trace::RigDescri
   Tassa9Fit fit;
   report(coordinates, last, solution, held, fit);
   fit.model.dead_time_s = options.dead_time_s;
+  fit.dead_time.value = options.dead_time_s;
+  fit.dead_time.standard_error = std::numeric_limits<double>::quiet_NaN();
+  fit.dead_time.held = true;
   fit.iterations = iterations;
   fit.rate_not_positive_fraction = share_of_rates_not_positive(coordinates.bench, fit.model);
   return fit;
@@ -471,14 +474,16 @@ trace::ModelFile to_model_file(const Tassa9Fit& fit, std::optional<unsigned> cha
   file.fit["stop"] = fit.stop;
   file.fit["condition"] = fit.condition;
   file.fit["rate_not_positive_fraction"] = fit.rate_not_positive_fraction;
-  for (std::size_t i = 0; i < kFree; ++i) {
-    if (!has_parameter(fit.model.form, i)) continue;
-    const ParameterFit& parameter = fit.parameters[i];
+  const auto add = [&](std::string_view name, const ParameterFit& parameter) {
     nlohmann::ordered_json entry = to_json(parameter);
     entry["held"] = parameter.held;
     entry["identifiable"] = parameter.identifiable;
-    file.fit["parameters"][trace::kTassa9Names[i]] = entry;
+    file.fit["parameters"][name] = entry;
+  };
+  for (std::size_t i = 0; i < kFree; ++i) {
+    if (has_parameter(fit.model.form, i)) add(trace::kTassa9Names[i], fit.parameters[i]);
   }
+  add(trace::kTassa9Names.back(), fit.dead_time);
   return file;
 }
 

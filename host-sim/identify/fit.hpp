@@ -60,6 +60,7 @@ struct ParameterFit : Estimate {
 struct Tassa9Fit {
   Tassa9 model;
   std::array<ParameterFit, kFree> parameters;
+  ParameterFit dead_time;  ///< [s]; held where it was given
   /// Of c1..c9; rows and columns of parameters at a bound or held are zero. From the errors of the last fit
   /// done, taken as white: exact for white sensor noise on a chamber that obeys the model, a lower bound
   /// elsewhere.

@@ -1,10 +1,13 @@
 #include "host-sim/identify/profile.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <exception>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <optional>
+#include <ranges>
 #include <vector>
 
 #include "host-sim/identify/cannot_identify.hpp"
@@ -16,14 +19,21 @@ namespace plenum::host::identify {
 namespace {
 
 constexpr double kFinest_ticks = 0.02;
+/// Of the squares, in variances of one error: three standard errors.
+constexpr double kClearRise = 9.0;
+constexpr double kIdentifiable_ticks = 0.25;
 constexpr double kRounding = 1e-9;
 
-/// The mean square of the next tick's error by dead time, at what the options hold besides; each is fitted once.
+/// The mean square of the next tick's error by dead time, at what the options hold besides; each is fitted once. A tick of dead time
+/// has to be worth the variance of an error: of those that fit alike the shorter, none where the logs show none.
 class NextTickSquares {
  public:
   NextTickSquares(const std::vector<trace::Log>& logs, const trace::RigDescription& rig,
-                  const FitOptions& options)
-      : logs_(logs), rig_(rig), options_(options) {}
+                  const FitOptions& options, double tick_s)
+      : logs_(logs), rig_(rig), options_(options), tick_s_(tick_s) {
+    for (const trace::Log& log : logs) freedom_ += static_cast<double>(log.size()) - 2.0;
+    freedom_ = std::max(1.0, freedom_ - static_cast<double>(kFree) - 1.0);
+  }
 
   /// [kPa^2]
   double at(double dead_time_s) {
@@ -32,7 +42,7 @@ class NextTickSquares {
       options_.dead_time_s = dead_time_s;
       const double rms_kPa =
           next_tick_rms_kPa(least_next_tick_error(logs_, rig_, options_), lay_out(logs_, dead_time_s));
-      found->second = rms_kPa * rms_kPa;
+      found->second = rms_kPa * rms_kPa * (1.0 + dead_time_s / tick_s_ / freedom_);
     }
     return found->second;
   }
@@ -42,10 +52,18 @@ class NextTickSquares {
     return std::ranges::min_element(known_, {}, [](const auto& one) { return one.second; })->first;
   }
 
+  /// By how much the sum of squares is above that at best_s(), in variances of an error there.
+  double rise(double dead_time_s) {
+    const double squares = at(dead_time_s), least = at(best_s());
+    return freedom_ * (squares - least) / std::max(least, std::numeric_limits<double>::min());
+  }
+
  private:
   const std::vector<trace::Log>& logs_;
   const trace::RigDescription& rig_;
   FitOptions options_;
+  double tick_s_;
+  double freedom_ = 0.0;
   std::map<double, double> known_;
 };
 
@@ -76,6 +94,37 @@ void refine(NextTickSquares& squares, double near_s, double tick_s) {
       right_s = high_s - kInner * (high_s - low_s);
     }
   }
+}
+
+/// By the parabola through the least and the nearest whole tick at which the squares have clearly risen, the flatter of both sides;
+/// infinite where they do not rise.
+double standard_error_s(NextTickSquares& squares, double tick_s) {
+  const double best_s = squares.best_s();
+  const std::vector<double> rising_s = whole_ticks_s(tick_s);
+  const auto along = [&](const auto& outward_s, double sign) {
+    for (const double whole_s : outward_s) {
+      if (sign * (whole_s - best_s) < 0.5 * tick_s) continue;
+      const double rise = squares.rise(whole_s);
+      if (rise >= kClearRise) return std::abs(whole_s - best_s) / std::sqrt(rise);
+    }
+    return 0.0;
+  };
+  const double error_s = std::max(along(rising_s, 1.0), along(std::views::reverse(rising_s), -1.0));
+  return error_s > 0.0 ? error_s : std::numeric_limits<double>::infinity();
+}
+
+/// Near `near_s`, with what the logs tell of it.
+ParameterFit refined(NextTickSquares squares, double near_s, double tick_s) {
+  refine(squares, near_s, tick_s);
+  ParameterFit found;
+  found.value = squares.best_s();
+  found.standard_error = standard_error_s(squares, tick_s);
+  if (trace::kLongestDeadTime_s - found.value < kFinest_ticks * tick_s) {
+    found.at_bound = Bound::high;
+    found.standard_error = std::numeric_limits<double>::quiet_NaN();
+  }
+  found.identifiable = found.at_bound == Bound::none && found.standard_error < kIdentifiable_ticks * tick_s;
+  return found;
 }
 
 /// That the pressure follows the command, however late. Throws CannotIdentify with the reason at the first.
@@ -119,7 +168,7 @@ Tassa9Fit fit_tassa9_profiled(const std::vector<trace::Log>& logs, const trace::
   std::optional<NextTickSquares> squares;
   if (profiled.dead_time) {
     require_excitation_late(logs, tick_s);
-    squares.emplace(logs, rig, at);
+    squares.emplace(logs, rig, at, tick_s);
     for (const double dead_time_s : whole_ticks_s(tick_s)) squares->at(dead_time_s);
     at.dead_time_s = squares->best_s();
   }
@@ -128,13 +177,15 @@ Tassa9Fit fit_tassa9_profiled(const std::vector<trace::Log>& logs, const trace::
     if (!profiled.dead_time) return best;
     if (best.model.c_gamma_V != at.c_gamma_V) {
       at.c_gamma_V = best.model.c_gamma_V;
-      squares.emplace(logs, rig, at);
+      squares.emplace(logs, rig, at, tick_s);
     }
   }
   if (!profiled.dead_time) return fit_tassa9(logs, rig, at);
-  refine(*squares, at.dead_time_s, tick_s);
-  at.dead_time_s = squares->best_s();
-  return fit_tassa9(logs, rig, at);
+  const ParameterFit dead_time = refined(*squares, at.dead_time_s, tick_s);
+  at.dead_time_s = dead_time.value;
+  Tassa9Fit fit = fit_tassa9(logs, rig, at);
+  fit.dead_time = dead_time;
+  return fit;
 }
 
 }  // namespace plenum::host::identify

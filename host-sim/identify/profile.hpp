@@ -27,7 +27,9 @@ struct Profiled {
 /// The dead time is that of the smallest error of the next tick, first among whole ticks up to trace::kLongestDeadTime_s, at last to a
 /// fiftieth of one: that error shows it best. (By free runs of 0.2 s it comes out 3 ms too long on thin-plate valves, for what the form
 /// misses.) What the logs tell of the other parameters has no part in the choice; where they cannot be fitted at the dead time chosen,
-/// that is said.
+/// that is said. A tick of it has to be worth the variance of an error: where the logs tell none it is 0, with a standard error that
+/// says how little they tell. It is `identifiable` when that is below a quarter of a tick, and at its upper bound when the logs would
+/// have it longer.
 ///
 /// The width is that of the smallest free-run error over stretches of `options.stretch_s`; one without a fit is passed over.
 /// Throws CannotIdentify when none is left, with the reason given at the first.

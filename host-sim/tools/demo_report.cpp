@@ -152,7 +152,7 @@ report::Table parameter_table(const Demo& demo) {
   std::vector<report::Cell> conditions{std::string("condition")};
   for (const DemoChamber& chamber : demo.chamber) {
     widths.emplace_back(fmt::format("{:g}", chamber.fit.model.c_gamma_V));
-    dead_times.emplace_back(fmt::format("{:.4f}", chamber.fit.model.dead_time_s));
+    dead_times.emplace_back(parameter_cell(chamber.fit.dead_time));
     conditions.emplace_back(fmt::format("{:.0f}", chamber.fit.condition));
   }
   table.rows.push_back(widths);

@@ -79,18 +79,18 @@ double dead_time_s(const std::string& text) {
 }
 
 void print_fit(const Output& output, const identify::Tassa9Fit& fit, double stretch_s) {
-  for (std::size_t i = 0; i < identify::kFree; ++i) {
-    if (!identify::has_parameter(fit.model.form, i)) continue;
-    const ParameterFit& parameter = fit.parameters[i];
+  const auto print = [&](std::string_view name, const ParameterFit& parameter) {
     const std::string error =
         std::isfinite(parameter.standard_error) ? fmt::format("+- {:.2g}", parameter.standard_error) : "";
-    output.print("{:<16} {:>12.6g}  {:<12} {}\n", trace::kTassa9Names[i], parameter.value, error,
-                 mark_of(parameter));
+    output.print("{:<16} {:>12.6g}  {:<12} {}\n", name, parameter.value, error, mark_of(parameter));
+  };
+  for (std::size_t i = 0; i < identify::kFree; ++i) {
+    if (identify::has_parameter(fit.model.form, i)) print(trace::kTassa9Names[i], fit.parameters[i]);
   }
   output.print("{:<16} {:>12.6g}  {:<12} held\n", "c_gamma_V", fit.model.c_gamma_V, "");
-  output.print("{:<16} {:>12.6g}  {:<12} held\n", "dead_time_s", fit.model.dead_time_s, "");
-  if (std::ranges::any_of(fit.parameters,
-                          [](const ParameterFit& one) { return one.at_bound != identify::Bound::none; })) {
+  print(trace::kTassa9Names.back(), fit.dead_time);
+  const auto at_bound = [](const ParameterFit& one) { return one.at_bound != identify::Bound::none; };
+  if (std::ranges::any_of(fit.parameters, at_bound) || at_bound(fit.dead_time)) {
     output.print(
         "at its bound: the logs would have it beyond what the model admits; the errors below are with it "
         "there\n");
@@ -223,7 +223,8 @@ Command add_identify(Program& program) {
   const Option dead_time = arguments
                                .option("--dead-time", options->dead_time,
                                        "From a command to the valve's answer [s], which the model states to "
-                                       "the board; auto tries 0 to 0.12")
+                                       "the board; auto tries 0 to 0.12, and takes the shorter of what "
+                                       "the logs do not tell apart")
                                .type_name("S|auto")
                                .show_default();
   const Option stretch =

@@ -34,20 +34,21 @@ report::Table parameter_table(const identify::Tassa9Fit& fit) {
   report::Table table{.caption = "Parameters and their standard errors",
                       .columns = {"Parameter", "Meaning", "Value", "Standard error", "These logs say"},
                       .rows = {}};
-  for (std::size_t i = 0; i < identify::kFree; ++i) {
-    if (!identify::has_parameter(fit.model.form, i)) continue;
-    const identify::ParameterFit& of = fit.parameters[i];
+  const auto add = [&](std::string_view name, const char* meaning, const identify::ParameterFit& of) {
     const std::string mark = mark_of(of);
     table.rows.push_back(
-        {std::string(trace::kTassa9Names[i]), std::string(kMeanings[i]), of.value,
+        {std::string(name), std::string(meaning), of.value,
          std::isfinite(of.standard_error) ? fmt::format("{:.2g}", of.standard_error) : std::string("-"),
          mark.empty() ? std::string("identifiable") : mark});
+  };
+  for (std::size_t i = 0; i < identify::kFree; ++i) {
+    if (identify::has_parameter(fit.model.form, i))
+      add(trace::kTassa9Names[i], kMeanings[i], fit.parameters[i]);
   }
   table.rows.push_back({std::string(trace::kTassa9Names[identify::kFree]),
                         std::string(kMeanings[identify::kFree]), fit.model.c_gamma_V, std::string("-"),
                         std::string("chosen, not fitted")});
-  table.rows.push_back({std::string("dead_time_s"), std::string("from a command to the valve's answer"),
-                        fit.model.dead_time_s, std::string("-"), std::string("chosen, not fitted")});
+  add(trace::kTassa9Names.back(), "from a command to the valve's answer", fit.dead_time);
   return table;
 }
 

@@ -47,6 +47,8 @@ TEST(Profile, TakesADeadTimeThatIsKnown) {
   const Profiled known{.kink_width = true, .dead_time = false};
   const Tassa9Fit prompt = fit(recording, known), found = fit(recording);
   EXPECT_EQ(prompt.model.dead_time_s, 0.0);
+  EXPECT_TRUE(prompt.dead_time.held);
+  EXPECT_TRUE(!found.dead_time.held && found.dead_time.identifiable);
   EXPECT_GT(prompt.rms_one_step_kPa, 4.0 * found.rms_one_step_kPa) << "kPa";
 }
 
@@ -82,6 +84,62 @@ TEST(Profile, AWholeTickStaysTheBestWherePartsOfOneFitWorse) {
     }
     EXPECT_EQ(fit(log).model.dead_time_s, 0.0) << "s, seed " << seed;
   }
+}
+
+/// A chamber that follows a ramp of 20 s within seconds: no dead time shows beyond the sensor's noise.
+trace::Log of_slow_ramps(unsigned seed) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> noise_kPa(0.0, 1.0);
+  trace::Log log = of_two_commands(false);
+  double p_kPa = 250.0;
+  for (std::size_t k = 0; k < log.size(); ++k) {
+    const double along = std::fmod(static_cast<double>(k) / 1000.0, 2.0);
+    log.command_V[k] = 4.65 + 0.7 * std::min(along, 2.0 - along);
+    log.pressure_Pa[k] = 1e3 * (p_kPa + noise_kPa(random));
+    p_kPa += 0.01 * (360.0 + 500.0 * (log.command_V[k] - 5.0) - p_kPa);
+  }
+  return log;
+}
+
+TEST(Profile, ADeadTimeThatTheLogDoesNotTellIsNoneAndPoorlyKnown) {
+  for (const unsigned seed : {1U, 2U, 3U, 4U}) {
+    const Tassa9Fit got = fit(of_slow_ramps(seed));
+    EXPECT_EQ(got.model.dead_time_s, 0.0) << "s, seed " << seed;
+    EXPECT_GT(got.dead_time.standard_error, 0.01) << "s, seed " << seed;
+    EXPECT_FALSE(got.dead_time.identifiable) << "seed " << seed;
+  }
+}
+
+TEST(Profile, TheStandardErrorOfADeadTimeIsTheScatterOfRepeatedRecordings) {
+  constexpr int kRecordings = 12;
+  double sum_s = 0.0, squares_s2 = 0.0, expected_s2 = 0.0;
+  for (unsigned seed = 1; seed <= kRecordings; ++seed) {
+    Recording recording = late_by(0.025);
+    recording.volume_mL = [](double) { return 120.0; };
+    recording.c[3] = recording.c[4] = recording.c[5] = 0.0;
+    recording.c[6] = 2.0;
+    recording.noise_kPa = 2.0;
+    recording.rows = 1000;
+    recording.seed = seed;
+    const Tassa9Fit got = fit(recording, {.kink_width = false, .dead_time = true});
+    EXPECT_EQ(got.dead_time.value, got.model.dead_time_s);
+    EXPECT_TRUE(got.dead_time.identifiable) << "seed " << seed;
+    sum_s += got.dead_time.value;
+    squares_s2 += std::pow(got.dead_time.value, 2);
+    expected_s2 += std::pow(got.dead_time.standard_error, 2) / kRecordings;
+  }
+  const double mean_s = sum_s / kRecordings;
+  const double scatter_s = std::sqrt((squares_s2 - kRecordings * mean_s * mean_s) / (kRecordings - 1));
+  EXPECT_NEAR(mean_s, 0.025, 1e-3) << "s";
+  EXPECT_GT(scatter_s / std::sqrt(expected_s2), 0.5);
+  EXPECT_LT(scatter_s / std::sqrt(expected_s2), 1.5);
+}
+
+TEST(Profile, AValveThatIsLaterThanABoardCanLookOverIsAtItsBound) {
+  const Tassa9Fit got = fit(late_by(0.15));
+  EXPECT_EQ(got.model.dead_time_s, trace::kLongestDeadTime_s) << "s";
+  EXPECT_EQ(got.dead_time.at_bound, Bound::high);
+  EXPECT_FALSE(got.dead_time.identifiable);
 }
 
 TEST(Profile, WithoutAFitSaysWhy) {
