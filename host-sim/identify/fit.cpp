@@ -155,7 +155,7 @@ double deviation(const std::vector<double>& values) {
 Held held_by(const Ticks& ticks, Form form) {
   const double volume_mL = mean(ticks.volume_mL);
   Held held{};
-  held[kC4] = held[4] = rms(ticks.volume_rate_mL_s) < kStillRate_per_s * volume_mL;
+  held[kC4] = held[4] = !volume_moves(ticks);
   held[5] = deviation(ticks.volume_mL) < kStillVolume * volume_mL;
   if (!has_parameter(form, kC4)) held[kC4] = true;
   return held;
@@ -402,6 +402,10 @@ double share_of_rates_not_positive(const Bench& bench, const Tassa9& model) {
 }
 
 }  // namespace
+
+bool volume_moves(const Ticks& ticks) {
+  return rms(ticks.volume_rate_mL_s) >= kStillRate_per_s * mean(ticks.volume_mL);
+}
 
 Tassa9 least_next_tick_error(const std::vector<trace::Log>& logs, const trace::RigDescription& rig,
                              const FitOptions& options) {

@@ -12,6 +12,7 @@
 
 #include "host-sim/identify/estimate.hpp"
 #include "host-sim/identify/tassa9.hpp"
+#include "host-sim/identify/ticks.hpp"
 #include "host-sim/trace/log.hpp"
 #include "host-sim/trace/model_json.hpp"
 #include "host-sim/trace/rig_toml.hpp"
@@ -83,6 +84,9 @@ struct Tassa9Fit {
 /// or its standard error larger than itself; commands on both sides of a null that the rig has above c1's range.
 Tassa9Fit fit_tassa9(const std::vector<trace::Log>& logs, const trace::RigDescription& rig,
                      const FitOptions& options = {});
+
+/// Enough to tell c4 and c5, and with them the two forms apart: by a thousandth of the mean volume a second (RMS).
+bool volume_moves(const Ticks& ticks);
 
 /// The model of the least error of the next tick at the dead time, width and form of `options`, whatever these logs tell of its
 /// parameters: to compare what a fit holds by. Throws CannotIdentify where fit_tassa9() does for the logs' number, rates, length and

@@ -52,10 +52,12 @@ class NextTickSquares {
     return std::ranges::min_element(known_, {}, [](const auto& one) { return one.second; })->first;
   }
 
+  double least() const { return known_.at(best_s()); }
+
   /// By how much the sum of squares is above that at best_s(), in variances of an error there.
   double rise(double dead_time_s) {
-    const double squares = at(dead_time_s), least = at(best_s());
-    return freedom_ * (squares - least) / std::max(least, std::numeric_limits<double>::min());
+    const double squares = at(dead_time_s), lowest = least();
+    return freedom_ * (squares - lowest) / std::max(lowest, std::numeric_limits<double>::min());
   }
 
  private:
@@ -73,6 +75,34 @@ std::vector<double> whole_ticks_s(double tick_s) {
     all.push_back(std::min(ticks * tick_s, trace::kLongestDeadTime_s));
   }
   return all;
+}
+
+/// At whole ticks by the paper's width, and where `any_width` by the one that is best at the best of these.
+NextTickSquares at_whole_ticks(const std::vector<trace::Log>& logs, const trace::RigDescription& rig,
+                               FitOptions options, bool any_width, double tick_s) {
+  if (any_width) options.c_gamma_V = kKinkWidths_V.front();
+  NextTickSquares best(logs, rig, options, tick_s);
+  for (const double dead_time_s : whole_ticks_s(tick_s)) best.at(dead_time_s);
+  if (!any_width) return best;
+  const double near_s = best.best_s();
+  std::optional<NextTickSquares> wider;
+  for (const double width_V : kKinkWidths_V) {
+    options.c_gamma_V = width_V;
+    NextTickSquares tried(logs, rig, options, tick_s);
+    if (tried.at(near_s) < (wider ? wider->least() : best.least())) wider.emplace(std::move(tried));
+  }
+  return wider ? *std::move(wider) : best;
+}
+
+/// Of a form that misses what a moving volume does, lateness makes up for some of it: the valve's is that of the form that follows the
+/// logs better.
+NextTickSquares by_better_form(const std::vector<trace::Log>& logs, const trace::RigDescription& rig,
+                               FitOptions options, bool any_width, double tick_s) {
+  NextTickSquares published = at_whole_ticks(logs, rig, options, any_width, tick_s);
+  if (options.form != Form::published || !volume_moves(lay_out(logs))) return published;
+  options.form = Form::repaired;
+  NextTickSquares repaired = at_whole_ticks(logs, rig, options, any_width, tick_s);
+  return repaired.least() < published.least() ? repaired : published;
 }
 
 /// The golden section of what lies a tick to both sides of `near_s`, these three besides: between whole ticks the fit's mean of two
@@ -113,9 +143,9 @@ double standard_error_s(NextTickSquares& squares, double tick_s) {
   return error_s > 0.0 ? error_s : std::numeric_limits<double>::infinity();
 }
 
-/// Near `near_s`, with what the logs tell of it.
-ParameterFit refined(NextTickSquares squares, double near_s, double tick_s) {
-  refine(squares, near_s, tick_s);
+/// Near the best so far, with what the logs tell of it.
+ParameterFit refined(NextTickSquares squares, double tick_s) {
+  refine(squares, squares.best_s(), tick_s);
   ParameterFit found;
   found.value = squares.best_s();
   found.standard_error = standard_error_s(squares, tick_s);
@@ -163,28 +193,15 @@ Tassa9Fit best_of_widths(const std::vector<trace::Log>& logs, const trace::RigDe
 Tassa9Fit fit_tassa9_profiled(const std::vector<trace::Log>& logs, const trace::RigDescription& rig,
                               const FitOptions& options, const Profiled& profiled) {
   FitOptions at = options;
-  if (profiled.kink_width) at.c_gamma_V = kKinkWidths_V.front();
-  const double tick_s = lay_out(logs).period_s;
-  std::optional<NextTickSquares> squares;
+  std::optional<ParameterFit> dead_time;
   if (profiled.dead_time) {
+    const double tick_s = lay_out(logs).period_s;
     require_excitation_late(logs, tick_s);
-    squares.emplace(logs, rig, at, tick_s);
-    for (const double dead_time_s : whole_ticks_s(tick_s)) squares->at(dead_time_s);
-    at.dead_time_s = squares->best_s();
+    dead_time = refined(by_better_form(logs, rig, options, profiled.kink_width, tick_s), tick_s);
+    at.dead_time_s = dead_time->value;
   }
-  if (profiled.kink_width) {
-    Tassa9Fit best = best_of_widths(logs, rig, at);
-    if (!profiled.dead_time) return best;
-    if (best.model.c_gamma_V != at.c_gamma_V) {
-      at.c_gamma_V = best.model.c_gamma_V;
-      squares.emplace(logs, rig, at, tick_s);
-    }
-  }
-  if (!profiled.dead_time) return fit_tassa9(logs, rig, at);
-  const ParameterFit dead_time = refined(*squares, at.dead_time_s, tick_s);
-  at.dead_time_s = dead_time.value;
-  Tassa9Fit fit = fit_tassa9(logs, rig, at);
-  fit.dead_time = dead_time;
+  Tassa9Fit fit = profiled.kink_width ? best_of_widths(logs, rig, at) : fit_tassa9(logs, rig, at);
+  if (dead_time) fit.dead_time = *dead_time;
   return fit;
 }
 

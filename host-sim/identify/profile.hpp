@@ -31,6 +31,9 @@ struct Profiled {
 /// says how little they tell. It is `identifiable` when that is below a quarter of a tick, and at its upper bound when the logs would
 /// have it longer.
 ///
+/// Where the volume moves the published form's is that of the repaired one, if that has the smaller error: it is the valve's, and not
+/// what a form misses.
+///
 /// The width is that of the smallest free-run error over stretches of `options.stretch_s`; one without a fit is passed over.
 /// Throws CannotIdentify when none is left, with the reason given at the first.
 Tassa9Fit fit_tassa9_profiled(const std::vector<trace::Log>& logs, const trace::RigDescription& rig,

@@ -25,6 +25,7 @@ struct Recording {
   std::size_t rows = 2000;
   unsigned seed = 1;
   std::function<double(double)> volume_mL = [](double) { return 120.0; };
+  std::function<double(double)> command_V = {};  ///< by the time; none: random steps
   bool repaired =
       false;  ///< the form of firmware/control/README.md: the moving volume takes c5 v' p, c4 is not there
   bool volume_held_in_tick = false;  ///< v and v' of mid-tick act all tick long, as the model has it
@@ -49,6 +50,7 @@ inline trace::Log record(const Recording& r) {
       u = command(random);
       left = hold(random);
     }
+    if (r.command_V) u = r.command_V(t);
     // What keeps a chamber off its ends, as a recorder's pressure limits do: there every command looks alike.
     if (p > 560.0) u = std::min(u, 4.9);
     if (p < 140.0) u = std::max(u, 5.1);

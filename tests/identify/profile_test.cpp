@@ -42,6 +42,20 @@ TEST(Profile, FindsTheDeadTimeOfALateValve) {
   }
 }
 
+// What the published form misses of a volume that moves with the command looks like lateness to it.
+TEST(Profile, FindsTheSameDeadTimeWhicheverFormIsFitted) {
+  for (const double dead_time_s : {0.0, 0.02, 0.04}) {
+    Recording recording = late_by(dead_time_s);
+    recording.repaired = true;
+    recording.c[kC4] = 0.0;
+    recording.volume_mL = [](double t) { return 120.0 + 36.0 * std::sin(6.0 * t); };
+    recording.command_V = [](double t) {
+      return 5.0 + 0.6 * std::sin(6.0 * t + 0.5) + 0.2 * std::sin(17.0 * t);
+    };
+    EXPECT_NEAR(fit(recording).model.dead_time_s, dead_time_s, 5e-4) << "s";
+  }
+}
+
 TEST(Profile, TakesADeadTimeThatIsKnown) {
   const Recording recording = late_by(0.025);
   const Profiled known{.kink_width = true, .dead_time = false};
