@@ -114,6 +114,12 @@ std::vector<Estimate> parameters_of(const Trial& trial, std::size_t effect, doub
       estimates.push_back(estimate_of(trial.fit, i, errors));
     }
   }
+  if (effect == effects::kIdNullDrift && wanders(trial.fit)) {
+    // of what the spline's figures are coefficients
+    const double knot_s = trial.fit.figures[identify::chamber::kKnot];
+    estimates.push_back(
+        {std::string(place_of(identify::chamber::kKnot).parameter->name), knot_s, knot_s, knot_s, false});
+  }
   return estimates;
 }
 
@@ -157,7 +163,10 @@ class Diagnosis {
         heldout_.push_back({scene_.records[i], scene_.records[i].fitted_rows, static_cast<int>(i)});
       }
     } else {
-      for (const NamedLog& of : heldout) heldout_.push_back({make_record(of.name, of.log, 1.0), 1, -1});
+      for (const NamedLog& of : heldout) {
+        heldout_.push_back({make_record(of.name, of.log, 1.0), 1, -1});
+        reach_end_of(scene_, heldout_.back().record);
+      }
     }
     if (before != nullptr) {
       for (const NamedLog& of : options.baseline) {

@@ -15,13 +15,11 @@ using effects::EffectSet;
 using effects::Figures;
 using identify::chamber::figures_without;
 using identify::chamber::FitOptions;
-using identify::chamber::kStretch_s;
 
 /// Of the effects put in another's place beside the rest, those whose fit is finished.
 constexpr std::size_t kFinishedInPlace = 3;
 /// Short fits are run this long, in half as many steps a tick.
 constexpr double kLook_s = 40.0;
-constexpr double kWander_s = 65.0;  ///< the null's spline ends before
 /// Of what the plain drift leaves above the noise: a way of the null that follows whatever it is given closes less of another cause.
 constexpr double kWanderCloses = 0.9;
 /// Of the squares: an effect that changes them by less shows nothing at that size.
@@ -233,8 +231,8 @@ Fit SetFits::grown(std::size_t effect, const FitOptions& options) const {
   }
   Fit found;
   found.figures = scene_.nominal;
-  for (double seconds = kStretch_s; seconds < std::min(longest_s, kWander_s) + kStretch_s;
-       seconds += kStretch_s) {
+  const double stretch_s = identify::chamber::stretch_s(scene_);
+  for (double seconds = stretch_s; seconds < longest_s + stretch_s; seconds += stretch_s) {
     found = fit(coarse(followed_.fitted, seconds), bit(effect), found.figures, found.start, options);
   }
   return found;

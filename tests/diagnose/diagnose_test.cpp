@@ -77,6 +77,18 @@ TEST(Diagnose, FollowsANullThatWandersIntoTheRowsThatItHoldsOut) {
   EXPECT_GT(report.closed_fraction, 0.99);
 }
 
+TEST(Diagnose, FollowsANullThatWandersToTheEndOfALogOfMoreThanAMinute) {
+  const blind::Case made = blind::make_case(
+      {.effects = {"null_drift"}, .kind = "one", .tier = 1, .seconds = 90.0, .seed = 883683725814141656ULL});
+  ASSERT_EQ(made.label.at("effects")[0].at("variant").get<std::string>(), "wander");
+  const GapReport report = diagnose({{"log", made.log}}, {}, made.rig, {});
+  ASSERT_EQ(report.effects.size(), 1U) << name_of(report.verdict);
+  EXPECT_EQ(report.effects.front().id, "null_drift");
+  EXPECT_GT(report.closed_fraction, 0.98);
+  EXPECT_EQ(report.effects.front().parameters.back().name, "knot_s");
+  EXPECT_NEAR(report.effects.front().parameters.back().value, 4.5, 0.01);
+}
+
 TEST(Diagnose, ClosesAGapOfHeatToTheNoiseThoughTheGasBeginsWarm) {
   const blind::Case made =
       clear_case({"heat_transfer"}, 1, 11);  // it was filled or vented before its first row

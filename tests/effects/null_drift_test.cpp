@@ -10,8 +10,10 @@ namespace plenum::host::effects {
 namespace {
 
 /// The drift at whole seconds, 0 to 80, of these coefficients of its spline.
-std::vector<double> wander_V(const std::array<double, kNullKnots>& coefficients_V) {
-  std::array<double, 2 + kNullKnots> x{};
+std::vector<double> wander_V(const std::array<double, kNullKnots>& coefficients_V,
+                             double knot_s = kLeastKnot_s) {
+  std::array<double, 3 + kNullKnots> x{};
+  x.back() = knot_s;
   std::copy(coefficients_V.begin(), coefficients_V.end(), x.begin() + 2);
   NullDrift<double> drift;
   drift.prepare(x.data(), kTick_s);
@@ -52,9 +54,19 @@ TEST(NullDrift, ItsSplineIsStraightWhereItsCoefficientsAreAndStandsAfterTheLast)
   }
 }
 
+TEST(NullDrift, ItsSplineIsTheSameOnceItsKnotsAreFurtherApartAndLater) {
+  std::array<double, kNullKnots> coefficients_V{0.1, -0.2, 0.15, 0.3};
+  const std::vector<double> near_V = wander_V(coefficients_V);
+  const std::vector<double> far_V = wander_V(coefficients_V, 4.0 * kLeastKnot_s);
+  for (std::size_t second = 0; second <= 20; ++second) {
+    EXPECT_NEAR(far_V[4 * second], near_V[second], 1e-9) << "V at " << second << " s of the closer knots";
+  }
+}
+
 TEST(NullDrift, FollowsItsExponentialAndReachesItsFigureAtAMinute) {
   for (const double tau_s : {2.0, 25.0, 1e6, kInfinity}) {
-    const std::array<double, 2 + kNullKnots> x{-0.7, 1.0 / tau_s};
+    std::array<double, 3 + kNullKnots> x{-0.7, 1.0 / tau_s};
+    x.back() = kLeastKnot_s;
     NullDrift<double> drift;
     drift.prepare(x.data(), kTick_s);
     for (int k = 0; k <= 6000; ++k) {

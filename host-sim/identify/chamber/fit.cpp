@@ -117,7 +117,19 @@ void add_record(Scene& scene, Record record) {
     scene.around.volume_m3 =
         std::accumulate(volume_m3.begin(), volume_m3.end(), 0.0) / static_cast<double>(volume_m3.size());
   }
+  reach_end_of(scene, record);
   scene.records.push_back(std::move(record));
+}
+
+void reach_end_of(Scene& scene, const Record& record) {
+  if ((scene.known >> effects::kIdNullDrift & 1U) != 0) return;
+  const double length_s = static_cast<double>(record.rows()) * record.drive.timing.tick_s;
+  scene.nominal[kKnot] = std::clamp(length_s / effects::kNullKnots, scene.nominal[kKnot],
+                                    effects::kNullDriftParameters.back().high);
+}
+
+double stretch_s(const Scene& scene) {
+  return kStretch_s * scene.nominal[kKnot] / effects::kLeastKnot_s;
 }
 
 Figures figures_without(const Scene& scene, Figures figures, std::size_t effect) {
@@ -163,7 +175,7 @@ std::vector<Variable> variables_of(const Scene& scene, EffectSet on, EffectSet r
     std::size_t at = effects::kFirstFigure[i];
     const bool exponent_alone = i == effects::kIdHeatTransfer && gas == Gas::polytropic;
     for (const effects::Parameter& p : effects::kCatalogue[i]->parameters) {
-      const bool can_be_told = at != kFollowedSupply || supply_logged;
+      const bool can_be_told = at != kKnot && (at != kFollowedSupply || supply_logged);
       if (can_be_told && (exponent_alone ? at == kExponent : !p.refines || (refined >> i & 1U) != 0)) {
         const effects::Parameter sized = p.of(size);
         variables.push_back({at, sized.least(), sized.greatest(), sized.typical_change});
@@ -360,7 +372,7 @@ Start wandering_start(const Scene& scene, const Record& record, const Fit& fit, 
   std::vector<Start> found{start};
   std::vector<Record> one{record};
   const std::size_t rows = record.fitted_rows;
-  const auto stretch = static_cast<std::size_t>(kStretch_s / record.drive.timing.tick_s);
+  const auto stretch = static_cast<std::size_t>(stretch_s(scene) / record.drive.timing.tick_s);
   for (std::size_t end = std::min(rows, record.settled_rows + stretch);;
        end = std::min(rows, end + stretch)) {
     one.front().fitted_rows = end;

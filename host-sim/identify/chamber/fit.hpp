@@ -62,6 +62,8 @@ Scene make_scene(const trace::RigDescription& rig);
 effects::Size size_of(const Scene& scene);
 /// One more log; the mean volume of the first is the chamber's size, and what figures that bend with the volume refer to.
 void add_record(Scene& scene, Record record);
+/// Has the spline of null_drift reach the end of a log, unless the rig knows that effect.
+void reach_end_of(Scene& scene, const Record& record);
 
 /// `figures` with those of `effect` at the values the rig says. Of a volume the valve takes up what it can, which at rest is all: a
 /// chamber of twice the volume behind ports of twice the area is the same one.
@@ -81,6 +83,9 @@ static_assert(effects::kHeatTransferParameters[1].name == "exponent");
 /// What share of a logged supply the valve sees: told only by logs of a supply that is not the rig's.
 inline constexpr std::size_t kFollowedSupply = effects::kFirstFigure[effects::kIdSupplyDroop] + 4;
 static_assert(effects::kSupplyDroopParameters[4].name == "followed_share");
+/// How far apart the knots of a wandering null are: given by the logs' lengths.
+inline constexpr std::size_t kKnot = effects::kFirstFigure[effects::kIdNullDrift] + effects::kOwnNull;
+static_assert(effects::kNullDriftParameters[effects::kOwnNull].name == "knot_s");
 
 /// Whether a log says that the supply is another than the rig's, so that a share of it can be told.
 bool logs_supply(const Scene& scene);
@@ -164,6 +169,8 @@ effects::Start estimate_start(const Scene& scene, const Record& record, effects:
 
 /// A way of the null is followed by so much further at a time: over a whole log a free run is far off before its beginning is right.
 inline constexpr double kStretch_s = 5.0;
+/// The same where the knots of the null's spline are further apart.
+double stretch_s(const Scene& scene);
 
 /// `start` with the way of the null that fits the rows of `record` which count, the figures being as `fit` found them.
 effects::Start wandering_start(const Scene& scene, const Record& record, const Fit& fit,
