@@ -145,7 +145,8 @@ ChamberModel<N>::ChamberModel(const Surroundings& around, const Timing& timing, 
   leak_.prepare(x(kIdChamberLeak), ambient_Pa_, around.volume_m3, volume_m3);
   tube_.prepare(x(kIdTubeDynamics), gas_J_kg_, around.gas.kappa, step_s_, start_Pa);
   volume_error_.prepare(x(kIdVolumeError), around.volume_m3);
-  const N volume = on_ & (1U << kIdVolumeError) ? volume_error_.volume(volume_m3) : N(volume_m3);
+  N volume = on_ & (1U << kIdVolumeError) ? volume_error_.volume(volume_m3) : N(volume_m3);
+  if ((on_ & (1U << kIdTubeDynamics)) != 0) volume += tube_.at_chamber_m3();
   heat_.prepare(x(kIdHeatTransfer), around.gas.specific_gas_constant_J_kg_K(), around.ambient_Pa,
                 (start_Pa - start_warmth_Pa) * volume * (1.0 / gas_J_kg_));
   sensor_lag_.prepare(x(kIdSensorLag), step_s_, start_Pa);
@@ -390,7 +391,8 @@ N ChamberModel<N>::tick(double command_V, const double* volume_m3) {
             : typename VolumeError<N>::Motion{N(logged), N((volume_m3[i + 1] - volume_m3[i]) / step_s_)};
     if (on(kIdChamberLeak)) leak_.at(logged);
     const N begin = read_Pa();
-    N mean = step(open, actual.volume_m3, actual.rate_m3_s / actual.volume_m3);
+    const N volume = on(kIdTubeDynamics) ? actual.volume_m3 + tube_.at_chamber_m3() : actual.volume_m3;
+    N mean = step(open, volume, actual.rate_m3_s / volume);
     N from = begin;  // of the reading
     N end = read_Pa();
     if (on(kIdSensorLag)) {

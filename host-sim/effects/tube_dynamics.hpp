@@ -1,15 +1,16 @@
 // tube_dynamics: a hose between valve and chamber holds air, resists it and must accelerate it.
 //
-//   V p_t'/(kappa R T) = m_v - w,   (L/A) w' = p_t - p - r w,   V = A L,  A = pi D^2/4
+//   (1 - c) V p_t'/(kappa R T) = m_v - w,   (L/A) w' = p_t - p - r w,   V = A L,  A = pi D^2/4
 //   r = 128 mu L/(pi D^4 rho) + (f L/(D A^2) + 1/a^2) |w|/(2 rho) + R_f,   rho = (p_t + p)/(2 R T)
-//   the sensor reads  p + s (p_t - p)
+//   the chamber holds c V more;  the sensor reads  p + s (p_t - p)
 //
 // p_t pressure at the valve, p in the chamber [Pa]; m_v flow through the valve, w into the chamber [kg/s]; L length, D bore
 // [m]; mu = 1.8e-5 Pa s viscosity, f = 0.03 friction factor of smooth hoses at Re about 1e4 (Blasius); a effective area of
 // the fittings [m2]; R_f resistance of a filter or of a line that is known by that alone [Pa s/kg]; s where the sensor
-// sits: 0 in the chamber, 1 at the valve. At rest the friction is that of isothermal flow, p_t^2 - p^2 = 2 rho R T r w.
-// Assumptions: one lump, right below a line's first resonance c/(4 L), 86 Hz for a metre; the lump's own is c/(2 pi L).
-// (Half of V in the chamber would bring it to c/(sqrt(2) pi L), but a hose of some centimetres is then found in a wrong
+// sits: 0 in the chamber, 1 at the valve; c where its air stands: 0 at the valve, 1/2 at both ends alike, as a line's does that is
+// filled from one end through its own friction. At rest the friction is that of isothermal flow, p_t^2 - p^2 = 2 rho R T r w.
+// Assumptions: one lump, right below a line's first resonance a_0/(4 L), a_0 the speed of sound, 86 Hz for a metre; the lump's own is
+// a_0/(2 pi L), at c = 1/2 a_0/(sqrt(2) pi L). (c refines: at 1/2 from the first a hose of some centimetres is found in a wrong
 // place from most starts.) Vanishes at L = 0; a hose shorter than a millimetre is taken as one of a millimetre. Numerical
 // treatment: p_t, w and the chamber's p together by the third-order diagonally implicit Runge-Kutta rule of Alexander (SIAM
 // J. Numer. Anal. 14, 1977), L-stable: a short hose is in equilibrium at any step. In a stage the friction's square is
@@ -27,7 +28,7 @@
 
 namespace plenum::host::effects {
 
-inline constexpr std::array<Parameter, 5> kTubeDynamicsParameters{{
+inline constexpr std::array<Parameter, 6> kTubeDynamicsParameters{{
     {"length_m", "of the hose", 0.0, 15.0, 0.0, 0.3},
     {"bore_mm", "its inner diameter", 1.5, 12.0, 4.0, 0.5, Coordinate::linear, false, kAsItsDiameter},
     {"fittings_mm2", "a: effective area of what is narrow on the way", 0.1, kInfinity, kInfinity, 0.02,
@@ -36,12 +37,14 @@ inline constexpr std::array<Parameter, 5> kTubeDynamicsParameters{{
      kAsItsResistance},
     {"sensor_share", "s: of the way from chamber to valve at which the sensor sits", 0.0, 1.0, 0.0, 0.2,
      Coordinate::linear, true},
+    {"chamber_share", "c: of its air, what stands at the chamber's end", 0.0, 0.5, 0.0, 0.2,
+     Coordinate::linear, true},
 }};
 inline constexpr Effect kTubeDynamics{
     "tube_dynamics",
     Equation::mass_flow,
     "a hose between valve and chamber: its volume, friction and inertia",
-    "V p_t'/(kappa R T) = m_v - w, (L/A) w' = p_t - p - r(w) w, read p + s (p_t - p)",
+    "(1 - c) V p_t'/(kappa R T) = m_v - w, (L/A) w' = p_t - p - r(w) w, read p + s (p_t - p)",
     "Richer and Hurmuzlu (2000), one lump",
     kTubeDynamicsParameters};
 
@@ -63,7 +66,8 @@ class TubeDynamics {
     const N bore = x[1] * 1e-3;
     const N area = std::numbers::pi / 4.0 * bore * bore;
     step_s_ = step_s;
-    per_volume_ = kappa * gas_J_kg / (area * length);
+    at_chamber_m3_ = x[5] * area * length;
+    per_volume_ = kappa * gas_J_kg / (area * length - at_chamber_m3_);
     per_inertia_ = area / length;
     laminar_ = 128.0 * 1.8e-5 / std::numbers::pi * gas_J_kg * length / (bore * bore * bore * bore);
     turbulent_ = gas_J_kg * 0.5 * (0.03 * length / (bore * area * area) + 1e12 * x[2]);
@@ -75,6 +79,8 @@ class TubeDynamics {
 
   const N& at_valve_Pa() const { return at_valve_Pa_; }
   const N& flow_kg_s() const { return flow_kg_s_; }
+  /// Of its air, what swells the chamber.
+  const N& at_chamber_m3() const { return at_chamber_m3_; }
   /// Where the sensor sits, the chamber being at `chamber_Pa`.
   N read_Pa(const N& chamber_Pa) const { return chamber_Pa + read_at_valve_ * (at_valve_Pa_ - chamber_Pa); }
 
@@ -152,7 +158,7 @@ class TubeDynamics {
     return {larger(free_t - lost * w, N(1e3)), w, larger(free_p + gained * w, N(1e3))};
   }
 
-  N per_volume_{}, per_inertia_{}, laminar_{}, turbulent_{}, straight_{}, read_at_valve_{};
+  N at_chamber_m3_{}, per_volume_{}, per_inertia_{}, laminar_{}, turbulent_{}, straight_{}, read_at_valve_{};
   N at_valve_Pa_{}, flow_kg_s_{};
   double step_s_ = 0.0;
 };

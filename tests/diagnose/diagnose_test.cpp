@@ -233,6 +233,19 @@ TEST(Diagnose, PutsTheSimplerOfTwoEffectsInTheOthersPlaceWhileTheRestStands) {
   EXPECT_LT(report.with_effects_Pa, 1.12 * made.label.at("noise_floor_Pa").get<double>());
 }
 
+TEST(Diagnose, TakesNoHoseWhoseAirStandsAllAlongItForADeadVolumeBesideOne) {
+  // 2.7 m in twelve cells, behind a slow spool
+  const blind::Case made = blind::make_case({.effects = {"tube_dynamics", "spool_lag"},
+                                             .kind = "many",
+                                             .tier = 1,
+                                             .seconds = 20.0,
+                                             .seed = 9654676697693921566ULL});
+  const GapReport report = diagnosed(made);
+  std::set<std::string> named;
+  for (const NamedEffect& effect : report.effects) named.insert(effect.id);
+  EXPECT_EQ(named, (std::set<std::string>{"tube_dynamics", "spool_lag"}));
+}
+
 TEST(Diagnose, NamesNoCauseWhereThereIsNone) {
   const GapReport report = diagnosed(clear_case({}, 1, 21));
   EXPECT_EQ(report.verdict, Verdict::calibration);

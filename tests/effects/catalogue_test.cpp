@@ -145,6 +145,7 @@ TEST(Catalogue, NamesCarryTheirUnitUnlessTheyAreRatios) {
                                           "density_share",
                                           "volume_power",
                                           "sensor_share",
+                                          "chamber_share",
                                           "non_linearity",
                                           "coil_return",
                                           "exhaust_ratio_more",
