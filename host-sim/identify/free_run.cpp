@@ -121,12 +121,12 @@ double free_run_rms_kPa(const Tassa9& model, const trace::Log& log, double every
   return std::sqrt(square / static_cast<double>(log.size() - 1));
 }
 
-double next_tick_rms_kPa(const Tassa9& model, const Ticks& ticks) {
+double next_tick_rms_kPa(const Tassa9& model, const Ticks& ticks, std::size_t from_row) {
   double square = 0.0;
   std::size_t rows = 0;
   for (std::size_t log = 0; log + 1 < ticks.begin.size(); ++log) {
     // of the first row it is not known which pressure its tick begins with
-    for (std::size_t row = ticks.begin[log] + 1; row + 1 < ticks.begin[log + 1]; ++row) {
+    for (std::size_t row = ticks.begin[log] + from_row; row + 1 < ticks.begin[log + 1]; ++row) {
       const double start_kPa = ActingTick(model, ticks, row - 1).end_from_mean(ticks.pressure_kPa[row]);
       const double error_kPa =
           ActingTick(model, ticks, row).step(start_kPa).mean_kPa - ticks.pressure_kPa[row + 1];

@@ -41,7 +41,8 @@ std::vector<FreeRun> reinitialised_runs(const Tassa9& model, const trace::Log& l
 double free_run_rms_kPa(const Tassa9& model, const trace::Log& log, double every_s = 2.0);
 
 /// RMS of predicted minus measured, each row predicted from the one before it [kPa]. `ticks`: laid out with the model's dead time.
-double next_tick_rms_kPa(const Tassa9& model, const Ticks& ticks);
+/// `from_row`: of each log the first that is predicted from, at least 1; NaN where no row is left.
+double next_tick_rms_kPa(const Tassa9& model, const Ticks& ticks, std::size_t from_row = 1);
 
 /// The same as free_run_rms_kPa() for a prediction that knows nothing and holds the measured start of each run [kPa]: what a model
 /// must beat.

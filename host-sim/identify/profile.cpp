@@ -31,7 +31,11 @@ class NextTickSquares {
   NextTickSquares(const std::vector<trace::Log>& logs, const trace::RigDescription& rig,
                   const FitOptions& options, double tick_s)
       : logs_(logs), rig_(rig), options_(options), tick_s_(tick_s) {
-    for (const trace::Log& log : logs) freedom_ += static_cast<double>(log.size()) - 2.0;
+    std::size_t shortest = logs.front().size();
+    for (const trace::Log& log : logs) shortest = std::min(shortest, log.size());
+    const auto latest = static_cast<std::size_t>(std::ceil(trace::kLongestDeadTime_s / tick_s));
+    from_row_ = 1 + std::min(latest, shortest / 2);
+    for (const trace::Log& log : logs) freedom_ += static_cast<double>(log.size() - 1 - from_row_);
     freedom_ = std::max(1.0, freedom_ - static_cast<double>(kFree) - 1.0);
   }
 
@@ -40,8 +44,8 @@ class NextTickSquares {
     const auto [found, is_new] = known_.try_emplace(dead_time_s, 0.0);
     if (is_new) {
       options_.dead_time_s = dead_time_s;
-      const double rms_kPa =
-          next_tick_rms_kPa(least_next_tick_error(logs_, rig_, options_), lay_out(logs_, dead_time_s));
+      const double rms_kPa = next_tick_rms_kPa(least_next_tick_error(logs_, rig_, options_),
+                                               lay_out(logs_, dead_time_s), from_row_);
       found->second = rms_kPa * rms_kPa * (1.0 + dead_time_s / tick_s_ / freedom_);
     }
     return found->second;
@@ -65,6 +69,8 @@ class NextTickSquares {
   const trace::RigDescription& rig_;
   FitOptions options_;
   double tick_s_;
+  std::size_t from_row_ =
+      1;  ///< of whatever dead time the same rows are compared, those whose commands are known
   double freedom_ = 0.0;
   std::map<double, double> known_;
 };

@@ -88,12 +88,12 @@ class Workspace {
   double* columns_ = nullptr;
 };
 
-/// Calls visit(first, n): runs of n ticks within one log.
+/// Calls visit(first, n): runs of n ticks within one log, all their commands known.
 template <typename Visit>
 void for_each_run(const Ticks& ticks, std::size_t longest, Visit visit) {
   for (std::size_t log = 0; log + 1 < ticks.begin.size(); ++log) {
     const std::size_t last = ticks.begin[log + 1] - 1;  // the tick of the last row ends in no sample
-    for (std::size_t first = ticks.begin[log]; first < last; first += longest) {
+    for (std::size_t first = ticks.begin[log] + ticks.unknown; first < last; first += longest) {
       visit(first, std::min(longest, last - first));
     }
   }
@@ -104,9 +104,10 @@ void for_each_one_step(const Bench& bench, Visit visit) {
   std::size_t block = 0;
   for_each_run(*bench.ticks, kBlock, [&](std::size_t first, std::size_t n) {
     if (block++ % bench.every != 0) return;
-    // The first tick of a log has none before it: its sample starts the second.
+    // The first tick of a log that is known has none before it: its sample starts the second.
     const auto& begin = bench.ticks->begin;
-    const std::size_t skip = std::binary_search(begin.begin(), begin.end(), first) ? 1 : 0;
+    const std::size_t skip =
+        std::binary_search(begin.begin(), begin.end(), first - bench.ticks->unknown) ? 1 : 0;
     if (n > skip) visit(first + skip, n - skip);
   });
 }

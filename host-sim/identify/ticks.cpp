@@ -88,6 +88,7 @@ Ticks lay_out(const std::vector<trace::Log>& logs, double dead_time_s) {
   const bool whole = std::abs(late_ticks - nearest) < kWholeTick;
   const auto whole_ticks = static_cast<std::size_t>(whole ? nearest : late_ticks);
   ticks.early = whole ? 0.0 : late_ticks - static_cast<double>(whole_ticks);
+  ticks.unknown = whole_ticks + (whole ? 0 : 1);
   for (std::size_t i = 0; i < logs.size(); ++i) {
     const trace::Log& log = logs[i];
     if (log.size() < kFewestRows) {

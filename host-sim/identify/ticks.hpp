@@ -4,8 +4,8 @@
 //   [t_k - a, t_k] tick k (t_k to t_(k+1)):  u_k;  v and v' at its MIDDLE;  it ends in the sample y_(k+1)
 //
 // A valve that answers d = n + f ticks late (0 <= f < 1) acts over tick k by u_(k-n-1) for the first f of it, by u_(k-n) for the
-// rest. Predictions take one after the other; to a fit their mean stands for both. Before a log's first row its first command is
-// taken to have been held.
+// rest. Predictions take one after the other; to a fit their mean stands for both. To a prediction a log's first command has been held
+// before its first row; a fit leaves out the ticks in which one from there acts.
 //
 // So y_(k+1) depends on u_k alone if a <= h and p(t_k) is known; and p(t_k) follows from y_k through tick
 // k-1, with u_(k-1). Reading y_k as p(t_k), as if a were 0, is a delay of a/2 that a fit would take for a
@@ -33,6 +33,7 @@ struct Ticks {
   std::vector<double> early_V;           ///< that acts in the first `early` of a tick
   std::vector<double> late_V;            ///< and in its rest
   double early = 0.0;                    ///< f
+  std::size_t unknown = 0;               ///< first ticks of each log in which a command from before it acts
   std::vector<double> volume_mL;         ///< at mid-tick
   std::vector<double> volume_rate_mL_s;  ///< at mid-tick
   std::vector<double> pressure_kPa;      ///< y_k: the sample of this row, BEFORE this tick

@@ -244,6 +244,34 @@ TEST(Fit, SaysInOneLineWhyItCannot) {
   EXPECT_THAT(refusal(two), HasSubstr("rank-deficient"));
 }
 
+// As from a log that was split where rows are missing: what was sent before its first row is not known.
+TEST(Fit, LeavesOutWhatCommandsFromBeforeALogDo) {
+  Recording recording;
+  recording.c[3] = recording.c[4] = recording.c[5] = 0.0;
+  recording.c[6] = 8.0;
+  recording.dead_time_s = 0.08;
+  const trace::Log whole = record(recording);
+  std::vector<trace::Log> parts;
+  for (std::size_t from = 37; from + 100 <= whole.size(); from += 100) {
+    trace::Log& part = parts.emplace_back();
+    const auto cut = [&](const std::vector<double>& all) {
+      const auto first = all.begin() + static_cast<std::ptrdiff_t>(from);
+      return std::vector<double>(first, first + 100);
+    };
+    part.time_s = cut(whole.time_s);
+    part.command_V = cut(whole.command_V);
+    part.pressure_Pa = cut(whole.pressure_Pa);
+    part.volume_m3 = cut(whole.volume_m3);
+  }
+  FitOptions options;
+  options.dead_time_s = recording.dead_time_s;
+  options.stretch_s = 0.2;
+  const Tassa9Fit got = fit_tassa9(parts, rig_of(recording), options);
+  EXPECT_LT(got.rms_one_step_kPa, 1e-3);
+  EXPECT_LT(got.rms_free_run_kPa, 1e-3);
+  EXPECT_NEAR(got.model.c[6], recording.c[6], 1e-4);
+}
+
 // All that is fitted ends at a bound then; there is no curvature left to speak of.
 TEST(Fit, TwoCommandsOfTheWrongSignAreRefused) {
   FitOptions options;

@@ -118,7 +118,7 @@ trace::Log of_slow_ramps(unsigned seed) {
 TEST(Profile, ADeadTimeThatTheLogDoesNotTellIsNoneAndPoorlyKnown) {
   for (const unsigned seed : {1U, 2U, 3U, 4U}) {
     const Tassa9Fit got = fit(of_slow_ramps(seed));
-    EXPECT_EQ(got.model.dead_time_s, 0.0) << "s, seed " << seed;
+    EXPECT_LT(got.model.dead_time_s, 1e-3) << "s, a tenth of a tick, seed " << seed;
     EXPECT_GT(got.dead_time.standard_error, 0.01) << "s, seed " << seed;
     EXPECT_FALSE(got.dead_time.identifiable) << "seed " << seed;
   }
