@@ -75,7 +75,7 @@ int main(int count, char** words) {
         room.take_over(testing::board_parameters(file.kind, file.parameters), 0.0F, 10.0F);
     Squares squares;
     for (const identify::Ticks& ticks : unseen) add(squares, ticks, plenum::bench::BoardRun(*model, ticks));
-    plenum::bench::print({.name = "model." + file.kind + "_ventilator_rms_kPa",
+    plenum::bench::print({.name = "model.ventilator_rms_" + file.kind,
                           .value = squares.rms(),
                           .unit = "kPa",
                           .peer = "holding the start",
