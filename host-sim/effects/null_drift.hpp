@@ -5,9 +5,9 @@
 // u command, x effective command [V]; D drift reached at T = 60 s [V]; tau time constant [s], infinite for a ramp; W_k
 // refine it where the null wanders [V]: the coefficients of a cubic spline with a knot each H, B its basis function, which
 // is 2/3 at 0 and vanishes beyond 2. From the 20th on they are alike, so that after 21 H W_20 stands; W_1/6 at t = 0 belongs to
-// the thresholds. H is given, not found: 3 s, or a twentieth of a longer log. Assumptions: both ports move together; t counts from the first row of a log. Vanishes at D = W_k = 0.
-// Numerical treatment: held over a tick; the exponential is carried from tick to tick. Source: warm-up of proportional solenoids;
-// de Boor, A Practical Guide to Splines (1978).
+// the thresholds. H is given, not found, and one for all lanes: 3 s, or a twentieth of a longer log. Assumptions: both ports move
+// together; t counts from the first row of a log. Vanishes at D = W_k = 0. Numerical treatment: held over a tick; the exponential is
+// carried from tick to tick. Source: warm-up of proportional solenoids; de Boor, A Practical Guide to Splines (1978).
 #pragma once
 
 #include <algorithm>

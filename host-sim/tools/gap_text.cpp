@@ -79,7 +79,15 @@ std::string parameters_text(const NamedEffect& effect) {
   std::string text;
   const std::vector<Estimate> plain = plain_parameters(effect);
   for (const Estimate& one : plain) text += (text.empty() ? "" : ", ") + text_of(one);
-  const std::size_t more = effect.parameters.size() - plain.size();
+  const auto is_told = [&](const Estimate& one) {
+    return std::any_of(plain.begin(), plain.end(),
+                       [&](const Estimate& other) { return other.name == one.name; });
+  };
+  const auto more =
+      std::count_if(effect.parameters.begin(), effect.parameters.end(), [&](const Estimate& one) {
+        const bool is_given = one.low95 == one.high95;
+        return !is_told(one) && !is_given;
+      });
   return more == 0 ? text : fmt::format("{}, and {} that refine it", text, more);
 }
 

@@ -12,7 +12,7 @@ namespace {
 
 constexpr EffectSet kAll = (EffectSet{1} << kEffects) - 1;
 
-/// Eight chambers, no two alike in any figure: each parameter between neutral and a tenth of the way to a bound.
+/// Eight chambers, no two alike in any figure that is found: each parameter between neutral and a tenth of the way to a bound.
 std::vector<Run> different_runs() {
   std::mt19937 bits(11);
   const auto share = [&] { return static_cast<double>(bits()) / 4294967296.0; };
@@ -27,6 +27,9 @@ std::vector<Run> different_runs() {
         run.figures[at++] = p.neutral() + 0.1 * share() * (to - p.neutral());
       }
     }
+    constexpr std::size_t kKnot = kFirstFigure[kIdNullDrift] + kNullDriftParameters.size() - 1;
+    static_assert(kNullDriftParameters.back().name == "knot_s");
+    if (!runs.empty()) run.figures[kKnot] = runs.front().figures[kKnot];  // given, for all
     runs.push_back(run);
   }
   return runs;
