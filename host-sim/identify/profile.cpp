@@ -7,7 +7,6 @@
 #include <map>
 #include <numbers>
 #include <optional>
-#include <ranges>
 #include <vector>
 
 #include "host-sim/identify/cannot_identify.hpp"
@@ -137,7 +136,8 @@ void refine(NextTickSquares& squares, double near_s, double tick_s) {
 double standard_error_s(NextTickSquares& squares, double tick_s) {
   const double best_s = squares.best_s();
   const std::vector<double> rising_s = whole_ticks_s(tick_s);
-  const auto along = [&](const auto& outward_s, double sign) {
+  const std::vector<double> falling_s(rising_s.rbegin(), rising_s.rend());
+  const auto along = [&](const std::vector<double>& outward_s, double sign) {
     for (const double whole_s : outward_s) {
       if (sign * (whole_s - best_s) < 0.5 * tick_s) continue;
       const double rise = squares.rise(whole_s);
@@ -145,7 +145,7 @@ double standard_error_s(NextTickSquares& squares, double tick_s) {
     }
     return 0.0;
   };
-  const double error_s = std::max(along(rising_s, 1.0), along(std::views::reverse(rising_s), -1.0));
+  const double error_s = std::max(along(rising_s, 1.0), along(falling_s, -1.0));
   return error_s > 0.0 ? error_s : std::numeric_limits<double>::infinity();
 }
 
