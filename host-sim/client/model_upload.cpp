@@ -267,8 +267,8 @@ Comparison read_comparison(Session& session, const ModelUpload& upload, std::uin
   if (trial != plenum::config::Trial::passed)
     return {.outcome = doubted == Doubted::force ? Outcome::not_awaited : Outcome::no_movement};
   return {.outcome = Outcome::passed,
-          .rms_Pa = session.read<float>(state, 10),
-          .before_rms_Pa = session.read<float>(state, 11)};
+          .rms_Pa = static_cast<double>(session.read<float>(state, 10)),
+          .before_rms_Pa = static_cast<double>(session.read<float>(state, 11))};
 }
 
 void await_take_over(Session& session, const ModelUpload& upload, double timeout_s) {
