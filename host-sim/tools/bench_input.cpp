@@ -12,6 +12,16 @@ std::size_t rows_before(std::size_t rows, double held_out) {
   return static_cast<std::size_t>(std::lround((1.0 - held_out) * static_cast<double>(rows)));
 }
 
+report::Mark held_out_from(double time_s) {
+  return {report::Mark::On::kX, time_s, "held out from here"};
+}
+
+std::vector<double> times_s(std::size_t rows, double period_s, std::size_t first) {
+  std::vector<double> times(rows);
+  for (std::size_t k = 0; k < rows; ++k) times[k] = period_s * static_cast<double>(first + k);
+  return times;
+}
+
 trace::Recording read_bench(const std::string& command, const std::string& file,
                             const std::vector<std::string>& required,
                             const std::vector<std::string>& optional) {

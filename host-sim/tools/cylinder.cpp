@@ -11,7 +11,6 @@
 #include <utility>
 #include <vector>
 
-#include "host-sim/identify/cannot_identify.hpp"
 #include "host-sim/identify/network/narx.hpp"
 #include "host-sim/identify/servo/cylinder_fit.hpp"
 #include "host-sim/report/page.hpp"
@@ -19,6 +18,7 @@
 #include "host-sim/tools/bench_input.hpp"
 #include "host-sim/tools/command.hpp"
 #include "host-sim/tools/figures.hpp"
+#include "host-sim/tools/model_charts.hpp"
 #include "host-sim/tools/output.hpp"
 #include "host-sim/tools/report_file.hpp"
 #include "host-sim/trace/input_error.hpp"
@@ -118,12 +118,6 @@ struct Run {
   double rms_m = 0.0;  ///< of the held-out rows
   double fit_percent = 0.0;
   std::array<std::optional<double>, 2> pressure_rms_Pa{};
-
-  std::vector<double> time_s() const {
-    std::vector<double> t(record.positions_m.size());
-    for (std::size_t k = 0; k < t.size(); ++k) t[k] = record.period_s * static_cast<double>(k);
-    return t;
-  }
 };
 
 Run read_run(const std::string& file, const Options& options, double held_out) {
@@ -209,12 +203,10 @@ Answer identified(const Options& options) {
   const ServoRecord part = fitted_part(answer.fitted);
   answer.rows = part.positions_m.size();
   const ServoRig guess = at_start(options.guess(), answer.fitted);
-  try {
+  told_of(answer.fitted.name, [&] {
     Progress progress("fitting the servo");
     answer.fit = servo::fit_servo(guess, part, options.held_figures(), std::ref(progress));
-  } catch (const identify::CannotIdentify& why) {
-    throw identify::CannotIdentify(fmt::format("{}: {}", answer.fitted.name, why.what()));
-  }
+  });
   answer.unbalanced_N =
       plant::servo::driving_force_N(guess.cylinder, plant::servo::initial_state(guess.cylinder));
   if (options.held_out.empty()) {
@@ -301,15 +293,9 @@ Json json_of(const Options& options, const Answer& answer) {
   return json;
 }
 
-std::vector<double> scaled(std::vector<double> values, double factor) {
-  for (double& value : values) value *= factor;
-  return values;
-}
-
 report::LineChart against_time(const Run& run, const char* title, report::Axis axis) {
   report::LineChart chart{.title = title, .y = std::move(axis), .group = run.name};
-  if (run.held_out_from > 0)
-    chart.marks.push_back({report::Mark::On::kX, held_out_s(run), "held out from here"});
+  if (run.held_out_from > 0) chart.marks.push_back(held_out_from(held_out_s(run)));
   return chart;
 }
 
@@ -343,8 +329,7 @@ report::Page page_of(const Options& options, const Answer& answer) {
   report::Page page("Servo cylinder, from its command and position");
   page.lead(
       "One 5/3 valve, two chambers and a piston with stick and slip, run freely from rest: the valve's areas "
-      "and "
-      "null, the friction and the moving mass are those whose run comes closest to the recording.");
+      "and null, the friction and the moving mass are those whose run comes closest to the recording.");
   const Run& first = answer.runs.front();
   page.tiles({{"Held out in free run", 1e3 * first.rms_m, "mm RMS", {}, first.name},
               {"Fit, held out", first.fit_percent, "%"},
@@ -355,7 +340,7 @@ report::Page page_of(const Options& options, const Answer& answer) {
                       fmt::format("{} rows, {:.3g} mm RMS in free run", answer.rows, 1e3 * answer.fit.rms_m)))
       .row({friction_chart(options.guess(), answer.fit.rig, fastest_m_s(first))});
   for (const Run& run : answer.runs) {
-    const std::vector<double> t = run.time_s();
+    const std::vector<double> t = times_s(run.record.positions_m.size(), run.record.period_s);
     report::LineChart position = against_time(run, "Position", {"Position from mid-stroke", "mm"});
     position.caption =
         fmt::format("Held out: {:.3g} mm RMS, fit {:.3g} %.", 1e3 * run.rms_m, run.fit_percent);
@@ -504,10 +489,8 @@ Command add_cylinder(Program& program) {
   arguments
       .option("LOG", options->log,
               "A recording from rest, with the columns time_s, command_V (of the 5/3 valve; above the null "
-              "it fills "
-              "chamber 1) and position_m (from the end where chamber 1 is smallest), and, where they are "
-              "measured, "
-              "pressure_1_Pa and pressure_2_Pa (absolute)")
+              "it fills chamber 1) and position_m (from the end where chamber 1 is smallest), and, where "
+              "they are measured, pressure_1_Pa and pressure_2_Pa (absolute)")
       .type_name("LOG.csv")
       .required();
   arguments

@@ -128,16 +128,14 @@ Answer identified(const Options& options) {
   for (std::size_t i = 0; i < table.rows; ++i)
     answer.samples.push_back({table["command_V"][i], table["pressure_Pa"][i], table["flow_kg_s"][i]});
   answer.commands_V = distinct(answer.samples);
-  try {
+  told_of(answer.name, [&] {
     for (Kind& kind : kinds(options.flow_port())) {
       Fitted fitted = kind.fit(answer.samples);
       if (fitted.error.full_scale_kg_s == 0.0) throw identify::CannotIdentify("nothing flows");
       std::optional<FlowError> between = error_between(kind, answer);
       answer.laws.push_back({std::move(kind), std::move(fitted), between});
     }
-  } catch (const identify::CannotIdentify& why) {
-    throw identify::CannotIdentify(fmt::format("{}: {}", answer.name, why.what()));
-  }
+  });
   return answer;
 }
 

@@ -275,8 +275,7 @@ report::Page page_of(const Options& options, const Answer& answer) {
                                                        record.rms_N, record.frictionless_N),
                                 .y = {"Force", "N"},
                                 .curves = {std::move(force), std::move(predicted)}};
-    if (!record.held_out.empty())
-      over_time.marks.push_back({report::Mark::On::kX, record.held_out.front().time_s, "held out from here"});
+    if (!record.held_out.empty()) over_time.marks.push_back(held_out_from(record.held_out.front().time_s));
     page.section(fmt::format("{}: {:.4g} bar gauge", record.name, 1e-5 * record.pressure_Pa))
         .row({report::XyChart{.title = "Friction over velocity",
                               .caption = "Force less pressure and force zero.",

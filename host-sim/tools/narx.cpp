@@ -421,9 +421,7 @@ void add_held_out(report::Page& page, const Options& options, const Answer& answ
   const std::span<const double> u = rows.inputs();
   const Shown out = shown(options.output_column);
   const Shown in = shown(options.input);
-  std::vector<double> time_s(rows.rows);
-  for (std::size_t k = 0; k < time_s.size(); ++k)
-    time_s[k] = rows.log->period_s * static_cast<double>(rows.first + k);
+  const std::vector<double> time_s = times_s(rows.rows, rows.log->period_s, rows.first);
   report::LineChart runs{
       .title = "Free runs",
       .caption =

@@ -163,7 +163,7 @@ Fitted scored(const char* method, const DiscreteModel& model, const valve::Model
 }
 
 void fit(Side& side, const Named& log, const Options& options) {
-  try {
+  told_of(fmt::format("{}: {} branch", log.name, side.name()), [&] {
     if (options.method != "pso") {
       const DiscreteModel model = valve::fit_least_squares(side.fitted);
       side.models.push_back(scored("ls", model, valve::one_step_error(model, side.fitted), side));
@@ -174,9 +174,7 @@ void fit(Side& side, const Named& log, const Options& options) {
           valve::fit_swarm(side.fitted, {.seed = options.seed}, [&](double share) { progress(share); }).model;
       side.models.push_back(scored("pso", model, valve::free_run_error(model, side.fitted), side));
     }
-  } catch (const identify::CannotIdentify& why) {
-    throw identify::CannotIdentify(fmt::format("{}: {} branch: {}", log.name, side.name(), why.what()));
-  }
+  });
 }
 
 /// The model of three conditions over the log that it is judged on.
@@ -374,12 +372,6 @@ Json json_of(const Options& options, const Answer& answer) {
   return json;
 }
 
-std::vector<double> times(std::size_t rows, double sample_s, std::size_t first = 0) {
-  std::vector<double> time_s(rows);
-  for (std::size_t k = 0; k < rows; ++k) time_s[k] = sample_s * static_cast<double>(first + k);
-  return time_s;
-}
-
 std::vector<double> absolute_kPa(std::vector<double> pressure_Pa, double ambient_Pa, double mean_Pa = 0.0) {
   for (double& p : pressure_Pa) p = 1e-3 * (p + mean_Pa + ambient_Pa);
   return pressure_Pa;
@@ -430,7 +422,7 @@ report::Page page_of(const Options& options, const Answer& answer) {
   report::LineChart pressure{
       .title = "Pressure",
       .y = {"Pressure", "kPa"},
-      .curves = {{"measured", times(judged.recording.pressure_Pa.size(), judged.recording.sample_s),
+      .curves = {{"measured", times_s(judged.recording.pressure_Pa.size(), judged.recording.sample_s),
                   absolute_kPa(judged.recording.pressure_Pa, ambient_Pa), report::Stroke::kSolid,
                   report::Ink::kNeutral}},
       .group = group};
@@ -441,7 +433,7 @@ report::Page page_of(const Options& options, const Answer& answer) {
         answer.whole->fit_percent);
     pressure.curves.push_back(
         {"three conditions",
-         times(answer.whole->gauge_Pa.size(), judged.recording.sample_s, answer.whole->first),
+         times_s(answer.whole->gauge_Pa.size(), judged.recording.sample_s, answer.whole->first),
          absolute_kPa(answer.whole->gauge_Pa, ambient_Pa)});
   }
   std::vector<double> screw_mm = judged.recording.screw_m;
@@ -449,7 +441,7 @@ report::Page page_of(const Options& options, const Answer& answer) {
   steps.row({std::move(pressure),
              report::LineChart{.title = "Screw",
                                .y = {"Screw", "mm"},
-                               .curves = {{"screw", times(screw_mm.size(), judged.recording.sample_s),
+                               .curves = {{"screw", times_s(screw_mm.size(), judged.recording.sample_s),
                                            screw_mm, report::Stroke::kSteps}},
                                .group = group}});
   steps.chart(steps_chart(answer.log, options));
@@ -458,7 +450,7 @@ report::Page page_of(const Options& options, const Answer& answer) {
   for (const Side& side : answer.sides) {
     report::Section& section = page.section(fmt::format("{} branch", side.name()));
     const std::vector<double> time_s =
-        times(side.held_out.screw_m.size(), side.held_out.sample_s, side.held_out.first);
+        times_s(side.held_out.screw_m.size(), side.held_out.sample_s, side.held_out.first);
     const double mean_Pa = side.held_out.mean_pressure_Pa;
     report::LineChart held{
         .title = "Held out",

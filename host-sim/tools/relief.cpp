@@ -95,7 +95,7 @@ Curve fit_curve(const Options& options) {
   std::vector<StaticPoint> held_out;
   for (std::size_t i = 0; i < curve.points.size(); ++i)
     (i % 3 == 1 ? held_out : kept).push_back(curve.points[i]);
-  try {
+  told_of(curve.name, [&] {
     curve.line = relief::fit_static(curve.points, options.density_kg_m3, relief::FlowForce::kLeftOut);
     curve.line_error = relief::static_error(curve.line, curve.points, relief::FlowForce::kLeftOut);
     curve.bent = fit_bent(curve.points, options.density_kg_m3);
@@ -103,9 +103,7 @@ Curve fit_curve(const Options& options) {
     curve.bent_error =
         curve.has_flow_force ? relief::static_error(curve.bent, curve.points) : curve.line_error;
     curve.held_out_worst = relief::worst_pressure_error(fit_bent(kept, options.density_kg_m3), held_out);
-  } catch (const identify::CannotIdentify& why) {
-    throw identify::CannotIdentify(fmt::format("{}: {}", curve.name, why.what()));
-  }
+  });
   curve.worst = relief::worst_pressure_error(curve.bent, curve.points);
   return curve;
 }
@@ -121,11 +119,8 @@ struct Run {
   double of_swing = 0.0;  ///< the same error of the swing of pressure in the whole run
   double final = 0.0;     ///< mean of the last tenth, of the pressure
 
-  std::vector<double> time_s() const {
-    std::vector<double> t(whole.pressure_Pa.size());
-    for (std::size_t k = 0; k < t.size(); ++k) t[k] = whole.step_s * static_cast<double>(k);
-    return t;
-  }
+  std::vector<double> time_s() const { return times_s(whole.pressure_Pa.size(), whole.step_s); }
+  double held_out_s() const { return whole.step_s * static_cast<double>(held_out_from); }
 };
 
 Run read_run(const std::string& file, double held_out) {
@@ -189,7 +184,7 @@ Answer identified(const Options& options) {
   const StaticGreyBox& line = answer.curve.line;
   const GreyBoxConfig start{
       .k1_m2_Pa = line.k1_m2_Pa, .k3_m2 = line.k3_m2, .lag_s = 1.0, .density_kg_m3 = line.density_kg_m3};
-  try {
+  told_of(fitted.front().name, [&] {
     Progress progress("fitting the lag");
     answer.valve = relief::fit_lag(parts, start, kShortestLag_s, kLongestLag_s).valve;
     answer.lag_error_s = relief::lag_error_s(parts, answer.valve);
@@ -199,9 +194,7 @@ Answer identified(const Options& options) {
           "the valve follows late",
           1e3 * answer.valve.lag_s, 1e3 * answer.lag_error_s));
     }
-  } catch (const identify::CannotIdentify& why) {
-    throw identify::CannotIdentify(fmt::format("{}: {}", fitted.front().name, why.what()));
-  }
+  });
   answer.dynamic = true;
   if (options.held_out.empty()) {
     answer.runs = std::move(fitted);
@@ -249,8 +242,8 @@ void print(const Options& options, const Answer& answer) {
         "{}: held out from {:.3g} s, free run errs by {:.3g} % at most ({:.3g} % of the swing), at the end "
         "by "
         "{:.3g} %; without lag by {:.3g} %\n",
-        run.name, run.whole.step_s * static_cast<double>(run.held_out_from), 100.0 * run.worst,
-        100.0 * run.of_swing, 100.0 * run.final, 100.0 * run.static_worst);
+        run.name, run.held_out_s(), 100.0 * run.worst, 100.0 * run.of_swing, 100.0 * run.final,
+        100.0 * run.static_worst);
   }
 }
 
@@ -271,13 +264,12 @@ Json json_of(const Options& options, const Answer& answer) {
   figures.push_back(lag_of(answer).front());
   json["dynamic"] = {{"parameters", to_json(figures)}, {"runs", Json::array()}};
   for (const Run& run : answer.runs) {
-    json["dynamic"]["runs"].push_back(
-        {{"file", run.name},
-         {"held_out_from_s", run.whole.step_s * static_cast<double>(run.held_out_from)},
-         {"worst_error", number(run.worst)},
-         {"worst_error_of_swing", number(run.of_swing)},
-         {"final_error", number(run.final)},
-         {"worst_error_without_lag", number(run.static_worst)}});
+    json["dynamic"]["runs"].push_back({{"file", run.name},
+                                       {"held_out_from_s", run.held_out_s()},
+                                       {"worst_error", number(run.worst)},
+                                       {"worst_error_of_swing", number(run.of_swing)},
+                                       {"final_error", number(run.final)},
+                                       {"worst_error_without_lag", number(run.static_worst)}});
   }
   return json;
 }
@@ -357,11 +349,7 @@ report::Page page_of(const Answer& answer) {
                    {"free run", run.time_s(), bar(run.predicted_Pa)},
                    {"without lag", run.time_s(), bar(run.static_Pa), report::Stroke::kDashed}},
         .group = run.name};
-    if (run.held_out_from > 0) {
-      pressure.marks.push_back({report::Mark::On::kX,
-                                run.whole.step_s * static_cast<double>(run.held_out_from),
-                                "held out from here"});
-    }
+    if (run.held_out_from > 0) pressure.marks.push_back(held_out_from(run.held_out_s()));
     page.section(run.name).row(
         {std::move(pressure), report::LineChart{.title = "Flow",
                                                 .y = {"Flow", "L/min"},
