@@ -91,21 +91,21 @@ std::array<Bounded, 2> halves(const CoreModel& model, const Part& part) {
 }  // namespace
 
 std::optional<double> tick_error_kPa(std::string_view kind, std::span<const double> parameters) {
+  const std::vector<float> as_uploaded(parameters.begin(), parameters.end());
   if (kind == "greybox") {
-    if (parameters.size() < config::kGreyboxParameters) throw std::invalid_argument("too few parameters");
-    const std::vector<float> as_uploaded(parameters.begin(), parameters.end());
+    if (as_uploaded.size() < config::kGreyboxParameters) throw std::invalid_argument("too few parameters");
     return ::rounding::greybox_tick_error_kPa(::rounding::greybox_in_fixed(as_uploaded),
                                               ::rounding::greybox_in_double(as_uploaded));
   }
-  std::vector<Bounds> as_uploaded;
-  for (const double parameter : parameters) {
-    const auto value = static_cast<double>(static_cast<float>(parameter));
-    as_uploaded.push_back({value, value});
+  std::vector<Bounds> at_a_point;
+  for (const float parameter : as_uploaded) {
+    const auto value = static_cast<double>(parameter);
+    at_a_point.push_back({value, value});
   }
-  const auto core = ::rounding::core_model(kind, as_uploaded);
+  const auto core = ::rounding::core_model(kind, at_a_point);
   if (core == nullptr) return std::nullopt;
 
-  const Bounds pressure_kPa{as_uploaded[core->parameters() - 1].low, as_uploaded[core->parameters() - 2].low};
+  const Bounds pressure_kPa{at_a_point[core->parameters() - 1].low, at_a_point[core->parameters() - 2].low};
   const Part whole{pressure_kPa, kCommand_V, kVolume_mL, kShareOfVolume};
   std::priority_queue<Bounded> parts;
   parts.push({whole, error_kPa(*core, whole)});
