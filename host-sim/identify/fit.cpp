@@ -330,8 +330,7 @@ void report(const Coordinates& coordinates, Error error, const BoxSolution<kFree
   if (free.empty()) {
     throw CannotIdentify(
         "these logs tell no parameter: every one that is not held is at a bound: expected commands of "
-        "several "
-        "heights that the pressure follows");
+        "several heights that the pressure follows");
   }
 
   const Gram by_z = coordinates.gram_by_z(error, solution.z);
@@ -407,9 +406,8 @@ bool volume_moves(const Ticks& ticks) {
   return rms(ticks.volume_rate_mL_s) >= kStillRate_per_s * mean(ticks.volume_mL);
 }
 
-Tassa9 least_next_tick_error(const std::vector<trace::Log>& logs, const trace::RigDescription& rig,
+Tassa9 least_next_tick_error(const Ticks& ticks, const trace::RigDescription& rig,
                              const FitOptions& options) {
-  const Ticks ticks = lay_out(logs, options.dead_time_s);
   const Coordinates coordinates = coordinates_of(ticks, rig, options);
   require_fit_for_the_form(ticks, rig, coordinates.bench);
   const Held held = held_by(ticks, options.form);

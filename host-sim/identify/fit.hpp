@@ -89,9 +89,9 @@ Tassa9Fit fit_tassa9(const std::vector<trace::Log>& logs, const trace::RigDescri
 bool volume_moves(const Ticks& ticks);
 
 /// The model of the least error of the next tick at the dead time, width and form of `options`, whatever these logs tell of its
-/// parameters: to compare what a fit holds by. Throws CannotIdentify where fit_tassa9() does for the logs' number, rates, length and
-/// null.
-Tassa9 least_next_tick_error(const std::vector<trace::Log>& logs, const trace::RigDescription& rig,
+/// parameters: to compare what a fit holds by. `ticks`: the logs laid out with that dead time. Throws CannotIdentify where
+/// fit_tassa9() does for the logs' length and null.
+Tassa9 least_next_tick_error(const Ticks& ticks, const trace::RigDescription& rig,
                              const FitOptions& options = {});
 
 /// The start that is used when none is given: null command at the middle of the commands, a smooth kink, the

@@ -7,6 +7,7 @@
 #include <map>
 #include <numbers>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "host-sim/identify/cannot_identify.hpp"
@@ -43,8 +44,9 @@ class NextTickSquares {
     const auto [found, is_new] = known_.try_emplace(dead_time_s, 0.0);
     if (is_new) {
       options_.dead_time_s = dead_time_s;
-      const double rms_kPa = next_tick_rms_kPa(least_next_tick_error(logs_, rig_, options_),
-                                               lay_out(logs_, dead_time_s), from_row_);
+      const Ticks ticks = lay_out(logs_, dead_time_s);
+      const double rms_kPa =
+          next_tick_rms_kPa(least_next_tick_error(ticks, rig_, options_), ticks, from_row_);
       found->second = rms_kPa * rms_kPa * (1.0 + dead_time_s / tick_s_ / freedom_);
     }
     return found->second;
@@ -68,8 +70,8 @@ class NextTickSquares {
   const trace::RigDescription& rig_;
   FitOptions options_;
   double tick_s_;
-  std::size_t from_row_ =
-      1;  ///< of whatever dead time the same rows are compared, those whose commands are known
+  /// Of whatever dead time the same rows are compared, those whose commands are known.
+  std::size_t from_row_ = 1;
   double freedom_ = 0.0;
   std::map<double, double> known_;
 };
@@ -91,7 +93,7 @@ NextTickSquares at_whole_ticks(const std::vector<trace::Log>& logs, const trace:
   if (!any_width) return best;
   const double near_s = best.best_s();
   std::optional<NextTickSquares> wider;
-  for (const double width_V : kKinkWidths_V) {
+  for (const double width_V : std::span(kKinkWidths_V).subspan(1)) {
     options.c_gamma_V = width_V;
     NextTickSquares tried(logs, rig, options, tick_s);
     if (tried.at(near_s) < (wider ? wider->least() : best.least())) wider.emplace(std::move(tried));
