@@ -31,6 +31,9 @@ struct Estimate {
   double low95 = 0.0;
   double high95 = 0.0;
   bool at_bound = false;
+
+  /// By the logs' lengths, not found.
+  bool is_given() const { return low95 == high95; }
 };
 
 /// A figure of the rig's [valve] table: as configured, as fitted without any effect, and as fitted together with

@@ -24,7 +24,7 @@ bool says_nothing(const std::vector<Estimate>& figures, std::size_t effect, effe
     const auto named = std::find_if(parameters.begin(), parameters.end(),
                                     [&](const effects::Parameter& one) { return one.name == of.name; });
     const effects::Parameter p = named->of(size);
-    if (of.low95 == of.high95) return true;  // given, not found
+    if (of.is_given()) return true;
     const double a = p.coordinate_of(of.low95);
     const double b = p.coordinate_of(of.high95);
     const double low = std::min(a, b);

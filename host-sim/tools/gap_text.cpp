@@ -83,11 +83,8 @@ std::string parameters_text(const NamedEffect& effect) {
     return std::any_of(plain.begin(), plain.end(),
                        [&](const Estimate& other) { return other.name == one.name; });
   };
-  const auto more =
-      std::count_if(effect.parameters.begin(), effect.parameters.end(), [&](const Estimate& one) {
-        const bool is_given = one.low95 == one.high95;
-        return !is_told(one) && !is_given;
-      });
+  const auto more = std::count_if(effect.parameters.begin(), effect.parameters.end(),
+                                  [&](const Estimate& one) { return !is_told(one) && !one.is_given(); });
   return more == 0 ? text : fmt::format("{}, and {} that refine it", text, more);
 }
 
