@@ -98,7 +98,7 @@ void ChamberLoop::take_over(const config::ModelParameters& parameters) noexcept 
   known_.take_over(parameters, settings_.command_low_V, settings_.command_high_V);
   model_seal_.close(known_.memory());
   const control::ModelPaths paths = control::paths_of(parameters, valve_delay_ticks_);
-  regulator_.take_over(paths.valve, paths.sensor_lag_ticks);
+  regulator_.take_over(paths.valve, paths.sensor_lag_ticks, paths.supply);
   drift_kPa_ = 0;
   fit_error_kPa_ =
       parameters.fit_error_kPa > 0.0F ? numeric::max(parameters.fit_error_kPa, kLeastFit_kPa) : 0.0F;
@@ -183,6 +183,7 @@ safety::FaultSet ChamberLoop::measure(const Measured& readings, bool regulation_
     bridge_volume();
   }
 
+  if (readings.supply_kPa > 0.0F) regulator_.supply_measured(readings.supply_kPa);
   const control::PressureModel* const model = known_.in_force();
   residual_kPa_ = 0;
   pressure_fresh_ = seen.pressure_usable;

@@ -44,6 +44,14 @@ bool withdraw_spoilt_orders(canopen::ProcessImage& image) noexcept {
   return intact;
 }
 
+/// Of a sensor that is fitted, and says what is enough; 0: none. Where it says less, it is broken, or the supply is: fault 3412h.
+float believed_supply_kPa(const config::BoardSettings& settings,
+                          const ports::AnalogReading& reading) noexcept {
+  if (!(settings.supply_low_kPa > 0.0F) || !reading.fresh) return 0.0F;
+  const float supply_kPa = config::supply_kPa(settings, reading.mean_V);
+  return supply_kPa >= settings.supply_low_kPa ? supply_kPa : 0.0F;
+}
+
 /// While it lives, what saturates is of this board, and counted where the bus shows it. (The count of numeric::Fixed is the
 /// thread's, in which other boards may compute, too.) Of frames that come nothing can: with what is a Scalar they compute no more
 /// than the bends of a port (config::ValveCurve::bent_V), of an opening of a volt and of parameters that have passed their ranges.
@@ -191,13 +199,16 @@ safety::FaultReport Controller::judge(const Inputs& inputs, bool upset) noexcept
                                         .setpoint_count = master_count,
                                         .setpoints_needed = last_drive_ == safety::Drive::active});
   const bool was_active = last_drive_ == safety::Drive::active;
+  const float supply_kPa = believed_supply_kPa(settings_.board(), inputs.supply);
   safety::ChamberFaults causes{};
   for (std::size_t c = 0; c < config::kChambers; ++c) {
     setpoint_news_[c].step((std::uint32_t{image_.setpoints_came} >> c & 1U) != 0, was_active,
                            settings_.board().setpoint_watchdog_ticks, ticks);
-    causes[c] =
-        chamber_[c].measure({.ticks = ticks, .pressure = inputs.pressure[c], .position = inputs.position[c]},
-                            asked, model_needed());
+    causes[c] = chamber_[c].measure({.ticks = ticks,
+                                     .pressure = inputs.pressure[c],
+                                     .position = inputs.position[c],
+                                     .supply_kPa = supply_kPa},
+                                    asked, model_needed());
     if (inputs.position[c].fresh) image_.chamber[c].position_V = inputs.position[c].mean_V;
   }
   image_.setpoints_came = 0;

@@ -36,12 +36,14 @@ void ShadowRun::Runner::take(const config::ModelParameters& parameters,
   sent.configure(valve.delay_ticks());
   sensor_lag_ticks = paths.sensor_lag_ticks;
   sensor.configure(sensor_lag_ticks, kNoise_kPa);
+  line.configure(paths.supply, sent.part_ticks());
   squares = 0.0F;
 }
 
 void ShadowRun::Runner::rest(float command_V) noexcept {
   valve.reset(command_V);
   sent.reset(command_V);
+  line.reset();
 }
 
 void ShadowRun::Runner::start(float shown_kPa, float rise_kPa) noexcept {
@@ -52,7 +54,7 @@ void ShadowRun::Runner::start(float shown_kPa, float rise_kPa) noexcept {
 void ShadowRun::Runner::advance(const Tick& tick) noexcept {
   const control::PressureModel* const model = known.in_force();
   if (model == nullptr) return;
-  const control::Prediction predicted = sent.past_tick(*model, pressure_kPa, tick.motion);
+  const control::Prediction predicted = sent.past_tick(*model, pressure_kPa, tick.motion, line);
   squares += square(static_cast<float>(sensor.pass(pressure_kPa, predicted)) - tick.mean_kPa);
   pressure_kPa = predicted.end_kPa;
 }

@@ -33,6 +33,7 @@
 #include "firmware/control/pressure_model.hpp"
 #include "firmware/control/sensor_lag.hpp"
 #include "firmware/control/sent_commands.hpp"
+#include "firmware/control/supply_line.hpp"
 #include "firmware/telemetry/recorder.hpp"
 
 namespace plenum {
@@ -72,6 +73,7 @@ class ShadowRun final : public config::ModelTrial {
     control::ValvePath valve;
     control::SentCommands sent;
     control::SensorLag sensor;
+    control::SupplyLine line;
     numeric::Scalar sensor_lag_ticks = 0;
     numeric::Scalar pressure_kPa = 0;
     float squares = 0.0F;

@@ -1,5 +1,5 @@
 // The parameters of a grey-box model, in image order: what they are for is in control/greybox.hpp, and of dead time,
-// spool, hysteresis and sensor in control/model_paths.hpp.
+// spool, hysteresis, sensor and supply in control/model_paths.hpp. An image may leave out what is said of the supply's line.
 #pragma once
 
 #include <cstdint>
@@ -34,6 +34,9 @@ enum GreyboxParameter : std::uint8_t {
   kSensorLag,           ///< tau of the pressure sensor [s]
   kSupply,              ///< P_c [kPa], absolute
   kAmbient,             ///< P_r [kPa], absolute
+  kSupplyResistance,    ///< R [s/L] of the supply's line: its droop [kPa] for each kPa L/s
+  kSupplyRecovery,      ///< tau [s] in which it recovers
+  kSupplyFollowed,      ///< g: of what the board's sensor says the supply is off P_c, what the valve sees
   kGreyboxParameters
 };
 

@@ -102,7 +102,12 @@ constexpr std::array<ParameterSpec, kGreyboxParameters> kGreybox = {{
     {"sensor_lag_s", 0.0F, 0.3F},
     {"supply_kPa", 50.0F, 2000.0F},
     {"ambient_kPa", 10.0F, 200.0F},
+    {"supply_resistance_s_per_L", 0.0F, 20.0F},
+    {"supply_recovery_s", 0.0F, 3.0F},
+    {"supply_followed_share", 0.0F, 1.5F},
 }};
+/// Images that say nothing of the supply's line end before it.
+constexpr std::size_t kGreyboxRequired = kSupplyResistance;
 
 class Writer {
  public:
@@ -276,7 +281,7 @@ struct Kind {
 };
 constexpr std::array<Kind, 3> kKinds = {{
     {ModelKind::tassa9, kTassa9, kTassa9Required, supply, dead_time, validate_tassa9},
-    {ModelKind::greybox, kGreybox, kGreyboxParameters, kSupply, kDeadTime, validate_greybox},
+    {ModelKind::greybox, kGreybox, kGreyboxRequired, kSupply, kDeadTime, validate_greybox},
     {ModelKind::tassa9r, kTassa9r, kTassa9Required - 1, supply - 1, dead_time - 1, validate_tassa9r},
 }};
 static_assert(ambient == supply + 1 && kAmbient == kSupply + 1);

@@ -23,6 +23,9 @@ constexpr Scalar kClose_kPa = Scalar(2e-4);
 /// A share of its rate this small is none: there the pressure comes to rest.
 constexpr Scalar kAtRest = Scalar(1e-7);
 
+/// So many corners are not, but of a table in which a bit has flipped.
+constexpr std::size_t kMostPassed = 2 * Greybox::kCorners;
+
 /// Share of the way that a guess may miss.
 constexpr Scalar kGuessed = Scalar(0.01);
 
@@ -55,59 +58,6 @@ Scalar thin_plate(Scalar ratio) noexcept {
   return numeric::sqrt(max(difference, Scalar(0)) / kChoked);
 }
 
-/// (G3) by its chords, and (G2) from it.
-class FlowFunction {
- public:
-  explicit FlowFunction(std::span<const Scalar, Greybox::kParameters> of) noexcept
-      : discharge_slope_(of[Greybox::kDischargeSlope]) {
-    const Scalar width = of[Greybox::kCrackingRatio] - of[Greybox::kCriticalRatio];
-    const auto ratio_at = [&](Scalar along) noexcept { return of[Greybox::kCriticalRatio] + width * along; };
-    const auto psi_at = [&](Scalar along) noexcept {
-      const Scalar as_plate = thin_plate(kThinPlateCritical + (Scalar(1) - kThinPlateCritical) * along);
-      if (as_plate <= Scalar(0)) return Scalar(0);
-      return discharge(ratio_at(along)) *
-             numeric::power(min(as_plate, Scalar(1)), Scalar(2) * of[Greybox::kSubsonicIndex]);
-    };
-    for (std::size_t i = 0; i < ratio_.size(); ++i) {
-      ratio_[i] = ratio_at(kChordEnd[i]);
-      share_[i] = psi_at(kChordEnd[i]);
-    }
-    // A chord lies below the curve, in the mean by 2/3 of what it does half way: its ends go up by that, so that the chords
-    // lie about the curve. Those at the critical ratio, where the straight line of choked flow goes on, and at 0 stay.
-    std::array<Scalar, Greybox::kChords> below;
-    for (std::size_t i = 0; i < below.size(); ++i) {
-      below[i] =
-          psi_at(Scalar(0.5) * (kChordEnd[i] + kChordEnd[i + 1])) - Scalar(0.5) * (share_[i] + share_[i + 1]);
-    }
-    for (std::size_t i = 1; i < below.size(); ++i) share_[i] += Scalar(1.0 / 3) * (below[i - 1] + below[i]);
-  }
-
-  Scalar ratio(std::size_t end) const noexcept { return ratio_[end]; }
-
-  /// phi(a, b)
-  Scalar flow(Scalar from_kPa, Scalar to_kPa) const noexcept {
-    return from_kPa >= to_kPa ? from_kPa * psi(to_kPa / from_kPa) : -to_kPa * psi(from_kPa / to_kPa);
-  }
-  /// (1 + k (r* - r)), which is psi where the flow is choked
-  Scalar discharge(Scalar ratio) const noexcept {
-    return Scalar(1) + discharge_slope_ * (kThinPlateCritical - ratio);
-  }
-
- private:
-  Scalar psi(Scalar ratio) const noexcept {
-    if (ratio <= ratio_.front()) return discharge(ratio);
-    if (ratio >= ratio_.back()) return Scalar(0);
-    std::size_t i = 1;
-    while (i + 1 < ratio_.size() && ratio_[i] < ratio) ++i;
-    const Scalar along = (ratio - ratio_[i - 1]) / (ratio_[i] - ratio_[i - 1]);
-    return share_[i - 1] + along * (share_[i] - share_[i - 1]);
-  }
-
-  Scalar discharge_slope_ = 0;
-  std::array<Scalar, Greybox::kChords + 1> ratio_{};
-  std::array<Scalar, Greybox::kChords + 1> share_{};
-};
-
 /// The opening at which the argument of smax() is `x`, were the area linear.
 Scalar opening_V(const config::ValveCurve& port, Scalar x) noexcept {
   return (x * port.transition_mL_s + port.leak_mL_s) / port.gain_mL_s_V;
@@ -119,6 +69,10 @@ void sort(std::array<Scalar, count>& values) noexcept {
   std::make_heap(values.begin(), values.end());
   std::sort_heap(values.begin(), values.end());
 }
+
+/// [1] No line loses, and none is charged, beyond these; so that no number overflows.
+constexpr Scalar kLeastSupply = Scalar(0.2);
+constexpr Scalar kMostSupply = Scalar(2);
 
 /// From one value to another; zero where both stand at the same place.
 Scalar slope(Scalar from, Scalar to, Scalar width) noexcept {
@@ -138,41 +92,85 @@ constexpr Scalar artanh_lag(Scalar y) noexcept {
 
 }  // namespace
 
+/// (G3) by its chords.
+class Greybox::FlowFunction {
+ public:
+  explicit FlowFunction(std::span<const Scalar, kParameters> of) noexcept
+      : discharge_slope_(of[kDischargeSlope]) {
+    const Scalar width = of[kCrackingRatio] - of[kCriticalRatio];
+    const auto ratio_at = [&](Scalar along) noexcept { return of[kCriticalRatio] + width * along; };
+    const auto psi_at = [&](Scalar along) noexcept {
+      const Scalar as_plate = thin_plate(kThinPlateCritical + (Scalar(1) - kThinPlateCritical) * along);
+      if (as_plate <= Scalar(0)) return Scalar(0);
+      return discharge(ratio_at(along)) *
+             numeric::power(min(as_plate, Scalar(1)), Scalar(2) * of[kSubsonicIndex]);
+    };
+    for (std::size_t i = 0; i < ratio_.size(); ++i) {
+      ratio_[i] = ratio_at(kChordEnd[i]);
+      share_[i] = psi_at(kChordEnd[i]);
+    }
+    // A chord lies below the curve, in the mean by 2/3 of what it does half way: its ends go up by that, so that the chords
+    // lie about the curve. Those at the critical ratio, where the straight line of choked flow goes on, and at 0 stay.
+    std::array<Scalar, kChords> below;
+    for (std::size_t i = 0; i < below.size(); ++i) {
+      below[i] =
+          psi_at(Scalar(0.5) * (kChordEnd[i] + kChordEnd[i + 1])) - Scalar(0.5) * (share_[i] + share_[i + 1]);
+    }
+    for (std::size_t i = 1; i < below.size(); ++i) share_[i] += Scalar(1.0 / 3) * (below[i - 1] + below[i]);
+  }
+
+  Scalar ratio(std::size_t end) const noexcept { return ratio_[end]; }
+  Scalar psi(std::size_t end) const noexcept { return share_[end]; }
+  /// (1 + k (r* - r)), which is psi where the flow is choked
+  Scalar discharge(Scalar ratio) const noexcept {
+    return Scalar(1) + discharge_slope_ * (kThinPlateCritical - ratio);
+  }
+
+ private:
+  Scalar discharge_slope_ = 0;
+  std::array<Scalar, kChords + 1> ratio_{};
+  std::array<Scalar, kChords + 1> share_{};
+};
+
+/// (G2)
+void Greybox::Curve::configure(const FlowFunction& flow, Scalar source_kPa) noexcept {
+  constexpr std::size_t kSource = kChords + 2;
+  corner_kPa.front() = Scalar(0);
+  flow_kPa.front() = source_kPa * flow.discharge(Scalar(0));
+  for (std::size_t end = 0; end <= kChords; ++end) {
+    corner_kPa[1 + end] = source_kPa * flow.ratio(end);
+    flow_kPa[1 + end] = source_kPa * flow.psi(end);
+    const Scalar beyond_kPa = source_kPa / flow.ratio(end);
+    corner_kPa[kCorners - 2 - end] = beyond_kPa;
+    flow_kPa[kCorners - 2 - end] = -beyond_kPa * flow.psi(end);
+  }
+  corner_kPa[kSource] = source_kPa;
+  flow_kPa[kSource] = Scalar(0);
+  corner_kPa.back() = kMostPressure_kPa;
+  flow_kPa.back() = -kMostPressure_kPa * flow.discharge(source_kPa / kMostPressure_kPa);
+  for (std::size_t i = 0; i + 1 < kCorners; ++i)
+    slope[i] = control::slope(flow_kPa[i], flow_kPa[i + 1], corner_kPa[i + 1] - corner_kPa[i]);
+}
+
+std::size_t Greybox::Curve::side_of(Scalar pressure_kPa) const noexcept {
+  const auto above = std::upper_bound(corner_kPa.begin() + 1, corner_kPa.end() - 1, pressure_kPa);
+  return static_cast<std::size_t>(above - corner_kPa.begin()) - 1;
+}
+
+Scalar Greybox::Curve::at(std::size_t side, Scalar pressure_kPa) const noexcept {
+  return flow_kPa[side] + slope[side] * (pressure_kPa - corner_kPa[side]);
+}
+
 void Greybox::configure(std::span<const Scalar, kParameters> parameters, Scalar command_low_V,
                         Scalar command_high_V) noexcept {
   dead_volume_mL_ = parameters[kDeadVolume];
   volume_exponent_ = parameters[kVolumeExponent];
-
-  const FlowFunction flow(parameters);
   supply_kPa_ = parameters[kSupply];
   ambient_kPa_ = parameters[kAmbient];
-  std::array<Scalar, kCorners> corner_kPa;
-  std::size_t corner = 0;
-  corner_kPa[corner++] = Scalar(0);
-  corner_kPa[corner++] = kMostPressure_kPa;
-  for (const Scalar fixed_kPa : {supply_kPa_, ambient_kPa_}) {
-    corner_kPa[corner++] = fixed_kPa;
-    for (std::size_t end = 0; end <= kChords; ++end) {
-      corner_kPa[corner++] = fixed_kPa * flow.ratio(end);
-      corner_kPa[corner++] = fixed_kPa / flow.ratio(end);
-    }
-  }
-  sort(corner_kPa);
-  const Scalar leak_L_s_kPa = Scalar(0.5) * parameters[kChamberLeak] / kPerLitre / ambient_kPa_;
-  for (std::size_t i = 0; i < kCorners; ++i) {
-    const Scalar kPa = corner_kPa[i];
-    corner_[i] = {.kPa = kPa,
-                  .flows = {.inlet = flow.flow(supply_kPa_, kPa),
-                            .exhaust = flow.flow(ambient_kPa_, kPa),
-                            .leak = leak_L_s_kPa * (kPa + ambient_kPa_) * (kPa - ambient_kPa_)}};
-  }
-  for (std::size_t i = 0; i + 1 < kCorners; ++i) {
-    const Corner& from = corner_[i];
-    const Corner& to = corner_[i + 1];
-    side_[i] = {.inlet = slope(from.flows.inlet, to.flows.inlet, to.kPa - from.kPa),
-                .exhaust = slope(from.flows.exhaust, to.flows.exhaust, to.kPa - from.kPa),
-                .leak = leak_L_s_kPa * (from.kPa + to.kPa)};
-  }
+  leak_L_s_kPa_ = Scalar(0.5) * parameters[kChamberLeak] / kPerLitre / ambient_kPa_;
+  const FlowFunction flow(parameters);
+  inlet_.configure(flow, supply_kPa_);
+  exhaust_.configure(flow, ambient_kPa_);
 
   const config::ValveCurve inlet = config::inlet_of(parameters);
   const config::ValveCurve exhaust = config::exhaust_of(parameters);
@@ -219,32 +217,18 @@ struct Greybox::Law {
   }
   /// J [1 a tick]
   Scalar slope(const Flows& slopes) const noexcept { return rate_kPa(slopes, Scalar(1)); }
-  Law operator-() const noexcept {
-    Law turned = *this;
-    turned.inlet = -inlet;
-    turned.exhaust = -exhaust;
-    turned.leak = -leak;
-    turned.moved = -moved;
-    return turned;
-  }
 };
 
 /// The part of a step from where the pressure is to the corner ahead.
 struct Greybox::Passage {
-  std::size_t corner;
   Scalar sign;                 ///< 1: the pressure rises, -1: it falls
   Scalar way_kPa;              ///< without its sign, as the rates are
   Scalar rate_kPa, ahead_kPa;  ///< |f| where the pressure is, and at the corner [kPa a tick]
   Scalar bend;                 ///< the difference of both over their sum
   Scalar ticks = 0;
 
-  Passage(std::size_t of_corner, Scalar of_sign, Scalar way, Scalar rate, Scalar ahead) noexcept
-      : corner(of_corner),
-        sign(of_sign),
-        way_kPa(way),
-        rate_kPa(rate),
-        ahead_kPa(ahead),
-        bend((ahead - rate) / (ahead + rate)) {
+  Passage(Scalar of_sign, Scalar way, Scalar rate, Scalar ahead) noexcept
+      : sign(of_sign), way_kPa(way), rate_kPa(rate), ahead_kPa(ahead), bend((ahead - rate) / (ahead + rate)) {
     // way ln(ahead/rate)/(ahead - rate), as ln(ahead/rate) = 2 artanh(bend)
     ticks = slight() ? Scalar(2) * way / (ahead + rate) * artanh_ratio(bend * bend)
                      : way * numeric::log(ahead / rate) / (ahead - rate);
@@ -262,7 +246,6 @@ struct Greybox::Passage {
 
 /// The last part of a step, which ends short of a corner.
 struct Greybox::Rest {
-  std::size_t side;
   Scalar sign;
   Scalar rate_kPa;  ///< |f| where it begins [kPa a tick]
   Scalar slope;     ///< J [1 a tick]
@@ -292,67 +275,102 @@ class Greybox::MeanRise {
 Moving Greybox::moving(const ChamberMotion& motion) const noexcept {
   const Scalar volume_mL = clamp(motion.volume_mL + dead_volume_mL_, kLeastVolume_mL, kMostVolume_mL);
   const Scalar speed_mL_s = clamp(motion.volume_rate_mL_s, -kMostSpeed_mL_s, kMostSpeed_mL_s);
-  return {.first = kTick_s * kPerLitre / volume_mL, .second = volume_exponent_ / kPerLitre * speed_mL_s};
+  return {.first = kTick_s * kPerLitre / volume_mL,
+          .second = volume_exponent_ / kPerLitre * speed_mL_s,
+          .third = clamp(motion.supply, kLeastSupply, kMostSupply)};
 }
 
 Greybox::Tick Greybox::tick(Scalar pressure_kPa, const Moving& moves) const noexcept {
-  const Scalar pressure = clamp(pressure_kPa, Scalar(0), kMostPressure_kPa);
-  return {.pressure_kPa = pressure,
-          .side = side_of(pressure),
-          .per_volume = moves.first,
-          .moved_L_s = moves.second};
+  Tick now{.pressure_kPa = clamp(pressure_kPa, Scalar(0), kMostPressure_kPa),
+           .supply = moves.third,
+           .per_volume = moves.first,
+           .moved_L_s = moves.second};
+  now.sides = sides_of(now.pressure_kPa, now.supply);
+  now.between = stretch(now.sides, now.supply);
+  now.flows = flows(now.sides, now.between, now.pressure_kPa, now.supply);
+  return now;
 }
 
-/// From the last corner that is not above the pressure, but for the last of all.
-std::size_t Greybox::side_of(Scalar pressure_kPa) const noexcept {
-  const auto above = std::upper_bound(corner_.begin() + 1, corner_.end() - 1, pressure_kPa,
-                                      [](Scalar kPa, const Corner& corner) { return kPa < corner.kPa; });
-  return static_cast<std::size_t>(above - corner_.begin()) - 1;
+Greybox::Sides Greybox::sides_of(Scalar pressure_kPa, Scalar supply) const noexcept {
+  return {.inlet = inlet_.side_of(pressure_kPa / supply), .exhaust = exhaust_.side_of(pressure_kPa)};
 }
 
-Greybox::Flows Greybox::flows(std::size_t side, Scalar pressure_kPa) const noexcept {
-  const Flows& at_corner = corner_[side].flows;
-  const Flows& slope = side_[side];
-  const Scalar along_kPa = pressure_kPa - corner_[side].kPa;
-  return {.inlet = at_corner.inlet + slope.inlet * along_kPa,
-          .exhaust = at_corner.exhaust + slope.exhaust * along_kPa,
-          .leak = at_corner.leak + slope.leak * along_kPa};
+/// Of phi(S P_c, p); the last one lies where the exhaust's does.
+Scalar Greybox::inlet_corner_kPa(std::size_t corner, Scalar supply) const noexcept {
+  return corner + 1 < kCorners ? supply * inlet_.corner_kPa[corner] : kMostPressure_kPa;
+}
+
+Greybox::Stretch Greybox::stretch(const Sides& sides, Scalar supply) const noexcept {
+  return {.low_kPa = max(inlet_corner_kPa(sides.inlet, supply), exhaust_.corner_kPa[sides.exhaust]),
+          .high_kPa = min(inlet_corner_kPa(sides.inlet + 1, supply), exhaust_.corner_kPa[sides.exhaust + 1])};
+}
+
+/// Into the next stretch, past corners that lie at one place.
+void Greybox::go_on(bool up, Scalar supply, Sides& sides, Stretch& between) const noexcept {
+  constexpr std::size_t kLast = kCorners - 2;
+  if (up) {
+    const Scalar here_kPa = between.high_kPa;
+    while (sides.inlet < kLast && inlet_corner_kPa(sides.inlet + 1, supply) <= here_kPa) ++sides.inlet;
+    while (sides.exhaust < kLast && exhaust_.corner_kPa[sides.exhaust + 1] <= here_kPa) ++sides.exhaust;
+  } else {
+    const Scalar here_kPa = between.low_kPa;
+    while (sides.inlet > 0 && inlet_corner_kPa(sides.inlet, supply) >= here_kPa) --sides.inlet;
+    while (sides.exhaust > 0 && exhaust_.corner_kPa[sides.exhaust] >= here_kPa) --sides.exhaust;
+  }
+  between = stretch(sides, supply);
+}
+
+Greybox::Flows Greybox::flows(const Sides& sides, const Stretch& between, Scalar pressure_kPa,
+                              Scalar supply) const noexcept {
+  const Curve& inlet = inlet_;
+  const Scalar along_kPa = pressure_kPa - supply * inlet.corner_kPa[sides.inlet];
+  const Scalar low_kPa = between.low_kPa;
+  return {.inlet = supply * inlet.flow_kPa[sides.inlet] + inlet.slope[sides.inlet] * along_kPa,
+          .exhaust = exhaust_.at(sides.exhaust, pressure_kPa),
+          .leak = leak_L_s_kPa_ * (low_kPa + ambient_kPa_) * (low_kPa - ambient_kPa_) +
+                  leak_L_s_kPa_ * (low_kPa + between.high_kPa) * (pressure_kPa - low_kPa)};
+}
+
+Greybox::Flows Greybox::slopes(const Sides& sides, const Stretch& between) const noexcept {
+  return {.inlet = inlet_.slope[sides.inlet],
+          .exhaust = exhaust_.slope[sides.exhaust],
+          .leak = leak_L_s_kPa_ * (between.low_kPa + between.high_kPa)};
 }
 
 /// Goes from corner to corner; returns the pressure at the end [kPa]. The pressure goes one way.
 template <class Visit>
 Scalar Greybox::travel(const Tick& tick, const Ports& open, Scalar ticks, Visit&& visit) const noexcept {
+  const Law law(tick, open);
   Scalar from_kPa = tick.pressure_kPa;
-  std::size_t side = tick.side;
-  Law law(tick, open);
-  Scalar rate_kPa = law.rate_kPa(corner_[side].flows, corner_[side].kPa) +
-                    law.slope(side_[side]) * (from_kPa - corner_[side].kPa);
+  Sides sides = tick.sides;
+  Stretch between = tick.between;
+  Scalar rate_kPa = law.rate_kPa(tick.flows, from_kPa);
   const bool up = rate_kPa > Scalar(0);
   const Scalar sign = up ? Scalar(1) : Scalar(-1);
   rate_kPa *= sign;
-  if (!up) law = -law;
 
   Scalar left = ticks;
-  for (;;) {
-    const std::size_t ahead = up ? side + 1 : side;
-    const Scalar ahead_kPa = law.rate_kPa(corner_[ahead].flows, corner_[ahead].kPa);
-    const Scalar way_kPa = sign * (corner_[ahead].kPa - from_kPa);
+  for (std::size_t passed = 0;; ++passed) {
+    const Scalar corner_kPa = up ? between.high_kPa : between.low_kPa;
+    const Scalar way_kPa = max(sign * (corner_kPa - from_kPa), Scalar(0));
+    const Scalar slope = law.slope(slopes(sides, between));
+    const Scalar ahead_kPa = rate_kPa + slope * way_kPa;
     // at the mean of both rates it would be there sooner than it is
-    const bool moves = ahead_kPa > kAtRest * rate_kPa && rate_kPa > kAtRest * ahead_kPa;
+    const bool moves =
+        ahead_kPa > kAtRest * rate_kPa && rate_kPa > kAtRest * ahead_kPa && passed < kMostPassed;
     if (moves && left * (rate_kPa + ahead_kPa) > Scalar(2) * way_kPa) {
-      const Passage piece(ahead, sign, way_kPa, rate_kPa, ahead_kPa);
+      const Passage piece(sign, way_kPa, rate_kPa, ahead_kPa);
       if (piece.ticks < left) {
         visit(piece);
-        from_kPa = corner_[ahead].kPa;
-        if (ahead == (up ? kCorners - 1 : 0)) return from_kPa;
+        from_kPa = corner_kPa;
+        if (!(from_kPa > Scalar(0) && from_kPa < kMostPressure_kPa)) return from_kPa;
         left -= piece.ticks;
         rate_kPa = ahead_kPa;
-        side = up ? ahead : ahead - 1;
+        go_on(up, tick.supply, sides, between);
         continue;
       }
     }
-    const Scalar slope = sign * law.slope(side_[side]);
-    const Rest piece{side, sign, rate_kPa, slope, left, numeric::phi_1(-slope * left)};
+    const Rest piece{sign, rate_kPa, slope, left, numeric::phi_1(-slope * left)};
     visit(piece);
     return from_kPa + sign * min(rate_kPa * left * piece.phi_1, way_kPa);
   }
@@ -385,13 +403,23 @@ Prediction Greybox::step(Scalar pressure_kPa, const Opening& open, const Moving&
   return {.end_kPa = end_kPa, .mean_kPa = now.pressure_kPa + risen_kPa};
 }
 
+Draw Greybox::draw(Scalar pressure_kPa, const Opening& open, const Moving& moves) const noexcept {
+  const Scalar supply = moves.third;
+  const Scalar of_whole_kPa = clamp(pressure_kPa, Scalar(0), kMostPressure_kPa) / supply;
+  const std::size_t side = inlet_.side_of(of_whole_kPa);
+  const Scalar flow_kPa = inlet_.at(side, of_whole_kPa);
+  // phi(S P, p) = S phi(P, p/S)
+  return {.flow_kPa_L_s = open.first * (supply * flow_kPa),
+          .by_supply_kPa_L_s = open.first * (flow_kPa - inlet_.slope[side] * of_whole_kPa)};
+}
+
 /// Between ambient and supply all. Above the supply's pressure an open inlet empties the chamber, below the ambient's an open
 /// exhaust fills it: there the limit is the node at which the pressure rises or falls fastest, the valve as good as shut.
 Greybox::Range Greybox::answers(const Tick& tick) const noexcept {
   Range among;
-  const bool above = tick.pressure_kPa > supply_kPa_;
+  const bool above = tick.pressure_kPa > tick.supply * supply_kPa_;
   if (!above && tick.pressure_kPa >= ambient_kPa_) return among;
-  const Flows here = flows(tick.side, tick.pressure_kPa);
+  const Flows& here = tick.flows;
   const Scalar sign = above ? Scalar(1) : Scalar(-1);
   std::size_t& best = above ? among.last : among.first;
   const auto flow = [&](std::size_t i) noexcept {
@@ -441,11 +469,11 @@ Scalar Greybox::gaining_V(const Range& among, const Ports& by, Scalar from_V,
 Greybox::Guess Greybox::guess(const Tick& tick, const Range& among, Scalar target_kPa,
                               Scalar near_V) const noexcept {
   const Scalar wanted_kPa = target_kPa - tick.pressure_kPa;
-  const std::size_t there = side_of(target_kPa);
-  const bool near = there == tick.side || abs(wanted_kPa) < kNear_kPa;
-  const Flows from = flows(tick.side, tick.pressure_kPa);
-  const Flows to = flows(there, target_kPa);
-  const Flows slope = near ? side_[tick.side]
+  const Sides there = sides_of(target_kPa, tick.supply);
+  const bool near = there == tick.sides || abs(wanted_kPa) < kNear_kPa;
+  const Flows& from = tick.flows;
+  const Flows to = flows(there, stretch(there, tick.supply), target_kPa, tick.supply);
+  const Flows slope = near ? slopes(tick.sides, tick.between)
                            : Flows{.inlet = (to.inlet - from.inlet) / wanted_kPa,
                                    .exhaust = (to.exhaust - from.exhaust) / wanted_kPa,
                                    .leak = (to.leak - from.leak) / wanted_kPa};

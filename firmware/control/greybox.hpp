@@ -1,18 +1,18 @@
 // The chamber's physics, solved exactly over a tick in which command, volume and speed are held.
 //
-//   p' = f(p, u) = (C_c(u) phi(P_c, p) - C_r(u) phi(p, P_r) - C_l lambda(p) - n v' p) / (v + v_0)     (G1)
+//   p' = f(p, u) = (C_c(u) phi(S P_c, p) - C_r(u) phi(p, P_r) - C_l lambda(p) - n v' p) / (v + v_0)   (G1)
 //   phi(a, b) = a psi(b/a) for a >= b, else -b psi(a/b)                                              (G2)
 //   psi(r) = (1 + k (r* - r)) psi_0(r')^(2 beta),  r' = r* + (r - r_b)(1 - r*)/(r_a - r_b)           (G3)
 //   psi_0(r) = sqrt((r^(2/1.4) - r^(2.4/1.4))/(r*^(2/1.4) - r*^(2.4/1.4))), r* = 0.528
 //   psi_0 = 1 for r <= r_b (choked), 0 for r >= r_a (shut); between by kChords chords
-//   lambda(p) = (p^2 - P_r^2)/(2 P_r), the laminar flow through a narrow gap, by chords between the same corners
-//   C(u): config/valve_curve.hpp
+//   lambda(p) = (p^2 - P_r^2)/(2 P_r), the laminar flow through a narrow gap, by chords between the corners of both phi
+//   C(u): config/valve_curve.hpp;   S: what the supply is of P_c over the tick (Moving, supply_line.hpp)
 //
-// Units: p, P [kPa]; u [V]; v, v_0 [mL]; v' [mL/s]; C [mL/s]; n, r, k, beta [1]. A conductance is an effective area times
+// Units: p, P [kPa]; u [V]; v, v_0 [mL]; v' [mL/s]; C [mL/s]; n, r, k, beta, S [1]. A conductance is an effective area times
 // what does not change: kappa R T/sqrt(T), the discharge coefficient, the units.
 //
-// With psi by chords f is a broken line in p: p psi(P/p) is linear in p where psi(r) is linear in r. Between two of its
-// corners the pressure follows an exponential,
+// With psi by chords f is a broken line in p: p psi(P/p) is linear in p where psi(r) is linear in r, and of another supply,
+// phi(S P, p) = S phi(P, p/S), the same line drawn larger. Between two of its corners the pressure follows an exponential,
 //   p(t) = p_0 + f_0 t phi_1(-J t),   J = df/dp,   phi_1(x) = (1 - e^-x)/x                             (G5)
 // and it passes the corner ahead, at p_1, after
 //   t = (p_1 - p_0) ln(f_1/f_0)/(f_1 - f_0)
@@ -62,35 +62,60 @@ class Greybox final : public PressureModel {
   Inverse inverse(Scalar pressure_kPa, Scalar target_kPa, const Moving& moves,
                   Scalar near_V) const noexcept override;
 
+  Draw draw(Scalar pressure_kPa, const Opening& open, const Moving& moves) const noexcept override;
+
   static constexpr std::size_t kNodes = 64;
   static constexpr int kGuesses = 4;
   static constexpr int kRefinements = 10;
   static constexpr std::size_t kChords = 10;
-  /// Vacuum, for each of both flows P, and r P and P/r for every end of a chord, and the most that a pressure can be.
-  static constexpr std::size_t kCorners = 2 + 2 * (1 + 2 * (kChords + 1));
+  /// Of phi(P, p) in p: 0, P, r P and P/r for every end of a chord, and the most that a pressure can be.
+  static constexpr std::size_t kCorners = 3 + 2 * (kChords + 1);
 
  private:
   friend struct GreyboxTables;  ///< of whoever bounds what a scalar makes of them (host-sim/rounding)
+
+  class FlowFunction;
+  /// phi(P, p) of one P, a broken line in p.
+  struct Curve {
+    std::array<Scalar, kCorners> corner_kPa{};  ///< rising, from 0
+    std::array<Scalar, kCorners> flow_kPa{};    ///< there
+    std::array<Scalar, kCorners - 1> slope{};   ///< from a corner to the next
+
+    void configure(const FlowFunction& flow, Scalar source_kPa) noexcept;
+    /// From the last corner that is not above the pressure, but for the last of all.
+    std::size_t side_of(Scalar pressure_kPa) const noexcept;
+    Scalar at(std::size_t side, Scalar pressure_kPa) const noexcept;
+  };
 
   /// Of both ports: conductances C [L/s], or what the end of a tick gains by them [kPa s/L].
   struct Ports {
     Scalar inlet = 0;
     Scalar exhaust = 0;
   };
-  /// Of a pressure: phi(P_c, p), phi(P_r, p) [kPa], C_l lambda [kPa L/s]; or the slopes of these.
+  /// Of a pressure: phi(S P_c, p), phi(P_r, p) [kPa], C_l lambda [kPa L/s]; or the slopes of these.
   struct Flows {
     Scalar inlet = 0;
     Scalar exhaust = 0;
     Scalar leak = 0;
   };
-  struct Corner {
-    Scalar kPa = 0;
-    Flows flows;
+  /// Which side of each curve a pressure lies on.
+  struct Sides {
+    std::size_t inlet = 0;
+    std::size_t exhaust = 0;
+    bool operator==(const Sides&) const = default;
   };
-  /// (G1) with all put in but the pressure and the command.
+  /// Of the sides about a pressure: where both go on straight.
+  struct Stretch {
+    Scalar low_kPa = 0;
+    Scalar high_kPa = 0;
+  };
+  /// (G1) with all put in but the command.
   struct Tick {
     Scalar pressure_kPa = 0;
-    std::size_t side = 0;   ///< of the pressure: from this corner to the next
+    Sides sides{};          ///< of the pressure
+    Stretch between{};      ///< about it
+    Flows flows{};          ///< at it
+    Scalar supply = 1;      ///< S
     Scalar per_volume = 0;  ///< h/(v + v_0) [s/L]
     Scalar moved_L_s = 0;   ///< n v'
   };
@@ -110,8 +135,12 @@ class Greybox final : public PressureModel {
   class MeanRise;
 
   Tick tick(Scalar pressure_kPa, const Moving& moves) const noexcept;
-  std::size_t side_of(Scalar pressure_kPa) const noexcept;
-  Flows flows(std::size_t side, Scalar pressure_kPa) const noexcept;
+  Sides sides_of(Scalar pressure_kPa, Scalar supply) const noexcept;
+  Scalar inlet_corner_kPa(std::size_t corner, Scalar supply) const noexcept;
+  Stretch stretch(const Sides& sides, Scalar supply) const noexcept;
+  void go_on(bool up, Scalar supply, Sides& sides, Stretch& between) const noexcept;
+  Flows flows(const Sides& sides, const Stretch& between, Scalar pressure_kPa, Scalar supply) const noexcept;
+  Flows slopes(const Sides& sides, const Stretch& between) const noexcept;
   template <class Visit>
   Scalar travel(const Tick& tick, const Ports& open, Scalar ticks, Visit&& visit) const noexcept;
   std::size_t segment(Scalar command_V) const noexcept;
@@ -121,8 +150,9 @@ class Greybox final : public PressureModel {
   Guess guess(const Tick& tick, const Range& among, Scalar target_kPa, Scalar near_V) const noexcept;
 
   Scalar dead_volume_mL_ = 0, volume_exponent_ = 1, supply_kPa_ = 0, ambient_kPa_ = 0;
-  std::array<Corner, kCorners> corner_{};
-  std::array<Flows, kCorners - 1> side_{};  ///< slopes from a corner to the next
+  Scalar leak_L_s_kPa_ = 0;  ///< C_l/(2 P_r)
+  Curve inlet_;              ///< of P_c
+  Curve exhaust_;            ///< of P_r
   std::array<Scalar, kNodes> node_V_{};
   std::array<Ports, kNodes> node_{};
   std::array<Ports, kNodes - 1> slope_{};  ///< from a node to the next [L/(s V)]

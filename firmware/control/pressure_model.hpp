@@ -26,6 +26,7 @@ inline constexpr Scalar kMostSpeed_mL_s = Scalar(1e7);
 struct ChamberMotion {
   Scalar volume_mL = 0;         ///< at the middle of the tick
   Scalar volume_rate_mL_s = 0;  ///< mean over the tick
+  Scalar supply = 1;            ///< pressure of the supply, of what the model states [1]
 };
 
 /// The pressure at the end of a step and its mean over it (what the averaging sensor will read).
@@ -49,11 +50,17 @@ struct Opening {
   Scalar second = 0;
 };
 
-/// What a motion does to the pressure over a tick, likewise: shares of volume and speed in the rates.
+/// What a motion does to the pressure over a tick, likewise: shares of volume and speed in the rates, and what supply there is.
 struct Moving {
   Scalar first = 0;
   Scalar second = 0;
   Scalar third = 0;
+};
+
+/// What flows in from the supply [kPa L/s], and how that rises with the supply, of what the model states.
+struct Draw {
+  Scalar flow_kPa_L_s = 0;
+  Scalar by_supply_kPa_L_s = 0;
 };
 
 class PressureModel {
@@ -68,6 +75,9 @@ class PressureModel {
                   Scalar ticks) const noexcept {
     return step(pressure_kPa, opening(command_V), moving(motion), ticks);
   }
+
+  /// At a pressure. Nothing by a model that knows no flow.
+  virtual Draw draw(Scalar, const Opening&, const Moving&) const noexcept { return {}; }
 
   /// The command within the model's command range whose step() ends nearest to `target_kPa`.
   ///

@@ -44,10 +44,12 @@ void Regulator::configure(const Config& config) noexcept {
   take_over({.dead_ticks = config.valve_delay_ticks}, Scalar(0));
 }
 
-void Regulator::take_over(const ValvePath::Config& valve, Scalar sensor_lag_ticks) noexcept {
+void Regulator::take_over(const ValvePath::Config& valve, Scalar sensor_lag_ticks,
+                          const SupplyLine::Config& supply) noexcept {
   valve_.configure(valve);
   sensor_.configure(sensor_lag_ticks, config_.residual_noise_kPa);
   sent_.configure(valve_.delay_ticks());
+  line_.configure(supply, sent_.part_ticks());
 }
 
 void Regulator::reset(Scalar pressure_kPa, Scalar command_V) noexcept {
@@ -65,6 +67,7 @@ void Regulator::go_on(Scalar pressure_kPa) noexcept {
 void Regulator::forget(Scalar pressure_kPa) noexcept {
   trim_.reset();
   sensor_.reset(pressure_kPa);
+  line_.reset();
   pressure_kPa_ = pressure_kPa;
   steady_kPa_ = Scalar(0);
   residual_level_kPa_ = Scalar(0);
@@ -88,7 +91,7 @@ Scalar Regulator::disturbance_kPa(Scalar compression_kPa) const noexcept {
 
 Prediction Regulator::past_tick(const PressureModel& model, const ChamberMotion& past,
                                 Scalar compression_kPa) noexcept {
-  const Prediction undisturbed = sent_.past_tick(model, pressure_kPa_, past);
+  const Prediction undisturbed = sent_.past_tick(model, pressure_kPa_, past, line_);
   const Scalar disturbed_kPa = disturbance_kPa(compression_kPa);
   return {.end_kPa = undisturbed.end_kPa + disturbed_kPa,
           .mean_kPa = undisturbed.mean_kPa + kMeanOfEnd * disturbed_kPa};
@@ -138,36 +141,68 @@ Regulator::Span Regulator::acting_span(const ReferenceShaper::Reference& referen
           .to_kPa = reference.at(sent_.whole_ticks() + 1, sent_.part_ticks())};
 }
 
+Regulator::Acting Regulator::stands(const PressureModel& model, Scalar pressure_kPa,
+                                    const ChamberMotion& motion) const noexcept {
+  Acting acting{.pressure_kPa = pressure_kPa,
+                .motion = motion,
+                .moves = {},
+                .line = line_,
+                .compressed = compressed(motion)};
+  acting.supplied(model, line_.supply());
+  return acting;
+}
+
+void Regulator::Acting::supplied(const PressureModel& model, Scalar supply) noexcept {
+  motion.supply = supply;
+  moves = model.moving(motion);
+}
+
 Regulator::Acting Regulator::when_it_acts(const PressureModel& model, const ChamberMotion& next) noexcept {
-  Acting acting{.pressure_kPa = pressure_kPa_, .moving = model.moving(next), .compressed = compressed(next)};
-  ChamberMotion motion = next;
-  const auto advance = [&](std::size_t sent_ticks_ago, Scalar ticks) noexcept {
+  Acting acting = stands(model, pressure_kPa_, next);
+  SupplyLine& line = acting.line;
+  const auto advance = [&](std::size_t sent_ticks_ago, Scalar ticks, const SupplyLine::While& span) noexcept {
     const Scalar disturbed_kPa = disturbance_kPa(acting.pressure_kPa * acting.compressed);
-    acting.pressure_kPa =
-        model.step(acting.pressure_kPa, sent_.opening(model, sent_ticks_ago), acting.moving, ticks).end_kPa +
-        ticks * disturbed_kPa;
+    const Prediction undisturbed =
+        line.step(span, ticks, model, acting.pressure_kPa, sent_.opening(model, sent_ticks_ago),
+                  acting.motion, acting.moves);
+    acting.pressure_kPa = undisturbed.end_kPa + ticks * disturbed_kPa;
+    if (line.droops()) acting.supplied(model, line.supply());
   };
-  advance(sent_.whole_ticks() + 1, sent_.part_ticks());
+  advance(sent_.whole_ticks() + 1, sent_.part_ticks(), line.part());
   for (std::size_t ago = sent_.whole_ticks(); ago > 0; --ago) {
-    advance(ago, Scalar(1));
-    motion.volume_mL += motion.volume_rate_mL_s * kTick_s;
-    acting.moving = model.moving(motion);
-    acting.compressed = compressed(motion);
+    advance(ago, Scalar(1), line.tick());
+    acting.motion.volume_mL += acting.motion.volume_rate_mL_s * kTick_s;
+    acting.moves = model.moving(acting.motion);
+    acting.compressed = compressed(acting.motion);
   }
   return acting;
+}
+
+/// What a target asks for is a flow, whatever the supply. So what a first answer draws tells the supply of the second; but no
+/// less than the widest opening leaves.
+Inverse Regulator::inverse_of(const PressureModel& model, Acting& acting, Scalar target_kPa) const noexcept {
+  const Inverse first = model.inverse(acting.pressure_kPa, target_kPa, acting.moves, sent_.ago(1).model_V);
+  const SupplyLine& line = acting.line;
+  if (!line.droops()) return first;
+  const Scalar mean_kPa = Scalar(0.5) * (acting.pressure_kPa + first.reached_kPa);
+  const Draw asked = model.draw(mean_kPa, model.opening(first.command_V), acting.moves);
+  const Scalar least = line.mean(line.tick(), model, acting.pressure_kPa,
+                                 model.opening(config_.command_high_V), acting.motion);
+  acting.supplied(model, max(least, line.mean(line.tick(), asked.flow_kPa_L_s)));
+  return model.inverse(acting.pressure_kPa, target_kPa, acting.moves, first.command_V);
 }
 
 Regulator::Command Regulator::regulate(const PressureModel& model,
                                        const ReferenceShaper::Reference& reference,
                                        const ChamberMotion& next) noexcept {
   const Span wanted = acting_span(reference);
-  const Acting start = when_it_acts(model, next);
+  Acting start = when_it_acts(model, next);
   const Scalar left = numeric::min(config_.error_left + config_.error_left_per_kPa * residual_level_kPa_,
                                    config_.error_left_most);
   const Scalar left_kPa = clamp(left * (start.pressure_kPa - wanted.from_kPa), -config_.error_left_limit_kPa,
                                 config_.error_left_limit_kPa);
   const Scalar target_kPa = wanted.to_kPa + left_kPa - disturbance_kPa(pressure_kPa_ * start.compressed);
-  plan_ = model.inverse(start.pressure_kPa, target_kPa, start.moving, sent_.ago(1).model_V);
+  plan_ = inverse_of(model, start, target_kPa);
   const Inverse& inverse = plan_;
 
   // Where the model is at its limit so is the valve: a learned correction does not take full opening away.
@@ -188,8 +223,8 @@ Regulator::Command Regulator::feedforward(const PressureModel& model,
                                           const ReferenceShaper::Reference& reference,
                                           const ChamberMotion& next) const noexcept {
   const Span wanted = acting_span(reference);
-  const Inverse inverse =
-      model.inverse(wanted.from_kPa, wanted.to_kPa, model.moving(next), sent_.ago(1).model_V);
+  Acting on_it = stands(model, wanted.from_kPa, next);
+  const Inverse inverse = inverse_of(model, on_it, wanted.to_kPa);
   const Scalar command_V =
       clamp(valve_.command_for(inverse.command_V), config_.command_low_V, config_.command_high_V);
   return {.command_V = command_V, .feedforward_V = inverse.command_V, .saturated = inverse.saturated};

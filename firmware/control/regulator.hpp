@@ -13,6 +13,7 @@
 //               the first step of a Kalman filter with the deviations m_i. (Normalising each estimate on its
 //               own was tried: the estimates then chase each other.) Without a measurement the model carries
 //               the estimate on: coast().
+//               What the tick took from the supply is carried on, and what a sensor says of it (SupplyLine).
 //   2. predict  The valve answers a command late (ValvePath); the pressure is carried over that delay with the
 //               commands that still act (a Smith predictor).
 //   3. invert   Once a tick: the place of the spool that takes it, in one tick of action, to
@@ -39,6 +40,7 @@
 #include "firmware/control/reference_shaper.hpp"
 #include "firmware/control/sensor_lag.hpp"
 #include "firmware/control/sent_commands.hpp"
+#include "firmware/control/supply_line.hpp"
 #include "firmware/control/valve_path.hpp"
 
 namespace plenum::control {
@@ -78,8 +80,12 @@ class Regulator {
 
   void configure(const Config& config) noexcept;
 
-  /// Valve and sensor as a model knows them. go_on() or reset() follows.
-  void take_over(const ValvePath::Config& valve, Scalar sensor_lag_ticks) noexcept;
+  /// Valve, sensor and supply as a model knows them. go_on() or reset() follows.
+  void take_over(const ValvePath::Config& valve, Scalar sensor_lag_ticks,
+                 const SupplyLine::Config& supply = {}) noexcept;
+
+  /// The supply [kPa] over the tick just past; before observe() or coast(). Where nothing is measured it stays as it was last.
+  void supply_measured(Scalar supply_kPa) noexcept { line_.measured(supply_kPa); }
 
   /// How many ticks of reference regulate() and feedforward() look at.
   std::size_t ahead() const noexcept { return sent_.whole_ticks() + 2; }
@@ -127,7 +133,8 @@ class Regulator {
   }
   /// Of what take_over() alone writes, and configure() through it.
   std::uint64_t sum_of_paths() const noexcept {
-    return valve_.sum_of_constants() + sensor_.sum_of_constants() + sent_.sum_of_constants();
+    return valve_.sum_of_constants() + sensor_.sum_of_constants() + sent_.sum_of_constants() +
+           line_.sum_of_constants();
   }
   /// Of every estimate, and of what was sent: d, theta and c(u) are learned slowly, or at one command alone, and learn what is false
   /// from a pressure, a spool or a command that is.
@@ -135,7 +142,7 @@ class Regulator {
     return sent_.sum_of_acting() + config::sum_of_object(trim_) + config::sum_of_object(valve_) +
            config::sum_of_object(sensor_) + config::sum_of_object(pressure_kPa_) +
            config::sum_of_object(steady_kPa_) + config::sum_of_object(residual_level_kPa_) +
-           config::sum_of_object(compression_);
+           config::sum_of_object(compression_) + line_.sum_of_estimates();
   }
 
  private:
@@ -150,10 +157,17 @@ class Regulator {
   /// Step 2: the pressure when a command given now begins to act, and the motion then.
   struct Acting {
     Scalar pressure_kPa;
-    Moving moving;
+    ChamberMotion motion;
+    Moving moves;  ///< of that motion
+    SupplyLine line;
     Scalar compressed;  ///< by that motion, -v' h/v
+
+    void supplied(const PressureModel& model, Scalar supply) noexcept;
   };
+  Acting stands(const PressureModel& model, Scalar pressure_kPa, const ChamberMotion& motion) const noexcept;
   Acting when_it_acts(const PressureModel& model, const ChamberMotion& next) noexcept;
+  /// The model's inverse there, with the supply that the answer itself leaves.
+  Inverse inverse_of(const PressureModel& model, Acting& acting, Scalar target_kPa) const noexcept;
   /// The tick just past, from the estimate at its start and the commands that acted.
   Prediction past_tick(const PressureModel& model, const ChamberMotion& past,
                        Scalar compression_kPa) noexcept;
@@ -175,6 +189,7 @@ class Regulator {
   ValvePath valve_;
   SensorLag sensor_;
   SentCommands sent_;
+  SupplyLine line_;
   Scalar pressure_kPa_ = 0;        ///< estimate at the start of the tick at hand
   Scalar steady_kPa_ = 0;          ///< d
   Scalar residual_level_kPa_ = 0;  ///< mean magnitude of the residuals of late

@@ -10,6 +10,7 @@
 
 #include "firmware/config/seal.hpp"
 #include "firmware/control/pressure_model.hpp"
+#include "firmware/control/supply_line.hpp"
 #include "firmware/control/valve_path.hpp"
 
 namespace plenum::control {
@@ -77,12 +78,17 @@ class SentCommands {
   /// The one that acted last over the tick just past.
   const Sent& acted() const noexcept { return ago(whole_ticks() + 1); }
 
-  /// The tick just past, from the pressure at its start.
-  Prediction past_tick(const PressureModel& model, Scalar pressure_kPa, const ChamberMotion& past) noexcept {
-    const Moving moves = model.moving(past);
+  /// The tick just past, from the pressure at its start, and what it takes from the supply.
+  Prediction past_tick(const PressureModel& model, Scalar pressure_kPa, const ChamberMotion& past,
+                       SupplyLine& line) noexcept {
+    ChamberMotion motion = past;
+    motion.supply = line.supply();
+    const Moving moves = model.moving(motion);
     const Scalar rest = Scalar(1) - part_ticks_;
-    const Prediction first = model.step(pressure_kPa, opening(model, whole_ticks() + 2), moves, part_ticks_);
-    const Prediction second = model.step(first.end_kPa, opening(model, whole_ticks() + 1), moves, rest);
+    const Prediction first = line.step(line.part(), part_ticks_, model, pressure_kPa,
+                                       opening(model, whole_ticks() + 2), motion, moves);
+    const Prediction second =
+        line.step(line.rest(), rest, model, first.end_kPa, opening(model, whole_ticks() + 1), motion, moves);
     return {.end_kPa = second.end_kPa, .mean_kPa = part_ticks_ * first.mean_kPa + rest * second.mean_kPa};
   }
 

@@ -2,14 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
+#include <utility>
+#include <vector>
 
 #include "host-sim/rounding/rounded.hpp"
 
 namespace rounding {
 namespace {
 
-using Flows = GreyboxTables::Flows;
+using Curve = GreyboxTables::Curve;
 using Ports = GreyboxTables::Ports;
 namespace phi = plenum::numeric::phi;
 
@@ -25,57 +28,83 @@ constexpr double kSeriesLagError = 5e-7;         // of artanh_lag(), of it
 constexpr double kLogError = 2e-9 + 3e-10 * 17;  // of log(), for ratios down to kAtRest
 constexpr double kLogRemainder = 4e-10;          // of its series, in exact numbers, too
 
-/// A broken line [kPa]: flow `of` the corners.
-double at(const GreyboxTables& tables, double Flows::*of, double kPa) {
-  const auto& x = tables.corner_kPa;
+/// The broken line through the corners [kPa].
+double at(const Curve& curve, double kPa) {
+  const auto& x = curve.corner_kPa;
   const auto above = std::upper_bound(x.begin() + 1, x.end() - 1, kPa);
   const auto i = static_cast<std::size_t>(above - x.begin());
   const double width = x[i] - x[i - 1];
   const double along = width > 0 ? (kPa - x[i - 1]) / width : 0;
-  return tables.corner[i - 1].*of + along * (tables.corner[i].*of - tables.corner[i - 1].*of);
+  return curve.flow_kPa[i - 1] + along * (curve.flow_kPa[i] - curve.flow_kPa[i - 1]);
 }
 
 struct Range {
   double low, high;
-  bool meets(double from, double to) const { return from <= high && to >= low; }
 };
 
-/// The corners of `tables` within a range, and its ends.
-std::vector<double> corners_within(const GreyboxTables& tables, const Range& range) {
+/// The corners of these curves within a range, and its ends; rising.
+std::vector<double> corners_within(const Range& range, std::initializer_list<const Curve*> curves) {
   std::vector<double> found{range.low, range.high};
-  for (const double kPa : tables.corner_kPa)
-    if (kPa > range.low && kPa < range.high) found.push_back(kPa);
+  for (const Curve* curve : curves)
+    for (const double kPa : curve->corner_kPa)
+      if (kPa > range.low && kPa < range.high) found.push_back(kPa);
+  std::sort(found.begin(), found.end());
   return found;
 }
 
 /// What is known of one flow over the pressures of a tick.
 struct Flow {
-  double most = 0;       ///< by amount
-  double off = 0;        ///< the board's broken line through its corners
-  double slope_off = 0;  ///< what the board's slopes miss over the width of their side
-  double steepest = 0;   ///< of the slopes
-  double widest = 0;     ///< change over a side
+  double most = 0;      ///< by amount
+  double off = 0;       ///< of the line that the board walks along
+  double steepest = 0;  ///< of the slopes
+  double widest = 0;    ///< change over a side
 };
 
-Flow known_of(const GreyboxTables& board, const GreyboxTables& exact, double Flows::*of, const Range& range) {
+/// The board begins on a side, by its slope, and goes on by the slopes of the sides that it passes: what they miss adds up.
+Flow known_of(const Curve& board, const Curve& exact, const Range& range) {
   Flow flow;
-  for (const GreyboxTables* tables : {&board, &exact}) {
-    for (const double kPa : corners_within(*tables, range)) {
-      flow.most = std::max(flow.most, std::fabs(at(exact, of, kPa)));
-      flow.off = std::max(flow.off, std::fabs(at(board, of, kPa) - at(exact, of, kPa)));
-    }
+  for (const double kPa : corners_within(range, {&board, &exact})) {
+    flow.most = std::max(flow.most, std::fabs(at(exact, kPa)));
+    flow.off = std::max(flow.off, std::fabs(at(board, kPa) - at(exact, kPa)));
   }
-  for (std::size_t i = 0; i + 1 < board.corner_kPa.size(); ++i) {
-    if (!range.meets(board.corner_kPa[i], board.corner_kPa[i + 1])) continue;
-    const double whole = board.corner_kPa[i + 1] - board.corner_kPa[i];
-    const double width = std::min(board.corner_kPa[i + 1], range.high) - board.corner_kPa[i];
-    const double rise = board.corner[i + 1].*of - board.corner[i].*of;
-    if (whole <= 0) continue;
-    flow.slope_off = std::max(flow.slope_off, std::fabs(board.side[i].*of * width - rise * width / whole));
-    flow.steepest = std::max(flow.steepest, std::fabs(rise / whole));
-    flow.widest = std::max(flow.widest, std::fabs(rise * width / whole));
+  double missed = 0;
+  const std::vector<double> corners = corners_within(range, {&board});
+  for (std::size_t i = 0; i + 1 < corners.size(); ++i) {
+    const double from = corners[i], to = corners[i + 1];
+    if (!(to > from)) continue;
+    const double middle = 0.5 * (from + to);
+    const auto above = std::upper_bound(board.corner_kPa.begin() + 1, board.corner_kPa.end() - 1, middle);
+    const double slope = board.slope[static_cast<std::size_t>(above - board.corner_kPa.begin()) - 1];
+    const double rise = at(board, to) - at(board, from);
+    missed += std::fabs(slope * (to - from) - rise);
+    flow.steepest = std::max(flow.steepest, std::fabs(rise / (to - from)));
+    flow.widest = std::max(flow.widest, std::fabs(rise));
   }
+  flow.off += 2 * missed + kHalfUlp;  // the product on the first side, rounded
   return flow;
+}
+
+/// C_l lambda [kPa L/s], by chords from each corner of f to the next.
+Flow leak_of(const GreyboxTables& board, const GreyboxTables& exact, const Range& range) {
+  const double k = exact.leak_L_s_kPa, ambient = exact.ambient_kPa;
+  double moved = 0;  // the board's corners
+  for (const auto& [of_board, of_exact] :
+       {std::pair{&board.inlet, &exact.inlet}, {&board.exhaust, &exact.exhaust}})
+    for (std::size_t i = 0; i < of_exact->corner_kPa.size(); ++i)
+      moved = std::max(moved, std::fabs(of_board->corner_kPa[i] - of_exact->corner_kPa[i]));
+  double widest = 0;
+  const std::vector<double> corners = corners_within(range, {&exact.inlet, &exact.exhaust});
+  for (std::size_t i = 0; i + 1 < corners.size(); ++i) widest = std::max(widest, corners[i + 1] - corners[i]);
+  // where corners cross that lie at one place in exact numbers
+  widest += 2 * moved;
+  const double square = std::max(range.high * range.high, ambient * ambient), way = range.high - range.low;
+  const double gain_off = std::fabs(board.leak_L_s_kPa - k);
+  return {.most = k * square,
+          .off = gain_off * square + 2 * (k + gain_off) * widest * moved +  // a chord whose ends move
+                 kHalfUlp * (range.high + widest + 3) +                     // the products at the start
+                 kHalfUlp * way,                                            // the slopes
+          .steepest = 2 * k * range.high,
+          .widest = 2 * k * range.high * widest};
 }
 
 /// Conductance of a port: the most, and how far the board's is from it at any command, itself rounded.
@@ -167,21 +196,20 @@ struct Sides {
 
 Sides sides_of(const GreyboxTables& exact, const Law& law, const Range& range) {
   Sides sides{.rising = law.moved.most};
-  for (std::size_t i = 0; i + 1 < exact.corner_kPa.size(); ++i) {
-    const double from = exact.corner_kPa[i], to = exact.corner_kPa[i + 1];
-    if (!range.meets(from, to) || !(to > from)) continue;
-    const auto slope = [&](double Flows::*of) {
-      return (exact.corner[i + 1].*of - exact.corner[i].*of) / (to - from);
-    };
-    const auto turned = [&](double Flows::*of) { return slope(of) * from - exact.corner[i].*of; };
+  const std::vector<double> corners = corners_within(range, {&exact.inlet, &exact.exhaust});
+  for (std::size_t i = 0; i + 1 < corners.size(); ++i) {
+    const double from = corners[i], to = corners[i + 1];
+    if (!(to > from)) continue;
+    const auto slope = [&](const Curve& of) { return (at(of, to) - at(of, from)) / (to - from); };
+    const auto turned = [&](const Curve& of) { return slope(of) * from - at(of, from); };
     const auto of_ports = [&](const auto& of) {
-      return law.inlet.most * std::max(of(&Flows::inlet), 0.0) +
-             law.exhaust.most * std::max(of(&Flows::exhaust), 0.0);
+      return law.inlet.most * std::max(of(exact.inlet), 0.0) +
+             law.exhaust.most * std::max(of(exact.exhaust), 0.0);
     };
     sides.rising = std::max(sides.rising, law.moved.most + of_ports(slope));
     sides.away = std::max(sides.away, of_ports(turned));
-    sides.widest = std::max(sides.widest, std::min(to, range.high) - from);
-    sides.farthest = std::max(sides.farthest, std::min(to, range.high) / std::max(from, range.low));
+    sides.widest = std::max(sides.widest, to - from);
+    sides.farthest = std::max(sides.farthest, to / from);
     ++sides.corners;
   }
   return sides;
@@ -205,9 +233,9 @@ double greybox_tick_error_kPa(const GreyboxTables& board, const GreyboxTables& e
   // Nothing but the moving volume takes the pressure out of what lies between ambient and supply.
   const double swing = 1.001 * std::exp(law.moved.most);
   const Range range{exact.ambient_kPa / swing, exact.supply_kPa * swing};
-  const Flow inlet = known_of(board, exact, &Flows::inlet, range);
-  const Flow exhaust = known_of(board, exact, &Flows::exhaust, range);
-  const Flow leak = known_of(board, exact, &Flows::leak, range);
+  const Flow inlet = known_of(board.inlet, exact.inlet, range);
+  const Flow exhaust = known_of(board.exhaust, exact.exhaust, range);
+  const Flow leak = leak_of(board, exact, range);
   const auto sum = [&](double Flow::*of) {
     return law.inlet.most * inlet.*of + law.exhaust.most * exhaust.*of + law.leak.most * leak.*of;
   };
@@ -215,21 +243,19 @@ double greybox_tick_error_kPa(const GreyboxTables& board, const GreyboxTables& e
   const double steepest = sum(&Flow::steepest) + law.moved.most;            // |J| [1 a tick]
   const Sides sides = sides_of(exact, law, range);
   const double growth = growth_of(sides, range);
-  if (!(std::max({most_rate, steepest, board.corner_kPa.back(), growth}) < kRange))
+  if (!(std::max({most_rate, steepest, board.inlet.corner_kPa.back(), growth}) < kRange))
     return std::numeric_limits<double>::infinity();
 
-  // e: the broken line through the board's corners, four products a rate; the first rate and the slopes of a last piece
+  // e: the line that the board walks along; its roundings at the start, of each slope by the way on it, of each rate ahead
   const auto off = [](const Coefficient& of, const Flow& flow) {
     return of.off * (flow.most + flow.off) + of.most * flow.off;
   };
-  const double rates_off = off(law.inlet, inlet) + off(law.exhaust, exhaust) + off(law.leak, leak) +
-                           law.moved.off * range.high + 4 * kHalfUlp;
-  const double slopes_off = sum(&Flow::slope_off) + 4 * kHalfUlp * sides.widest + 5 * kHalfUlp;
-  const double pieces_off = rates_off + 2 * slopes_off;
+  const double way = range.high - range.low;
+  const double pieces_off = off(law.inlet, inlet) + off(law.exhaust, exhaust) + off(law.leak, leak) +
+                            law.moved.off * range.high + kHalfUlp * (4 * way + sides.corners + 5);
 
   // jumps: at a corner, by the time to it; at one that is not passed, where the rate is a share of that before it and has fallen to
   // that over one side
-  const double way = range.high - range.low;
   const double by_log = way / kSlightBend * (kLogError + kLogRemainder + kHalfUlp);
   const double by_series = way * 1.5 * (kSeriesError + kLogRemainder);
   constexpr double kTimeUlps = 5;

@@ -15,19 +15,22 @@ struct GreyboxTables {
   using Tables = ::rounding::GreyboxTables;
 
   static double number(Scalar of) { return static_cast<double>(of); }
-  static Tables::Flows flows(const Greybox::Flows& of) {
-    return {number(of.inlet), number(of.exhaust), number(of.leak)};
+  static std::vector<double> numbers(std::span<const Scalar> of) {
+    std::vector<double> as_double;
+    std::transform(of.begin(), of.end(), std::back_inserter(as_double), number);
+    return as_double;
+  }
+  static Tables::Curve curve(const Greybox::Curve& of) {
+    return {numbers(of.corner_kPa), numbers(of.flow_kPa), numbers(of.slope)};
   }
   static Tables::Ports ports(const Greybox::Ports& of) { return {number(of.inlet), number(of.exhaust)}; }
 
   static Tables of(const Greybox& model) {
     Tables tables;
-    for (const auto& corner : model.corner_) {
-      tables.corner_kPa.push_back(number(corner.kPa));
-      tables.corner.push_back(flows(corner.flows));
-    }
-    std::transform(model.side_.begin(), model.side_.end(), std::back_inserter(tables.side), flows);
-    std::transform(model.node_V_.begin(), model.node_V_.end(), std::back_inserter(tables.node_V), number);
+    tables.inlet = curve(model.inlet_);
+    tables.exhaust = curve(model.exhaust_);
+    tables.leak_L_s_kPa = number(model.leak_L_s_kPa_);
+    tables.node_V = numbers(model.node_V_);
     std::transform(model.node_.begin(), model.node_.end(), std::back_inserter(tables.node), ports);
     std::transform(model.slope_.begin(), model.slope_.end(), std::back_inserter(tables.slope), ports);
     // of a millilitre in all: the numerator itself
@@ -45,8 +48,8 @@ namespace rounding {
 
 GreyboxTables TABLES_IN(std::span<const float> parameters) {
   using plenum::control::Greybox;
-  std::array<plenum::numeric::Scalar, Greybox::kParameters> of;
-  std::copy_n(parameters.begin(), of.size(), of.begin());
+  std::array<plenum::numeric::Scalar, Greybox::kParameters> of{};
+  std::copy_n(parameters.begin(), std::min(parameters.size(), of.size()), of.begin());
   const auto model = std::make_unique<Greybox>();
   model->configure(of, plenum::numeric::Scalar(0), plenum::numeric::Scalar(10));
   return plenum::control::GreyboxTables::of(*model);

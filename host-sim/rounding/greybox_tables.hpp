@@ -8,18 +8,19 @@
 namespace rounding {
 
 struct GreyboxTables {
-  /// phi(P_c, p), phi(P_r, p) [kPa] and C_l lambda [kPa L/s]; or the slopes of these, per kPa.
-  struct Flows {
-    double inlet = 0, exhaust = 0, leak = 0;
+  /// phi(P, p) of one P.
+  struct Curve {
+    std::vector<double> corner_kPa;  ///< rising
+    std::vector<double> flow_kPa;    ///< there
+    std::vector<double> slope;       ///< from a corner to the next
   };
   /// Conductances [L/s], or their slopes [L/(s V)].
   struct Ports {
     double inlet = 0, exhaust = 0;
   };
 
-  std::vector<double> corner_kPa;  ///< rising
-  std::vector<Flows> corner;
-  std::vector<Flows> side;     ///< slopes from a corner to the next
+  Curve inlet, exhaust;
+  double leak_L_s_kPa = 0;     ///< C_l/(2 P_r)
   std::vector<double> node_V;  ///< rising
   std::vector<Ports> node;
   std::vector<Ports> slope;  ///< from a node to the next
@@ -28,7 +29,7 @@ struct GreyboxTables {
   double volume_exponent = 1, supply_kPa = 0, ambient_kPa = 0;
 };
 
-/// Of the parameters in image order, all that the kind has, over commands of 0 to 10 V.
+/// Of the parameters in image order, over commands of 0 to 10 V.
 GreyboxTables greybox_in_fixed(std::span<const float> parameters);
 GreyboxTables greybox_in_double(std::span<const float> parameters);
 

@@ -9,8 +9,8 @@
 #include <stdexcept>
 #include <vector>
 
-#include "firmware/config/greybox_parameters.hpp"
 #include "firmware/config/limits.hpp"
+#include "firmware/config/model_image.hpp"
 #include "host-sim/rounding/core_box.hpp"
 #include "host-sim/rounding/greybox_error.hpp"
 
@@ -93,7 +93,8 @@ std::array<Bounded, 2> halves(const CoreModel& model, const Part& part) {
 std::optional<double> tick_error_kPa(std::string_view kind, std::span<const double> parameters) {
   const std::vector<float> as_uploaded(parameters.begin(), parameters.end());
   if (kind == "greybox") {
-    if (as_uploaded.size() < config::kGreyboxParameters) throw std::invalid_argument("too few parameters");
+    if (as_uploaded.size() < config::required_count(config::ModelKind::greybox))
+      throw std::invalid_argument("too few parameters");
     return ::rounding::greybox_tick_error_kPa(::rounding::greybox_in_fixed(as_uploaded),
                                               ::rounding::greybox_in_double(as_uploaded));
   }

@@ -52,7 +52,7 @@ constexpr std::array<Range, kGreyboxCount> kGreyboxRanges{
      {1e-4, 1e5},   {-6.0, 20.0},   {-20.0, 20.0}, {-40.0, 40.0}, {-6.0, 20.0}, {-20.0, 20.0},
      {-40.0, 40.0}, {0.05, 0.8},    {0.25, 1.5},   {0.85, 1.0},   {-0.8, 0.8},  {-5000.0, 5000.0},
      {1.0, 1.4},    {0.0, 1e5},     {0.0, 0.08},   {0.0, 0.5},    {0.3, 2.0},   {0.0, 1.5},
-     {0.0, 0.3},    {50.0, 2000.0}, {10.0, 200.0}}};
+     {0.0, 0.3},    {50.0, 2000.0}, {10.0, 200.0}, {0.0, 20.0},   {0.0, 3.0},   {0.0, 1.5}}};
 
 struct Kind {
   std::string_view name;
@@ -71,7 +71,7 @@ struct Kind {
 constexpr std::array<Kind, 3> kKinds{
     {{"tassa9", kTassa9Names, kTassa9Ranges, kTassa9Count - 1, kTassa9Count - 1, kTassa9Count - 3},
      {"tassa9r", kTassa9rNames, kTassa9rRanges, kTassa9rCount - 1, kTassa9rCount - 1, kTassa9rCount - 3},
-     {"greybox", kGreyboxNames, kGreyboxRanges, kGreyboxCount, 0, kGreyboxCount - 2}}};
+     {"greybox", kGreyboxNames, kGreyboxRanges, kGreyboxCount - 3, 0, kGreyboxCount - 5}}};
 constexpr std::string_view kKindsInWords = R"("tassa9", "tassa9r" or "greybox")";
 
 const Kind* kind_of(std::string_view name) {
@@ -171,7 +171,8 @@ ModelFile parse_model(std::string_view text, std::string_view file) {
   }
   for (const std::string_view name : kind.names) {
     const auto found = parameters.find(name);
-    if (found == parameters.end() && model.parameters.size() >= kind.required) break;
+    const bool may_end = model.parameters.size() >= kind.required;
+    if (may_end && model.parameters.size() == parameters.size()) break;  // of all that the file has
     if (found == parameters.end()) {
       throw InputError(fmt::format("{}: field 'parameters.{}' is missing, expected a number", file, name));
     }

@@ -29,8 +29,9 @@ inline constexpr std::array<std::string_view, kTassa9rCount> kTassa9rNames{
     "c1_V", "c2_per_V", "c3_per_V3", "c5_per_mL",  "c6_per_mL",   "c7_per_V_s",
     "c8",   "c9_V",     "c_gamma_V", "supply_kPa", "ambient_kPa", "dead_time_s"};
 
-/// Those of the grey-box model, likewise: control/greybox.hpp says what they are.
-inline constexpr std::size_t kGreyboxCount = 27;
+/// Those of the grey-box model, likewise: control/greybox.hpp says what they are. A file may leave out the last three, of the
+/// supply's line.
+inline constexpr std::size_t kGreyboxCount = 30;
 inline constexpr std::array<std::string_view, kGreyboxCount> kGreyboxNames{"open_above_V",
                                                                            "exhaust_below_V",
                                                                            "inlet_conductance_mL_per_s_V",
@@ -57,7 +58,10 @@ inline constexpr std::array<std::string_view, kGreyboxCount> kGreyboxNames{"open
                                                                            "hysteresis_V",
                                                                            "sensor_lag_s",
                                                                            "supply_kPa",
-                                                                           "ambient_kPa"};
+                                                                           "ambient_kPa",
+                                                                           "supply_resistance_s_per_L",
+                                                                           "supply_recovery_s",
+                                                                           "supply_followed_share"};
 
 struct ModelFile {
   std::string kind = "tassa9";

@@ -21,7 +21,7 @@ WITH = r"(?: \[with .*\])?"
 # Where indirect calls go: "object.member" as it is written at the call, less a trailing underscore, and the functions that may
 # answer, as gcc prints them: all of that type, or all that override. None: a driver, which is no part of the core.
 INDIRECT = {
-    r"model\.(opening|moving|step|inverse)": r"virtual .* plenum::control::\w+::\1\(.*\) const",
+    r"model\.(opening|moving|step|inverse|draw)": r"virtual .* plenum::control::\w+::\1\(.*\) const",
     r"desk\.(\w+)": r"virtual .* plenum::config::ParameterSlots::\1\(.*\)(?: const)?",
     r"trial\.begin": r"virtual bool plenum::\w+::begin\(uint8_t\)",
     r"proof\.begin": r"virtual void plenum::\w+::begin\(uint8_t\)",

@@ -22,7 +22,9 @@ double real(Scalar x) {
   return static_cast<double>(x);
 }
 control::ChamberMotion motion(const State& of) {
-  return {.volume_mL = scalar(of.volume_mL), .volume_rate_mL_s = scalar(of.volume_rate_mL_s)};
+  return {.volume_mL = scalar(of.volume_mL),
+          .volume_rate_mL_s = scalar(of.volume_rate_mL_s),
+          .supply = scalar(of.supply)};
 }
 
 class OneChamber final : public Core {

@@ -12,6 +12,7 @@ struct State {
   double pressure_kPa = 0;
   double volume_mL = 0;
   double volume_rate_mL_s = 0;
+  double supply = 1;  ///< of what the model states
 };
 struct Prediction {
   double end_kPa = 0;

@@ -29,6 +29,13 @@ inline double reach_kPa(const Asked& asked, const Prediction& exact) {
                    std::fabs(exact.mean_kPa - asked.from.pressure_kPa)});
 }
 
+/// Every other state has the supply that its model states.
+template <class Random>
+float draw_supply(Random& random) {
+  std::uniform_real_distribution<float> supply(0.5F, 1.3F);
+  return random() % 2 != 0 ? 1.0F : supply(random);
+}
+
 /// `visit(const Asked&)` of so many states of so many models of all that an image may carry. The chamber, with a grey box's dead volume,
 /// has 1 mL to 10 L, and changes by half in a tick at most.
 template <class Visit>
@@ -42,7 +49,7 @@ void for_each_admissible_state(plenum::config::ModelKind kind, unsigned seed, in
     const std::span parameters(drawn.value.data(), drawn.count);
     const auto fixed = core_in_fixed(static_cast<std::uint16_t>(kind), parameters);
     const auto exact = core_in_double(static_cast<std::uint16_t>(kind), parameters);
-    const float supply_kPa = parameters[parameters.size() - 2], ambient_kPa = parameters.back();
+    const auto [supply_kPa, ambient_kPa] = plenum::config::supply_of(drawn);
     const float span_kPa = supply_kPa - ambient_kPa;
     const float dead_mL =
         kind == plenum::config::ModelKind::greybox ? parameters[plenum::config::kDeadVolume] : 0.0F;
@@ -58,7 +65,8 @@ void for_each_admissible_state(plenum::config::ModelKind kind, unsigned seed, in
                   .span_kPa = static_cast<double>(span_kPa),
                   .from = {.pressure_kPa = static_cast<double>(pressure_kPa),
                            .volume_mL = static_cast<double>(chamber_mL - dead_mL),
-                           .volume_rate_mL_s = static_cast<double>(speed_mL_s)},
+                           .volume_rate_mL_s = static_cast<double>(speed_mL_s),
+                           .supply = static_cast<double>(draw_supply(random))},
                   .command_V = static_cast<double>(10.0F * share(random)),
                   .target_kPa = static_cast<double>(target_kPa)});
     }
@@ -78,15 +86,17 @@ void for_each_state(plenum::config::ModelKind kind, unsigned seed, int models, i
     const auto exact = core_in_double(static_cast<std::uint16_t>(kind), parameters);
     const float span_kPa = drawn.supply_kPa - drawn.ambient_kPa;
     for (int k = 0; k < states; ++k) {
-      const float pressure_kPa = drawn.ambient_kPa + span_kPa * share(random);
+      const float supply = draw_supply(random), supply_kPa = supply * drawn.supply_kPa;
+      const float pressure_kPa = drawn.ambient_kPa + (supply_kPa - drawn.ambient_kPa) * share(random);
       const float target_kPa = std::clamp(pressure_kPa + 0.1F * span_kPa * (2.0F * share(random) - 1.0F),
-                                          drawn.ambient_kPa, drawn.supply_kPa);
+                                          drawn.ambient_kPa, supply_kPa);
       visit(Asked{.fixed = *fixed,
                   .exact = *exact,
                   .span_kPa = static_cast<double>(span_kPa),
                   .from = {.pressure_kPa = static_cast<double>(pressure_kPa),
                            .volume_mL = static_cast<double>(drawn.volume_mL),
-                           .volume_rate_mL_s = static_cast<double>(drawn.volume_rate_mL_s)},
+                           .volume_rate_mL_s = static_cast<double>(drawn.volume_rate_mL_s),
+                           .supply = static_cast<double>(supply)},
                   .command_V = static_cast<double>(volts(random)),
                   .target_kPa = static_cast<double>(target_kPa)});
     }

@@ -9,6 +9,7 @@
 #include "firmware/control/model_paths.hpp"
 #include "firmware/control/sensor_lag.hpp"
 #include "firmware/control/sent_commands.hpp"
+#include "firmware/control/supply_line.hpp"
 
 namespace plenum::host::testing {
 
@@ -25,9 +26,11 @@ inline std::vector<double> board_free_run_kPa(const plenum::config::ModelParamet
   control::ValvePath valve;
   control::SentCommands sent;
   control::SensorLag sensor;
+  control::SupplyLine line;
   valve.configure(paths.valve);
   valve.reset(static_cast<float>(command_V.front()));
   sent.configure(valve.delay_ticks());
+  line.configure(paths.supply, sent.part_ticks());
   sent.reset(static_cast<float>(command_V.front()));
   sensor.configure(paths.sensor_lag_ticks, 1.0F);
   plenum::numeric::Scalar pressure_kPa = static_cast<float>(start_kPa);
@@ -38,7 +41,8 @@ inline std::vector<double> board_free_run_kPa(const plenum::config::ModelParamet
     const control::Prediction next =
         sent.past_tick(model, pressure_kPa,
                        {.volume_mL = static_cast<float>(volume_mL[k]),
-                        .volume_rate_mL_s = static_cast<float>(volume_rate_mL_s[k])});
+                        .volume_rate_mL_s = static_cast<float>(volume_rate_mL_s[k])},
+                       line);
     shown_kPa.push_back(static_cast<double>(sensor.pass(pressure_kPa, next)));
     pressure_kPa = next.end_kPa;
   }

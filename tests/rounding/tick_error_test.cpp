@@ -116,7 +116,9 @@ TEST(TickError, OfAGreyBoxHoldsWhereTheBoardGoesAnotherWay) {
     const auto kind = static_cast<std::uint16_t>(ModelKind::greybox);
     const auto fixed = equivalence::core_in_fixed(kind, parameters),
                exact = equivalence::core_in_double(kind, parameters);
-    const auto corners_kPa = ::rounding::greybox_in_fixed(parameters).corner_kPa;
+    const auto tables = ::rounding::greybox_in_fixed(parameters);
+    std::vector<double> corners_kPa = tables.inlet.corner_kPa;
+    corners_kPa.insert(corners_kPa.end(), tables.exhaust.corner_kPa.begin(), tables.exhaust.corner_kPa.end());
     for (const double corner_kPa : corners_kPa) {
       if (corner_kPa < static_cast<double>(drawn.ambient_kPa) ||
           corner_kPa > static_cast<double>(drawn.supply_kPa))

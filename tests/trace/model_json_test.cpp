@@ -105,6 +105,26 @@ TEST(ModelJson, TheValvesDeadTimeMayBeStated) {
   EXPECT_THAT(with(0.121), HasSubstr("'parameters.dead_time_s' is 0.121"));
 }
 
+TEST(ModelJson, AGreyBoxMayLeaveOutTheSuppliesLineFromTheLastOn) {
+  ModelFile model;
+  model.kind = "greybox";
+  model.parameters = {5.08, 4.92, 60.0, 64.0, 1.0, 1.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0,   0.0,  0.53,
+                      0.5,  1.0,  0.0,  5.0,  1.4, 0.0, 0.0, 0.0, 0.8, 0.0, 0.0, 700.0, 101.3};
+  for (const double more : {0.4, 0.1, 1.0}) {
+    EXPECT_EQ(parse_model(format_model(model), "m.json").parameters, model.parameters);
+    model.parameters.push_back(more);
+  }
+  EXPECT_EQ(parse_model(format_model(model), "m.json").parameters, model.parameters);
+  auto document = Json::parse(format_model(model));
+  document["parameters"].erase("supply_recovery_s");
+  try {
+    parse_model(document.dump(), "m.json");
+    ADD_FAILURE() << "supply_followed_share would be lost";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("'parameters.supply_recovery_s' is missing"));
+  }
+}
+
 TEST(ModelJson, ARepairedFormHasNoC4AndIsHeldToTableI) {
   ModelFile model;
   model.kind = "tassa9r";

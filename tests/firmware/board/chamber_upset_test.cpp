@@ -137,7 +137,7 @@ std::size_t told_bits(ChamberLoop& loop) {
 TEST(ChamberUpset, EveryBitOfWhatRunsOnAndDoesNotComeBackIsToldAtTheNextTick) {
   constexpr std::size_t kSeal = sizeof(std::uint64_t);
   constexpr std::size_t kEstimates = sizeof(control::CommandTrim) + sizeof(control::ValvePath) +
-                                     sizeof(control::SensorLag) + 4 * sizeof(Scalar);
+                                     sizeof(control::SensorLag) + 6 * sizeof(Scalar);
   // of a valve without delay: two commands, the place of the newest, and the delay, which says how many
   constexpr std::size_t kSent = 2 * sizeof(control::SentCommands::Sent) + 2 * sizeof(std::size_t);
   for (const bool excited : {false, true}) {

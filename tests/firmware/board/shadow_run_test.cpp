@@ -10,8 +10,11 @@
 
 #include "firmware/canopen/objects.hpp"
 #include "firmware/config/greybox_parameters.hpp"
+#include "firmware/control/any_model.hpp"
 #include "firmware/control/greybox.hpp"
+#include "firmware/control/model_paths.hpp"
 #include "firmware/control/sensor_lag.hpp"
+#include "firmware/control/supply_line.hpp"
 #include "tests/firmware/board/bench.hpp"
 #include "tests/firmware/scalars.hpp"
 
@@ -195,13 +198,13 @@ TEST(ShadowRun, LetsTheCommandBeforeActForTheDelayOfTheValve) {
 }
 
 /// A grey-box model of a valve of 60 mL/s a volt, with a dead time and a sensor's lag.
-std::vector<std::uint8_t> greybox_image(float dead_time_s, float sensor_lag_s) {
+std::vector<std::uint8_t> greybox_image(float dead_time_s, float sensor_lag_s, float resistance_s_L = 0.0F) {
   config::ModelParameters model;
   model.kind = config::ModelKind::greybox;
   model.count = config::kGreyboxParameters;
-  model.value = {5.08F, 4.92F, 60.0F,       64.0F, 0.1F,  0.1F, 1.0F,         0.0F,   0.0F,
-                 0.0F,  0.0F,  0.0F,        0.0F,  0.53F, 0.5F, 1.0F,         0.0F,   0.0F,
-                 1.4F,  0.0F,  dead_time_s, 0.0F,  0.8F,  0.0F, sensor_lag_s, 700.0F, 101.3F};
+  model.value = {5.08F,       4.92F, 60.0F, 64.0F, 0.1F,         0.1F,   1.0F,   0.0F,           0.0F, 0.0F,
+                 0.0F,        0.0F,  0.0F,  0.53F, 0.5F,         1.0F,   0.0F,   0.0F,           1.4F, 0.0F,
+                 dead_time_s, 0.0F,  0.8F,  0.0F,  sensor_lag_s, 700.0F, 101.3F, resistance_s_L, 0.1F, 0.0F};
   std::vector<std::uint8_t> bytes(config::kMaxImageBytes);
   bytes.resize(config::encode(model, bytes));
   return bytes;
@@ -239,6 +242,36 @@ TEST(ShadowRun, CountsInTheDeadTimeAndTheSensorsLagThatAModelStates) {
   const float right_kPa = rms_kPa(0.03F, 0.05F);
   EXPECT_LT(right_kPa, 0.25F * rms_kPa(0.0F, 0.05F));
   EXPECT_LT(right_kPa, 0.25F * rms_kPa(0.03F, 0.0F));
+}
+
+TEST(ShadowRun, CountsInTheSupplyThatDroopsByWhatAModelStates) {
+  const auto parameters_of = [](float resistance_s_L) {
+    config::ModelParameters parameters;
+    EXPECT_TRUE(config::decode(greybox_image(0.0F, 0.0F, resistance_s_L), parameters));
+    return parameters;
+  };
+  const config::ModelParameters true_model = parameters_of(5.0F);
+  control::AnyModel room;
+  const control::PressureModel& chamber = *room.take_over(true_model, 0.0F, 10.0F);
+  const auto rms_kPa = [&](float resistance_s_L) {
+    Rig rig(kValve);
+    control::SupplyLine line;
+    line.configure(control::paths_of(true_model, 0.0F).supply, 0.0F);
+    numeric::Scalar pressure_kPa = 300.0F, shown_kPa = 300.0F;
+    for (std::size_t k = 0; k < kLogTicks; ++k) {
+      const float command_V = k % 34 < 17 ? 5.9F : 4.2F;
+      rig.write(static_cast<double>(shown_kPa), static_cast<double>(command_V));
+      control::ChamberMotion motion{.volume_mL = 150.0F, .volume_rate_mL_s = 0.0F, .supply = line.supply()};
+      const control::Prediction next = line.step(line.tick(), 1.0F, chamber, pressure_kPa,
+                                                 chamber.opening(command_V), motion, chamber.moving(motion));
+      shown_kPa = next.mean_kPa;
+      pressure_kPa = next.end_kPa;
+    }
+    rig.slots.stage(0, greybox_image(0.0F, 0.0F, resistance_s_L));
+    rig.ticks_to_verdict();
+    return rig.slots.state(0).trial.staged_rms_kPa;
+  };
+  EXPECT_LT(rms_kPa(5.0F), 0.25F * rms_kPa(0.0F));
 }
 
 TEST(ShadowRun, HasNothingToCompareByWithoutALog) {

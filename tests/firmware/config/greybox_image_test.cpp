@@ -1,6 +1,9 @@
 // What the board takes of a grey-box model, and what it refuses by name.
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cstdint>
+#include <span>
 #include <string_view>
 #include <utility>
 
@@ -18,8 +21,9 @@ ModelParameters thin_plate() {
   ModelParameters model;
   model.kind = ModelKind::greybox;
   model.count = kGreyboxParameters;
-  model.value = {5.08F, 4.92F, 60.0F, 64.0F, 1.0F, 1.0F, 2.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F,   0.0F,  0.53F,
-                 0.5F,  1.0F,  0.0F,  5.0F,  1.4F, 0.0F, 0.0F, 0.0F, 0.8F, 0.0F, 0.0F, 700.0F, 101.3F};
+  model.value = {5.08F, 4.92F, 60.0F, 64.0F, 1.0F, 1.0F,   2.0F,   0.0F, 0.0F, 0.0F,
+                 0.0F,  0.0F,  0.0F,  0.53F, 0.5F, 1.0F,   0.0F,   5.0F, 1.4F, 0.0F,
+                 0.0F,  0.0F,  0.8F,  0.0F,  0.0F, 700.0F, 101.3F, 0.4F, 0.1F, 1.0F};
   return model;
 }
 
@@ -39,6 +43,21 @@ TEST(GreyboxImage, AKindBeyondTheKnownOnesIsRefused) {
 
 TEST(GreyboxImage, EveryParameterIsHeldToItsRange) {
   testing::expect_held_to_ranges(thin_plate());
+}
+
+TEST(GreyboxImage, MayLeaveOutWhatItWouldSayOfTheSuppliesLine) {
+  ModelParameters model = thin_plate();
+  for (model.count = kSupplyResistance; model.count <= kGreyboxParameters; ++model.count) {
+    std::array<std::uint8_t, kMaxImageBytes> bytes{};
+    const std::size_t size = encode(model, bytes);
+    ModelParameters back;
+    ASSERT_TRUE(decode(std::span(bytes).first(size), back)) << model.count;
+    EXPECT_EQ(back.count, model.count);
+    EXPECT_EQ(back.value[kSupplyResistance], model.count > kSupplyResistance ? 0.4F : 0.0F);
+    EXPECT_EQ(back.value[kSupplyFollowed], model.count > kSupplyFollowed ? 1.0F : 0.0F);
+  }
+  model.count = kAmbient;
+  EXPECT_EQ(validate(model).error, ImageError::wrong_count);
 }
 
 TEST(GreyboxImage, TheSupplyIsAboveTheAmbient) {

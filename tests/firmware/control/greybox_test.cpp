@@ -19,7 +19,27 @@ namespace {
 
 using Case = testing::GreyboxCase;
 using Set = testing::GreyboxSet;
-using testing::random_case;
+
+/// The same, its pressure as far between, with another supply than its model states.
+Case supplied(Case of, std::mt19937& random) {
+  std::uniform_real_distribution<float> supply(0.5F, 1.3F);
+  const float of_model_kPa = of.set[Greybox::kSupply], ambient_kPa = of.set[Greybox::kAmbient];
+  const float share = (of.pressure_kPa - ambient_kPa) / (of_model_kPa - ambient_kPa);
+  const float drawn = supply(random);
+  of.motion.supply = drawn;
+  of.pressure_kPa = ambient_kPa + share * (drawn * of_model_kPa - ambient_kPa);
+  return of;
+}
+
+/// Of every other one the supply is as its model states.
+Case random_case(std::mt19937& random) {
+  const Case of = testing::random_case(random);
+  return random() % 2 != 0 ? of : supplied(of, random);
+}
+
+Scalar supply_kPa(const Case& of) {
+  return of.motion.supply * of.set[Greybox::kSupply];
+}
 
 /// A thin plate of a small valve, without leaks worth mention.
 constexpr Set small_valve() {
@@ -89,7 +109,7 @@ double rate_kPa_s(const Case& of, double pressure_kPa, double command_V) {
   const double exhaust =
       conductance(p, figure(p, Greybox::kExhaustConductance), figure(p, Greybox::kExhaustLeak),
                   Greybox::kExhaustSlope, figure(p, Greybox::kExhaustBelow) - command_V);
-  const double flows = inlet * phi(p, figure(p, Greybox::kSupply), pressure_kPa) -
+  const double flows = inlet * phi(p, real(supply_kPa(of)), pressure_kPa) -
                        exhaust * phi(p, pressure_kPa, figure(p, Greybox::kAmbient));
   const double moved =
       figure(p, Greybox::kVolumeExponent) * static_cast<double>(of.motion.volume_rate_mL_s) * pressure_kPa;
@@ -168,23 +188,25 @@ TEST(ValveCurve, ConductsAsItsEquationSaysHoweverSharplyItOpens) {
 }
 
 TEST(Greybox, FollowsItsEquationOverATick) {
-  std::mt19937 random(1);
+  std::mt19937 random(1), of_supply(2);
   std::uniform_real_distribution<double> command(0.0, 10.0);
   double worst = 0.0;
   double sum = 0.0;
   int count = 0;
   for (int i = 0; i < 150; ++i) {
-    const Case of = random_case(random);
+    const Case of_model = testing::random_case(random);
     const double u = command(random);
-    const Exact exact = integrated(of, u, 0.01);
-    const Prediction got = model_of(of.set).step(of.pressure_kPa, static_cast<float>(u), of.motion, 1.0F);
-    const double span = static_cast<double>(of.set[Greybox::kSupply] - of.set[Greybox::kAmbient]);
-    const double error =
-        std::max(std::abs(real(got.end_kPa) - exact.end_kPa), std::abs(real(got.mean_kPa) - exact.mean_kPa)) /
-        span;
-    worst = std::max(worst, error);
-    sum += error * error;
-    ++count;
+    for (const Case& of : {of_model, supplied(of_model, of_supply)}) {
+      const Exact exact = integrated(of, u, 0.01);
+      const Prediction got = model_of(of.set).step(of.pressure_kPa, static_cast<float>(u), of.motion, 1.0F);
+      const double span = figure(of.set, Greybox::kSupply) - figure(of.set, Greybox::kAmbient);
+      const double error = std::max(std::abs(real(got.end_kPa) - exact.end_kPa),
+                                    std::abs(real(got.mean_kPa) - exact.mean_kPa)) /
+                           span;
+      worst = std::max(worst, error);
+      sum += error * error;
+      ++count;
+    }
   }
   // what the chords of psi take away
   EXPECT_LT(worst, 5e-4) << "of span";
@@ -228,9 +250,7 @@ TEST(Greybox, RisesWithTheCommandBetweenAmbientAndSupply) {
   for (int i = 0; i < 500; ++i) {
     const Case of = random_case(random);
     const Greybox model = model_of(of.set);
-    const auto within = [&of](Scalar kPa) {
-      return kPa > of.set[Greybox::kAmbient] && kPa < of.set[Greybox::kSupply];
-    };
+    const auto within = [&of](Scalar kPa) { return kPa > of.set[Greybox::kAmbient] && kPa < supply_kPa(of); };
     Scalar last = model.step(of.pressure_kPa, 0.0F, of.motion, 1.0F).end_kPa;
     for (int k = 1; k <= 200; ++k) {
       const Scalar now = model.step(of.pressure_kPa, 0.05F * static_cast<float>(k), of.motion, 1.0F).end_kPa;
@@ -251,7 +271,7 @@ Scalar nearest_of_many(const Greybox& model, const Case& of, Scalar target_kPa) 
   Scalar nearest_kPa = 1e9F;
   for (int k = 0; k <= 200; ++k) {
     const float u = 0.05F * static_cast<float>(k);
-    if (of.pressure_kPa > of.set[Greybox::kSupply] && u > null_V) continue;
+    if (of.pressure_kPa > supply_kPa(of) && u > null_V) continue;
     if (of.pressure_kPa < of.set[Greybox::kAmbient] && u < null_V) continue;
     const Scalar end = model.step(of.pressure_kPa, u, of.motion, 1.0F).end_kPa;
     if (numeric::abs(end - target_kPa) < numeric::abs(nearest_kPa - target_kPa)) nearest_kPa = end;
@@ -294,20 +314,19 @@ TEST(Greybox, NoCommandLeadsNearerToATargetThanItsInverse) {
   for (int i = 0; i < 1500; ++i) {
     const Case of = anywhere(random);
     const Greybox model = model_of(of.set);
-    const float target = std::clamp(of.pressure_kPa * (1.0F + away(random)), of.set[Greybox::kAmbient],
-                                    of.set[Greybox::kSupply]);
+    const Scalar target = std::clamp(Scalar(of.pressure_kPa * (1.0F + away(random))),
+                                     Scalar(of.set[Greybox::kAmbient]), supply_kPa(of));
     const Inverse got = model.inverse(of.pressure_kPa, target, of.motion, 5.0F);
     const Scalar end = model.step(of.pressure_kPa, got.command_V, of.motion, 1.0F).end_kPa;
     ASSERT_EQ(end, got.reached_kPa) << "set " << i;
     // outside, the limit is the one of 64 commands at which the pressure rises or falls fastest
-    const bool inside =
-        of.pressure_kPa >= of.set[Greybox::kAmbient] && of.pressure_kPa <= of.set[Greybox::kSupply];
+    const bool inside = of.pressure_kPa >= of.set[Greybox::kAmbient] && of.pressure_kPa <= supply_kPa(of);
     const Scalar nearest = nearest_of_many(model, of, target);
     ASSERT_LE(numeric::abs(end - target),
               numeric::abs(nearest - target) + (inside ? 1e-5F : 1e-4F) * of.pressure_kPa)
         << "set " << i << " at " << got.command_V << " V";
     if (!got.saturated) {
-      ASSERT_NEAR(real(end), target, 0.01F) << "set " << i << " at " << got.command_V << " V";
+      ASSERT_NEAR(real(end), real(target), 0.01) << "set " << i << " at " << got.command_V << " V";
       ++reached;
     }
   }
@@ -342,6 +361,49 @@ TEST(Greybox, TellsTheSlopeOfTheEndWhereItsInverseAnswers) {
   EXPECT_GT(close, checked * 98 / 100) << "within 5 %: a straight line and secants tell it, no derivative";
 }
 
+TEST(Greybox, DrawsWhatItsInletLetsThroughAndTellsHowThatRisesWithTheSupply) {
+  std::mt19937 random(9);
+  for (int i = 0; i < 300; ++i) {
+    const Case of = random_case(random);
+    const Greybox model = model_of(of.set);
+    const double u = std::uniform_real_distribution<double>(0.0, 10.0)(random);
+    const auto at = [&](Scalar supply) {
+      ChamberMotion motion = of.motion;
+      motion.supply = supply;
+      return model.draw(of.pressure_kPa, model.opening(static_cast<float>(u)), model.moving(motion));
+    };
+    const Set& p = of.set;
+    const double inlet = conductance(p, figure(p, Greybox::kInletConductance), figure(p, Greybox::kInletLeak),
+                                     Greybox::kInletSlope, u - figure(p, Greybox::kOpenAbove));
+    const double supply = real(supply_kPa(of)), pressure = static_cast<double>(of.pressure_kPa);
+    const double most = inlet * 1e-3 * supply;
+    const Draw got = at(of.motion.supply);
+    // the chords of psi, and of C(u)
+    EXPECT_NEAR(real(got.flow_kPa_L_s), inlet * 1e-3 * phi(p, supply, pressure), 0.04 * most) << "set " << i;
+    // a broken line: between its slopes to either side
+    constexpr float kAway = 1e-3F;
+    const double below = real(got.flow_kPa_L_s - at(of.motion.supply - kAway).flow_kPa_L_s);
+    const double above = real(at(of.motion.supply + kAway).flow_kPa_L_s - got.flow_kPa_L_s);
+    const double told = 1e-3 * real(got.by_supply_kPa_L_s), close = 0.01 * std::abs(told) + 3e-6 * most;
+    EXPECT_GE(told, std::min(below, above) - close) << "set " << i;
+    EXPECT_LE(told, std::max(below, above) + close) << "set " << i;
+  }
+}
+
+TEST(Greybox, ComesToRestAtTheSupplyThatThereIs) {
+  const Greybox model = model_of(kSmallValve);
+  for (const float supply : {0.6F, 0.9F, 1.2F}) {
+    Scalar pressure_kPa = 101.325F;
+    for (int k = 0; k < 300; ++k) {
+      pressure_kPa = model
+                         .step(pressure_kPa, 8.0F,
+                               {.volume_mL = 50.0F, .volume_rate_mL_s = 0.0F, .supply = supply}, 1.0F)
+                         .end_kPa;
+    }
+    EXPECT_NEAR(real(pressure_kPa), 700.0 * static_cast<double>(supply), 0.5);
+  }
+}
+
 TEST(Greybox, AnswersEveryFiniteInputWithNumbers) {
   constexpr float kHuge = std::numeric_limits<float>::max();
   const Greybox model = model_of(kSmallValve);
@@ -349,7 +411,7 @@ TEST(Greybox, AnswersEveryFiniteInputWithNumbers) {
     for (const float u : {-kHuge, 0.0F, 5.0F, 10.0F, kHuge}) {
       for (const float v : {-kHuge, 0.0F, 1e-30F, 100.0F, kHuge}) {
         for (const float s : {-kHuge, 0.0F, kHuge}) {
-          const ChamberMotion motion{.volume_mL = v, .volume_rate_mL_s = s};
+          const ChamberMotion motion{.volume_mL = v, .volume_rate_mL_s = s, .supply = s};
           const Prediction step = model.step(p, u, motion, 1.0F);
           EXPECT_TRUE(numeric::is_finite(step.end_kPa) && numeric::is_finite(step.mean_kPa))
               << p << " " << u << " " << v << " " << s;

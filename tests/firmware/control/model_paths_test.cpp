@@ -54,5 +54,22 @@ TEST(ModelPaths, ASpoolOfAGreyBoxIsHalfALagAndHalfADelay) {
   EXPECT_NEAR(real(paths.sensor_lag_ticks), 3.0, 5e-3);
 }
 
+TEST(ModelPaths, AGreyBoxStatesItsSuppliesLineOrLeavesItOut) {
+  config::ModelParameters model;
+  model.kind = config::ModelKind::greybox;
+  model.count = config::kGreyboxParameters;
+  model.value[config::kSupply] = 620.0F;
+  model.value[config::kSupplyResistance] = 0.5F;
+  model.value[config::kSupplyRecovery] = 0.2F;
+  model.value[config::kSupplyFollowed] = 0.9F;
+  const SupplyLine::Config line = paths_of(model, kOwn_ticks).supply;
+  EXPECT_NEAR(real(line.supply_kPa), 620.0, 1e-3);
+  EXPECT_NEAR(real(line.resistance_s_L), 0.5, 1e-6);
+  EXPECT_NEAR(real(line.recovery_ticks), 20.0, 1e-3);
+  EXPECT_NEAR(real(line.followed_share), 0.9, 1e-6);
+  EXPECT_EQ(paths_of(nine_parameters(config::ModelKind::tassa9, 0.0F), kOwn_ticks).supply.resistance_s_L,
+            Scalar(0));
+}
+
 }  // namespace
 }  // namespace plenum::control

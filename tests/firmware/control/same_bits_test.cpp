@@ -11,6 +11,7 @@
 
 #include "firmware/config/crc32.hpp"
 #include "firmware/control/greybox.hpp"
+#include "firmware/control/supply_line.hpp"
 #include "firmware/control/tassa9.hpp"
 #include "firmware/control/tassa9r.hpp"
 #include "tests/firmware/scalars.hpp"
@@ -49,11 +50,16 @@ std::uint32_t crc_with(std::uint32_t before, Scalar value) {
   return config::crc32(bytes, before);
 }
 
-/// Of a model's step and inverse over many random states.
-std::uint32_t crc_of(const PressureModel& model, std::mt19937& random, std::uint32_t crc) {
+ChamberMotion any_motion(std::mt19937& random) {
+  return {.volume_mL = between(random, 1, 500), .volume_rate_mL_s = between(random, -300, 300)};
+}
+
+/// Of a model's step and inverse over many random states; `any_supply`: which is not always what it states.
+std::uint32_t crc_of(const PressureModel& model, std::mt19937& random, std::uint32_t crc,
+                     bool any_supply = false) {
   for (int i = 0; i < 5'000; ++i) {
-    const ChamberMotion motion{.volume_mL = between(random, 1, 500),
-                               .volume_rate_mL_s = between(random, -300, 300)};
+    ChamberMotion motion = any_motion(random);
+    if (any_supply && i % 2 != 0) motion.supply = 0.5F + 0.125F * between(random, 0, 6);
     const float pressure_kPa = between(random, 90, 900);
     const float target_kPa = between(random, 90, 900);
     const float command_V = between(random, 0, 10);
@@ -105,9 +111,33 @@ TEST(SameBits, OfTheGreyBoxModelOnEveryArchitecture) {
   for (const auto& parameters : kValves) {
     Greybox model;
     model.configure(scalars(parameters), 0.0F, 10.0F);
-    crc = crc_of(model, random, crc);
+    crc = crc_of(model, random, crc, true);
   }
-  EXPECT_EQ(crc, of_scalar(0x1DF02106U, 0x9AF8AFEEU)) << std::hex << "found " << crc;
+  EXPECT_EQ(crc, of_scalar(0xAF4907A4U, 0x641ACCD1U)) << std::hex << "found " << crc;
+}
+
+TEST(SameBits, OfASupplyThatDroopsOnEveryArchitecture) {
+  std::mt19937 random(9);
+  std::uint32_t crc = 0;
+  Greybox model;
+  model.configure(scalars(kValves.front()), 0.0F, 10.0F);
+  for (const float recovery_ticks : {0.0F, 0.75F, 12.0F}) {
+    SupplyLine line;
+    line.configure({.supply_kPa = 700.0F,
+                    .resistance_s_L = 1.5F,
+                    .recovery_ticks = recovery_ticks,
+                    .followed_share = 0.75F},
+                   0.3125F);
+    for (int i = 0; i < 2'000; ++i) {
+      line.measured(between(random, 500, 800));
+      ChamberMotion motion = any_motion(random);
+      motion.supply = line.supply();
+      const Prediction next = line.step(line.part(), 0.3125F, model, between(random, 90, 700),
+                                        model.opening(between(random, 0, 10)), motion, model.moving(motion));
+      for (const Scalar value : {next.end_kPa, next.mean_kPa, line.supply()}) crc = crc_with(crc, value);
+    }
+  }
+  EXPECT_EQ(crc, of_scalar(0xCD4FDA24U, 0xEFC94B01U)) << std::hex << "found " << crc;
 }
 
 }  // namespace
