@@ -107,11 +107,15 @@ GreyboxModel greybox_of(const trace::RigDescription& rig, std::optional<unsigned
                           figure(effects::kIdValveHysteresis, 0),
                           figure(effects::kIdSensorLag, 0),
                           rig.supply.pressure_Pa / kPascals_per_kPa,
-                          rig.ambient.pressure_Pa / kPascals_per_kPa};
-  constexpr effects::EffectSet kAlways = 1U << effects::kIdAreaShape | 1U << effects::kIdFlowFunction |
-                                         1U << effects::kIdVolumeError | 1U << effects::kIdDeadTime |
-                                         1U << effects::kIdSpoolLag | 1U << effects::kIdValveHysteresis |
-                                         1U << effects::kIdSensorLag | 1U << effects::kIdTubeDynamics;
+                          rig.ambient.pressure_Pa / kPascals_per_kPa,
+                          kPascals_per_kPa * figure(effects::kIdSupplyDroop, 0) /
+                              (exponent * gas.specific_gas_constant_J_kg_K() * gas.temperature_K),
+                          figure(effects::kIdSupplyDroop, 1),
+                          figure(effects::kIdSupplyDroop, 4)};
+  constexpr effects::EffectSet kAlways =
+      1U << effects::kIdAreaShape | 1U << effects::kIdFlowFunction | 1U << effects::kIdVolumeError |
+      1U << effects::kIdDeadTime | 1U << effects::kIdSpoolLag | 1U << effects::kIdValveHysteresis |
+      1U << effects::kIdSensorLag | 1U << effects::kIdTubeDynamics | 1U << effects::kIdSupplyDroop;
   const bool keeps_heat =
       figure(effects::kIdHeatTransfer, 0) == 0.0 && figure(effects::kIdHeatTransfer, 4) == 0.0;
   const effects::EffectSet carried = kAlways | (keeps_heat ? 1U << effects::kIdHeatTransfer : 0U) |

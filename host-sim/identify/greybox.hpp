@@ -13,6 +13,8 @@
 // effects/tube_dynamics.hpp). The board knows no swinging: it waits until most of a step has come through, and leaves the rest to its
 // estimates. v is the mean volume of the chamber.
 //
+// A supply that droops by R' for each kg/s droops on a board by R = R'/(n R T) for each Pa m3/s of C phi.
+//
 // Source: "Modeling and Identification of Pneumatic Actuators" (1)-(4), (12); firmware/control/greybox.hpp.
 #pragma once
 
@@ -32,12 +34,11 @@ struct GreyboxModel {
   std::vector<std::string> left_out;
 };
 
-/// Carries area_shape, flow_function, volume_error, chamber_leak, dead_time, spool_lag, valve_hysteresis and sensor_lag, without
-/// the parameters that refine them, of heat_transfer the exponent, and tube_dynamics as above, of a chamber of `volume_m3` [m3] in the
-/// mean. A spool's coil, and
-/// damping beyond the board's range, become a longer period: it is as late in all as the rig's. A null that drifts stands where it
-/// is `at_s` [s] after a log's first row. Throws trace::InputError when an effect is not the catalogue's, or a
-/// figure beyond what a board takes.
+/// Carries area_shape, flow_function, volume_error, chamber_leak, dead_time, spool_lag, valve_hysteresis, sensor_lag and
+/// supply_droop, without the parameters that refine them but the share of a measured supply, of heat_transfer the exponent, and
+/// tube_dynamics as above, of a chamber of `volume_m3` [m3] in the mean. A spool's coil, and damping beyond the board's range, become
+/// a longer period: it is as late in all as the rig's. A null that drifts stands where it is `at_s` [s] after a log's first row.
+/// Throws trace::InputError when an effect is not the catalogue's, or a figure beyond what a board takes.
 GreyboxModel greybox_of(const trace::RigDescription& rig, std::optional<unsigned> chamber = std::nullopt,
                         double volume_m3 = std::numeric_limits<double>::infinity(), double at_s = 0.0);
 

@@ -169,11 +169,24 @@ TEST(GreyboxOfARig, ComesNearAHose) {
   EXPECT_LT(worst_drift_percent(rig, rig), 0.5 * worst_drift_percent(rig, {}));
 }
 
+TEST(GreyboxOfARig, FollowsASupplyThatDroops) {
+  for (const double resistance : {20.0, 100.0, 400.0}) {
+    for (const double recovery_s : {0.005, 0.02, 0.1, 1.0}) {
+      trace::RigDescription rig;
+      rig.effects["supply_droop"] = {{"resistance_kPa_s_per_g", resistance}, {"recovery_s", recovery_s}};
+      // what a tick knows of the supply is its mean
+      EXPECT_LT(worst_drift_percent(rig), 0.2 + 0.04 * worst_drift_percent(rig, {}))
+          << resistance << " kPa s/g, " << recovery_s << " s";
+      EXPECT_THAT(greybox_of(rig).left_out, ::testing::IsEmpty());
+    }
+  }
+}
+
 TEST(GreyboxOfARig, NamesTheEffectsThatItDoesNotCarry) {
   trace::RigDescription rig;
-  rig.effects["supply_droop"] = {{"resistance_kPa_s_per_g", 20.0}};
+  rig.effects["exhaust_backpressure"] = {{"resistance_kPa_s_per_g", 20.0}};
   rig.effects["volume_error"] = {{"offset_mL", 15.0}};
-  EXPECT_THAT(greybox_of(rig).left_out, ::testing::ElementsAre("supply_droop"));
+  EXPECT_THAT(greybox_of(rig).left_out, ::testing::ElementsAre("exhaust_backpressure"));
   rig.effects["black_magic"] = {};
   EXPECT_THROW(greybox_of(rig), trace::InputError);
 }

@@ -156,7 +156,7 @@ bool logs_supply(const Scene& scene) {
   });
 }
 
-std::vector<Variable> variables_of(const Scene& scene, EffectSet on, EffectSet refined, Gas gas) {
+std::vector<Variable> variables_of(const Scene& scene, EffectSet on, EffectSet refined, Whose whose) {
   const Figures& nominal = scene.nominal;
   const double gain = 0.5 * (nominal[effects::kInletGain] + nominal[effects::kExhaustGain]);
   std::vector<Variable> variables{
@@ -173,10 +173,14 @@ std::vector<Variable> variables_of(const Scene& scene, EffectSet on, EffectSet r
   for (std::size_t i = 0; i < effects::kEffects; ++i) {
     if ((on >> i & 1U) == 0) continue;
     std::size_t at = effects::kFirstFigure[i];
-    const bool exponent_alone = i == effects::kIdHeatTransfer && gas == Gas::polytropic;
+    const bool of_board = whose == Whose::board;
+    const auto sought = [&](std::size_t figure, bool refines) {
+      if (of_board && i == effects::kIdHeatTransfer) return figure == kExponent;
+      return !refines || (refined >> i & 1U) != 0 || (of_board && figure == kFollowedSupply);
+    };
     for (const effects::Parameter& p : effects::kCatalogue[i]->parameters) {
       const bool can_be_told = at != kKnot && (at != kFollowedSupply || supply_logged);
-      if (can_be_told && (exponent_alone ? at == kExponent : !p.refines || (refined >> i & 1U) != 0)) {
+      if (can_be_told && sought(at, p.refines)) {
         const effects::Parameter sized = p.of(size);
         variables.push_back({at, sized.least(), sized.greatest(), sized.typical_change});
       }
@@ -237,7 +241,7 @@ Fit fit(const Scene& scene, EffectSet on, const Figures& figures, const std::vec
     one.warmth_Pa = std::clamp(one.warmth_Pa, range.least_Pa, range.greatest_Pa);
   }
   result.refined = options.refined;
-  result.variables = variables_of(scene, on, options.refined, options.gas);
+  result.variables = variables_of(scene, on, options.refined, options.whose);
   Figures base = figures;
   for (const Variable& v : result.variables) base[v.figure] = std::clamp(base[v.figure], v.low, v.high);
   const std::size_t wandering = first_wandering(scene, on, options.refined, result.variables.size());

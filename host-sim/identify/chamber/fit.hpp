@@ -90,12 +90,13 @@ static_assert(effects::kNullDriftParameters[effects::kOwnNull].name == "knot_s")
 /// Whether a log says that the supply is another than the rig's, so that a share of it can be told.
 bool logs_supply(const Scene& scene);
 
-/// What of heat_transfer is sought: the heat's way, or the exponent of a gas that keeps its heat.
-enum class Gas { conducting, polytropic };
+/// Whose figures are sought. A board knows of heat_transfer the exponent alone, of a gas that keeps its heat; and which share of a
+/// logged supply its valve sees, without the other figures that refine supply_droop.
+enum class Whose { rig, board };
 
 /// The valve's figures, then the parameters of the effects in `on`; those that refine an effect only for `refined`.
 std::vector<Variable> variables_of(const Scene& scene, effects::EffectSet on, effects::EffectSet refined = 0,
-                                   Gas gas = Gas::conducting);
+                                   Whose whose = Whose::rig);
 
 struct Fit {
   effects::EffectSet on = 0;
@@ -124,7 +125,7 @@ struct FitOptions {
   effects::EffectSet refined = 0;
   bool rising_areas =
       false;  ///< hold area_shape's areas rising over the whole command range (rising_areas.hpp)
-  Gas gas = Gas::conducting;
+  Whose whose = Whose::rig;
 };
 
 /// Whether heat flows in a record when `on` is looked for, or may with these variables: then the warmth with which its gas begins is a

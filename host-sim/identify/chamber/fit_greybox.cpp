@@ -46,7 +46,7 @@ constexpr double kTrialTolerance = 1e-3;
 constexpr std::array kCandidates{
     effects::kIdAreaShape,       effects::kIdFlowFunction, effects::kIdVolumeError,  effects::kIdSpoolLag,
     effects::kIdDeadTime,        effects::kIdTubeDynamics, effects::kIdHeatTransfer, effects::kIdChamberLeak,
-    effects::kIdValveHysteresis, effects::kIdSensorLag};
+    effects::kIdValveHysteresis, effects::kIdSensorLag,    effects::kIdSupplyDroop};
 constexpr std::size_t kPaired = 6;
 
 EffectSet bit(std::size_t effect) {
@@ -81,7 +81,7 @@ struct Trial {
 
 FitOptions options_of(EffectSet refined, int most_iterations) {
   return {
-      .most_iterations = most_iterations, .refined = refined, .rising_areas = true, .gas = Gas::polytropic};
+      .most_iterations = most_iterations, .refined = refined, .rising_areas = true, .whose = Whose::board};
 }
 
 Scene scene_of(const std::vector<trace::Log>& logs, const trace::RigDescription& rig, double fitted_share) {
@@ -282,6 +282,12 @@ class Chooser {
     Attempt attempt{{best_.fit.on | added, best_.fit.refined}, {start}};
     if ((added & bit(effects::kIdAreaShape)) != 0)
       attempt.starts.push_back(nearest_valve(table_, start, attempt.part.on));
+    if ((added & bit(effects::kIdSupplyDroop)) != 0 && logs_supply(scene_)) {
+      // as the logs have it: where others draw, no resistance is found to begin from
+      attempt.starts.push_back(start);
+      attempt.starts.back()[sought_figure(effects::kIdSupplyDroop)] = 0.0;
+      attempt.starts.back()[kFollowedSupply] = 1.0;
+    }
     return attempt;
   }
 

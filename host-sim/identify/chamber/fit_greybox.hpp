@@ -50,7 +50,7 @@ struct GreyboxFit {
 };
 
 /// Fits the valve's figures to all logs together, and of area_shape, flow_function, volume_error, spool_lag, dead_time, tube_dynamics,
-/// chamber_leak, valve_hysteresis, sensor_lag and the exponent of heat_transfer those that the held-out rows demand. What `rig` has as
+/// chamber_leak, valve_hysteresis, sensor_lag, supply_droop and the exponent of heat_transfer those that the held-out rows demand. What `rig` has as
 /// effects stays as configured; its [valve] is one of two starts and need not be near. Throws
 /// CannotIdentify, in one line: no log, logs that differ in rate, too few rows, no excitation (excitation.hpp). `progress` is told how
 /// far the work is, 0 to 1; how many sets of effects will be tried is not known before, so that it slows down.

@@ -147,6 +147,29 @@ TEST(FitEffects, FindsTheWidthOfAPlay) {
   }
 }
 
+TEST(FitEffects, FindsTheDroopOfASupply) {
+  for (const unsigned seed : {1U, 2U}) {
+    const GreyboxFit fit = fit_greybox({log_of(only(&blind::Departures::regulator, {30e6, 0.1}), seed)}, {});
+    EXPECT_THAT(fit.kept, testing::Contains("supply_droop")) << seed;
+    EXPECT_LT(fit.rms_free_run_kPa, 2e-3 * kNoise_Pa) << seed << ": 18 kPa without it";
+    expect_near(found(fit, "supply_droop.resistance_kPa_s_per_g"), 30.0, 0.03);
+    EXPECT_NEAR(found(fit, "supply_droop.recovery_s").value, 0.1, 0.05 * 0.1) << seed;
+  }
+}
+
+TEST(FitEffects, FollowsALoggedSupplyThatOthersDrawFrom) {
+  const blind::Neighbour neighbour{.drop_Pa = 80e3, .period_s = 3.0, .duty = 0.4, .phase = 0.2};
+  trace::Log log = log_of(only(&blind::Departures::neighbour, neighbour), 1);
+  for (const double t_s : log.time_s) {
+    const double turn = (t_s - 0.005) / neighbour.period_s + neighbour.phase;  // over the tick before the row
+    const bool draws = turn - std::floor(turn) < neighbour.duty;
+    log.supply_Pa.push_back(trace::RigDescription{}.supply.pressure_Pa - (draws ? neighbour.drop_Pa : 0.0));
+  }
+  const GreyboxFit fit = fit_greybox({log}, {});
+  EXPECT_THAT(fit.kept, testing::ElementsAre("supply_droop"));
+  EXPECT_NEAR(found(fit, "supply_droop.followed_share").value, 1.0, 0.05);
+}
+
 TEST(FitEffects, FindsTheExponentOfTheGasWhereTheVolumeMoves) {
   for (const double n : {1.1, 1.25}) {
     const GreyboxFit fit = fit_greybox({polytropic_log(n, 0.3, 3)}, {});
@@ -176,7 +199,7 @@ TEST(FitEffects, AreNotInventedOnMachinesWithoutAny) {
       const blind::Case made = blind::make_case({.effects = {}, .kind = "none", .tier = tier, .seed = seed});
       const GreyboxFit fit = fit_greybox({made.log}, made.rig);
       EXPECT_THAT(fit.kept, testing::IsEmpty()) << "tier " << tier << ", seed " << seed;
-      EXPECT_THAT(fit.not_told, testing::SizeIs(10)) << "tier " << tier << ", seed " << seed;
+      EXPECT_THAT(fit.not_told, testing::SizeIs(11)) << "tier " << tier << ", seed " << seed;
     }
   }
 }
