@@ -221,14 +221,13 @@ struct Greybox::Law {
 
 /// The part of a step from where the pressure is to the corner ahead.
 struct Greybox::Passage {
-  Scalar sign;                 ///< 1: the pressure rises, -1: it falls
   Scalar way_kPa;              ///< without its sign, as the rates are
   Scalar rate_kPa, ahead_kPa;  ///< |f| where the pressure is, and at the corner [kPa a tick]
   Scalar bend;                 ///< the difference of both over their sum
   Scalar ticks = 0;
 
-  Passage(Scalar of_sign, Scalar way, Scalar rate, Scalar ahead) noexcept
-      : sign(of_sign), way_kPa(way), rate_kPa(rate), ahead_kPa(ahead), bend((ahead - rate) / (ahead + rate)) {
+  Passage(Scalar way, Scalar rate, Scalar ahead) noexcept
+      : way_kPa(way), rate_kPa(rate), ahead_kPa(ahead), bend((ahead - rate) / (ahead + rate)) {
     // way ln(ahead/rate)/(ahead - rate), as ln(ahead/rate) = 2 artanh(bend)
     ticks = slight() ? Scalar(2) * way / (ahead + rate) * artanh_ratio(bend * bend)
                      : way * numeric::log(ahead / rate) / (ahead - rate);
@@ -246,7 +245,6 @@ struct Greybox::Passage {
 
 /// The last part of a step, which ends short of a corner.
 struct Greybox::Rest {
-  Scalar sign;
   Scalar rate_kPa;  ///< |f| where it begins [kPa a tick]
   Scalar slope;     ///< J [1 a tick]
   Scalar ticks;
@@ -255,15 +253,15 @@ struct Greybox::Rest {
   Scalar phi_2() const noexcept { return numeric::phi_2(-slope * ticks, phi_1); }
 };
 
-/// The integral of the pressure over a step.
+/// The integral over a step of how far the pressure has gone, up or down.
 class Greybox::MeanRise {
  public:
   void operator()(const Passage& piece) noexcept {
-    kPa_ticks_ += piece.sign * piece.ticks * (gone_kPa_ + piece.mean() * piece.way_kPa);
+    kPa_ticks_ += piece.ticks * (gone_kPa_ + piece.mean() * piece.way_kPa);
     gone_kPa_ += piece.way_kPa;
   }
   void operator()(const Rest& piece) noexcept {
-    kPa_ticks_ += piece.sign * piece.ticks * (gone_kPa_ + piece.rate_kPa * piece.ticks * piece.phi_2());
+    kPa_ticks_ += piece.ticks * (gone_kPa_ + piece.rate_kPa * piece.ticks * piece.phi_2());
   }
   Scalar kPa_ticks() const noexcept { return kPa_ticks_; }
 
@@ -305,21 +303,6 @@ Greybox::Stretch Greybox::stretch(const Sides& sides, Scalar supply) const noexc
           .high_kPa = min(inlet_corner_kPa(sides.inlet + 1, supply), exhaust_.corner_kPa[sides.exhaust + 1])};
 }
 
-/// Into the next stretch, past corners that lie at one place.
-void Greybox::go_on(bool up, Scalar supply, Sides& sides, Stretch& between) const noexcept {
-  constexpr std::size_t kLast = kCorners - 2;
-  if (up) {
-    const Scalar here_kPa = between.high_kPa;
-    while (sides.inlet < kLast && inlet_corner_kPa(sides.inlet + 1, supply) <= here_kPa) ++sides.inlet;
-    while (sides.exhaust < kLast && exhaust_.corner_kPa[sides.exhaust + 1] <= here_kPa) ++sides.exhaust;
-  } else {
-    const Scalar here_kPa = between.low_kPa;
-    while (sides.inlet > 0 && inlet_corner_kPa(sides.inlet, supply) >= here_kPa) --sides.inlet;
-    while (sides.exhaust > 0 && exhaust_.corner_kPa[sides.exhaust] >= here_kPa) --sides.exhaust;
-  }
-  between = stretch(sides, supply);
-}
-
 Greybox::Flows Greybox::flows(const Sides& sides, const Stretch& between, Scalar pressure_kPa,
                               Scalar supply) const noexcept {
   const Curve& inlet = inlet_;
@@ -337,43 +320,85 @@ Greybox::Flows Greybox::slopes(const Sides& sides, const Stretch& between) const
           .leak = leak_L_s_kPa_ * (between.low_kPa + between.high_kPa)};
 }
 
-/// Goes from corner to corner; returns the pressure at the end [kPa]. The pressure goes one way.
-template <class Visit>
-Scalar Greybox::travel(const Tick& tick, const Ports& open, Scalar ticks, Visit&& visit) const noexcept {
-  const Law law(tick, open);
-  Scalar from_kPa = tick.pressure_kPa;
-  Sides sides = tick.sides;
-  Stretch between = tick.between;
-  Scalar rate_kPa = law.rate_kPa(tick.flows, from_kPa);
-  const bool up = rate_kPa > Scalar(0);
-  const Scalar sign = up ? Scalar(1) : Scalar(-1);
-  rate_kPa *= sign;
+/// On the way along a curve, drawn larger by `size`: the corner ahead, up or down.
+template <bool up>
+class Greybox::Way {
+ public:
+  Way(const Curve& curve, Scalar size, std::size_t side) noexcept : curve_(curve), size_(size), side_(side) {
+    look();
+  }
+  Scalar ahead_kPa() const noexcept { return ahead_kPa_; }
+  Scalar slope() const noexcept { return curve_.slope[side_]; }
+  /// At the pressure of a corner: past those of the curve that lie there. Returns whether there were any.
+  bool pass(Scalar here_kPa) noexcept {
+    bool passed = false;
+    while (ahead_kPa_ == here_kPa && (up ? side_ + 2 < kCorners : side_ > 0)) {
+      side_ = up ? side_ + 1 : side_ - 1;
+      passed = true;
+      look();
+    }
+    return passed;
+  }
 
+ private:
+  void look() noexcept {
+    const std::size_t corner = up ? side_ + 1 : side_;
+    ahead_kPa_ = up && corner + 1 == kCorners ? kMostPressure_kPa : size_ * curve_.corner_kPa[corner];
+  }
+
+  const Curve& curve_;
+  Scalar size_;
+  std::size_t side_;
+  Scalar ahead_kPa_ = 0;
+};
+
+/// Goes from corner to corner, up or down; returns the pressure at the end [kPa].
+template <bool up, class Visit>
+Scalar Greybox::go(const Tick& tick, const Law& law, Scalar rate_kPa, Scalar ticks,
+                   Visit&& visit) const noexcept {
+  Way<up> inlet(inlet_, tick.supply, tick.sides.inlet);
+  Way<up> exhaust(exhaust_, Scalar(1), tick.sides.exhaust);
+  Scalar by_inlet = law.inlet * inlet.slope(), by_exhaust = law.exhaust * exhaust.slope();
+  const Scalar by_leak = law.leak * leak_L_s_kPa_;
+  Scalar behind_kPa = up ? tick.between.low_kPa : tick.between.high_kPa;
+  Scalar from_kPa = tick.pressure_kPa;
   Scalar left = ticks;
   for (std::size_t passed = 0;; ++passed) {
-    const Scalar corner_kPa = up ? between.high_kPa : between.low_kPa;
-    const Scalar way_kPa = max(sign * (corner_kPa - from_kPa), Scalar(0));
-    const Scalar slope = law.slope(slopes(sides, between));
+    const Scalar corner_kPa =
+        up ? min(inlet.ahead_kPa(), exhaust.ahead_kPa()) : max(inlet.ahead_kPa(), exhaust.ahead_kPa());
+    const Scalar way_kPa = max(up ? corner_kPa - from_kPa : from_kPa - corner_kPa, Scalar(0));
+    const Scalar slope = by_inlet + by_exhaust - by_leak * (behind_kPa + corner_kPa) - law.moved;
     const Scalar ahead_kPa = rate_kPa + slope * way_kPa;
     // at the mean of both rates it would be there sooner than it is
     const bool moves =
         ahead_kPa > kAtRest * rate_kPa && rate_kPa > kAtRest * ahead_kPa && passed < kMostPassed;
     if (moves && left * (rate_kPa + ahead_kPa) > Scalar(2) * way_kPa) {
-      const Passage piece(sign, way_kPa, rate_kPa, ahead_kPa);
+      const Passage piece(way_kPa, rate_kPa, ahead_kPa);
       if (piece.ticks < left) {
         visit(piece);
-        from_kPa = corner_kPa;
-        if (!(from_kPa > Scalar(0) && from_kPa < kMostPressure_kPa)) return from_kPa;
+        if (up ? corner_kPa >= kMostPressure_kPa : corner_kPa <= Scalar(0)) return corner_kPa;
         left -= piece.ticks;
         rate_kPa = ahead_kPa;
-        go_on(up, tick.supply, sides, between);
+        from_kPa = behind_kPa = corner_kPa;
+        if (inlet.pass(corner_kPa)) by_inlet = law.inlet * inlet.slope();
+        if (exhaust.pass(corner_kPa)) by_exhaust = law.exhaust * exhaust.slope();
         continue;
       }
     }
-    const Rest piece{sign, rate_kPa, slope, left, numeric::phi_1(-slope * left)};
+    const Rest piece{rate_kPa, slope, left, numeric::phi_1(-slope * left)};
     visit(piece);
-    return from_kPa + sign * min(rate_kPa * left * piece.phi_1, way_kPa);
+    const Scalar last_kPa = min(rate_kPa * left * piece.phi_1, way_kPa);
+    return up ? from_kPa + last_kPa : from_kPa - last_kPa;
   }
+}
+
+/// Returns the pressure at the end [kPa]. It goes one way.
+template <class Visit>
+Scalar Greybox::travel(const Tick& tick, const Ports& open, Scalar ticks, Visit&& visit) const noexcept {
+  const Law law(tick, open);
+  const Scalar rate_kPa = law.rate_kPa(tick.flows, tick.pressure_kPa);
+  return rate_kPa > Scalar(0) ? go<true>(tick, law, rate_kPa, ticks, visit)
+                              : go<false>(tick, law, -rate_kPa, ticks, visit);
 }
 
 /// The one whose first node is the last that is not above the command.
@@ -399,8 +424,9 @@ Prediction Greybox::step(Scalar pressure_kPa, const Opening& open, const Moving&
   const Tick now = tick(pressure_kPa, moves);
   MeanRise rise;
   const Scalar end_kPa = travel(now, {.inlet = open.first, .exhaust = open.second}, ticks, rise);
-  const Scalar risen_kPa = ticks > Scalar(0) ? rise.kPa_ticks() / ticks : Scalar(0);
-  return {.end_kPa = end_kPa, .mean_kPa = now.pressure_kPa + risen_kPa};
+  const Scalar gone_kPa = ticks > Scalar(0) ? rise.kPa_ticks() / ticks : Scalar(0);
+  return {.end_kPa = end_kPa,
+          .mean_kPa = end_kPa < now.pressure_kPa ? now.pressure_kPa - gone_kPa : now.pressure_kPa + gone_kPa};
 }
 
 Draw Greybox::draw(Scalar pressure_kPa, const Opening& open, const Moving& moves) const noexcept {

@@ -133,14 +133,17 @@ class Greybox final : public PressureModel {
   struct Passage;
   struct Rest;
   class MeanRise;
+  template <bool up>
+  class Way;
 
   Tick tick(Scalar pressure_kPa, const Moving& moves) const noexcept;
   Sides sides_of(Scalar pressure_kPa, Scalar supply) const noexcept;
   Scalar inlet_corner_kPa(std::size_t corner, Scalar supply) const noexcept;
   Stretch stretch(const Sides& sides, Scalar supply) const noexcept;
-  void go_on(bool up, Scalar supply, Sides& sides, Stretch& between) const noexcept;
   Flows flows(const Sides& sides, const Stretch& between, Scalar pressure_kPa, Scalar supply) const noexcept;
   Flows slopes(const Sides& sides, const Stretch& between) const noexcept;
+  template <bool up, class Visit>
+  Scalar go(const Tick& tick, const Law& law, Scalar rate_kPa, Scalar ticks, Visit&& visit) const noexcept;
   template <class Visit>
   Scalar travel(const Tick& tick, const Ports& open, Scalar ticks, Visit&& visit) const noexcept;
   std::size_t segment(Scalar command_V) const noexcept;

@@ -64,9 +64,9 @@ Scalar SupplyLine::mean(const While& span, const PressureModel& model, Scalar pr
   return with.supply;
 }
 
-Prediction SupplyLine::step(const While& span, Scalar ticks, const PressureModel& model, Scalar pressure_kPa,
-                            const Opening& open, const ChamberMotion& motion, const Moving& moves) noexcept {
-  if (!droops()) return model.step(pressure_kPa, open, moves, ticks);
+Prediction SupplyLine::drawn_step(const While& span, Scalar ticks, const PressureModel& model,
+                                  Scalar pressure_kPa, const Opening& open,
+                                  const ChamberMotion& motion) noexcept {
   Prediction predicted{.end_kPa = pressure_kPa, .mean_kPa = pressure_kPa};
   if (!(ticks > Scalar(0))) return predicted;
   ChamberMotion with = motion;

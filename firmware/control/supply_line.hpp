@@ -66,7 +66,10 @@ class SupplyLine {
   /// As PressureModel::step() over a while of so many ticks, behind this line, which has given then what flowed. `moves`: of the
   /// motion, with the supply() of now.
   Prediction step(const While& span, Scalar ticks, const PressureModel& model, Scalar pressure_kPa,
-                  const Opening& open, const ChamberMotion& motion, const Moving& moves) noexcept;
+                  const Opening& open, const ChamberMotion& motion, const Moving& moves) noexcept {
+    return droops() ? drawn_step(span, ticks, model, pressure_kPa, open, motion)
+                    : model.step(pressure_kPa, open, moves, ticks);
+  }
   /// A while passes with this mean flow [kPa L/s].
   void pass(const While& span, Scalar flow_kPa_L_s) noexcept;
 
@@ -81,8 +84,8 @@ class SupplyLine {
   }
 
  private:
-  static constexpr int kRefinements = 12;
-  static constexpr Scalar kClose = Scalar(1e-5);
+  Prediction drawn_step(const While& span, Scalar ticks, const PressureModel& model, Scalar pressure_kPa,
+                        const Opening& open, const ChamberMotion& motion) noexcept;
 
   Scalar by_flow_ = 0;  ///< r [s/(kPa L)]
   Scalar supply_kPa_ = 0;
