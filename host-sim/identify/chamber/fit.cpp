@@ -258,7 +258,7 @@ Fit fit(const Scene& scene, EffectSet on, const Figures& figures, const std::vec
     if (conducts(scene, record, on, result.variables)) ++result.warmths;
     if (wanders(record, r, wandering)) ++result.nulls;
   }
-  result.gram = std::move(solution.gram);
+  result.gram = solution.gram;
   result.iterations = solution.iterations;
   result.converged = solution.converged;
   result.stop = std::move(solution.stop);
