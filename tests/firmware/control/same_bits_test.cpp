@@ -132,8 +132,10 @@ TEST(SameBits, OfASupplyThatDroopsOnEveryArchitecture) {
       line.measured(between(random, 500, 800));
       ChamberMotion motion = any_motion(random);
       motion.supply = line.supply();
-      const Prediction next = line.step(line.part(), 0.3125F, model, between(random, 90, 700),
-                                        model.opening(between(random, 0, 10)), motion, model.moving(motion));
+      const float command_V = between(random, 0, 10);
+      const float pressure_kPa = between(random, 90, 700);
+      const Prediction next = line.step(line.part(), 0.3125F, model, pressure_kPa, model.opening(command_V),
+                                        motion, model.moving(motion));
       for (const Scalar value : {next.end_kPa, next.mean_kPa, line.supply()}) crc = crc_with(crc, value);
     }
   }
