@@ -139,7 +139,7 @@ TEST(SameBits, OfASupplyThatDroopsOnEveryArchitecture) {
       for (const Scalar value : {next.end_kPa, next.mean_kPa, line.supply()}) crc = crc_with(crc, value);
     }
   }
-  EXPECT_EQ(crc, of_scalar(0xCD4FDA24U, 0xEFC94B01U)) << std::hex << "found " << crc;
+  EXPECT_EQ(crc, of_scalar(0xCD4FDA24U, 0x05C92F7BU)) << std::hex << "found " << crc;
 }
 
 }  // namespace
