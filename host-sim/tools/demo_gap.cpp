@@ -38,8 +38,7 @@ std::vector<Machine> machines() {
           {"area_shape", {{"inlet_slope", 1.0}}},
           {"volume_error", {{"offset_mL", 50.0}}},
           {"flow_function", {{"critical_ratio", 0.3}}},
-          {"sensor_bias", {{"offset_kPa", 8.0}}},
-          {"supply_droop", {{"resistance_kPa_s_per_g", 200.0}, {"recovery_s", 0.05}}}};
+          {"sensor_bias", {{"offset_kPa", 8.0}}}};
 }
 
 GapTracked follow(WatchedRig& rig) {
