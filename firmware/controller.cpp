@@ -47,9 +47,10 @@ bool withdraw_spoilt_orders(canopen::ProcessImage& image) noexcept {
 /// Of a sensor that is fitted, and says what is enough; 0: none. Where it says less, it is broken, or the supply is: fault 3412h.
 float believed_supply_kPa(const config::BoardSettings& settings,
                           const ports::AnalogReading& reading) noexcept {
-  if (!(settings.supply_low_kPa > 0.0F) || !reading.fresh) return 0.0F;
-  const float supply_kPa = config::supply_kPa(settings, reading.mean_V);
-  return supply_kPa >= settings.supply_low_kPa ? supply_kPa : 0.0F;
+  const bool fitted = settings.supply_low_kPa > 0.0F;
+  return fitted && safety::supply_suffices(settings, reading.mean_V, reading.fresh)
+             ? config::supply_kPa(settings, reading.mean_V)
+             : 0.0F;
 }
 
 /// While it lives, what saturates is of this board, and counted where the bus shows it. (The count of numeric::Fixed is the

@@ -161,6 +161,10 @@ Scalar Greybox::Curve::at(std::size_t side, Scalar pressure_kPa) const noexcept 
   return flow_kPa[side] + slope[side] * (pressure_kPa - corner_kPa[side]);
 }
 
+Scalar Greybox::Curve::corner_at_kPa(std::size_t corner, Scalar size) const noexcept {
+  return corner + 1 < kCorners ? size * corner_kPa[corner] : kMostPressure_kPa;
+}
+
 void Greybox::configure(std::span<const Scalar, kParameters> parameters, Scalar command_low_V,
                         Scalar command_high_V) noexcept {
   dead_volume_mL_ = parameters[kDeadVolume];
@@ -293,14 +297,10 @@ Greybox::Sides Greybox::sides_of(Scalar pressure_kPa, Scalar supply) const noexc
   return {.inlet = inlet_.side_of(pressure_kPa / supply), .exhaust = exhaust_.side_of(pressure_kPa)};
 }
 
-/// Of phi(S P_c, p); the last one lies where the exhaust's does.
-Scalar Greybox::inlet_corner_kPa(std::size_t corner, Scalar supply) const noexcept {
-  return corner + 1 < kCorners ? supply * inlet_.corner_kPa[corner] : kMostPressure_kPa;
-}
-
 Greybox::Stretch Greybox::stretch(const Sides& sides, Scalar supply) const noexcept {
-  return {.low_kPa = max(inlet_corner_kPa(sides.inlet, supply), exhaust_.corner_kPa[sides.exhaust]),
-          .high_kPa = min(inlet_corner_kPa(sides.inlet + 1, supply), exhaust_.corner_kPa[sides.exhaust + 1])};
+  return {
+      .low_kPa = max(inlet_.corner_at_kPa(sides.inlet, supply), exhaust_.corner_kPa[sides.exhaust]),
+      .high_kPa = min(inlet_.corner_at_kPa(sides.inlet + 1, supply), exhaust_.corner_kPa[sides.exhaust + 1])};
 }
 
 Greybox::Flows Greybox::flows(const Sides& sides, const Stretch& between, Scalar pressure_kPa,
@@ -341,10 +341,7 @@ class Greybox::Way {
   }
 
  private:
-  void look() noexcept {
-    const std::size_t corner = up ? side_ + 1 : side_;
-    ahead_kPa_ = up && corner + 1 == kCorners ? kMostPressure_kPa : size_ * curve_.corner_kPa[corner];
-  }
+  void look() noexcept { ahead_kPa_ = curve_.corner_at_kPa(up ? side_ + 1 : side_, size_); }
 
   const Curve& curve_;
   Scalar size_;

@@ -85,6 +85,8 @@ class Greybox final : public PressureModel {
     /// From the last corner that is not above the pressure, but for the last of all.
     std::size_t side_of(Scalar pressure_kPa) const noexcept;
     Scalar at(std::size_t side, Scalar pressure_kPa) const noexcept;
+    /// Of the curve drawn larger by `size`; the last one lies at the most that a pressure can be all the same.
+    Scalar corner_at_kPa(std::size_t corner, Scalar size) const noexcept;
   };
 
   /// Of both ports: conductances C [L/s], or what the end of a tick gains by them [kPa s/L].
@@ -138,7 +140,6 @@ class Greybox final : public PressureModel {
 
   Tick tick(Scalar pressure_kPa, const Moving& moves) const noexcept;
   Sides sides_of(Scalar pressure_kPa, Scalar supply) const noexcept;
-  Scalar inlet_corner_kPa(std::size_t corner, Scalar supply) const noexcept;
   Stretch stretch(const Sides& sides, Scalar supply) const noexcept;
   Flows flows(const Sides& sides, const Stretch& between, Scalar pressure_kPa, Scalar supply) const noexcept;
   Flows slopes(const Sides& sides, const Stretch& between) const noexcept;

@@ -86,13 +86,16 @@ ChamberMonitor::Output ChamberMonitor::step(const config::ChamberSettings& setti
   return out;
 }
 
+bool supply_suffices(const config::BoardSettings& settings, float sensor_V, bool fresh) noexcept {
+  return fresh && config::supply_kPa(settings, sensor_V) >= settings.supply_low_kPa;
+}
+
 FaultSet BoardMonitor::step(const config::BoardSettings& settings, const Input& in) noexcept {
   const bool setpoint_came = in.setpoint_count != setpoint_count_before_;
   setpoint_count_before_ = in.setpoint_count;
   const std::uint16_t silence = setpoint_silence_.step(in.setpoints_needed && !setpoint_came, in.ticks);
   const bool supply_watched = settings.supply_low_kPa > 0.0F;
-  const bool supply_enough =
-      in.supply_fresh && config::supply_kPa(settings, in.supply_V) >= settings.supply_low_kPa;
+  const bool supply_enough = supply_suffices(settings, in.supply_V, in.supply_fresh);
 
   FaultSet causes = 0;
   causes |= if_so(in.emergency_stop, Fault::emergency_stop);

@@ -96,6 +96,9 @@ class SetpointNews {
   bool is_of_now_ = false;
 };
 
+/// What the supply's sensor says, said lately, is not too low for the board.
+bool supply_suffices(const config::BoardSettings& settings, float sensor_V, bool fresh) noexcept;
+
 class BoardMonitor {
  public:
   struct Input {

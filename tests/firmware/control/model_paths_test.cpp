@@ -18,6 +18,13 @@ config::ModelParameters nine_parameters(config::ModelKind kind, float dead_time_
   return model;
 }
 
+config::ModelParameters grey_box() {
+  config::ModelParameters model;
+  model.kind = config::ModelKind::greybox;
+  model.count = config::kGreyboxParameters;
+  return model;
+}
+
 TEST(ModelPaths, ANineParameterModelStatesItsDeadTime) {
   for (const config::ModelKind kind : {config::ModelKind::tassa9, config::ModelKind::tassa9r}) {
     const ModelPaths paths = paths_of(nine_parameters(kind, 0.025F), kOwn_ticks);
@@ -38,9 +45,7 @@ TEST(ModelPaths, OfAModelThatLeavesItsDeadTimeOutTheRegulatorsOwnStands) {
 
 // A double pole at w = 2 pi f is two lags of 1/w, 1/(pi f) in all: half of it a lag, half a delay.
 TEST(ModelPaths, ASpoolOfAGreyBoxIsHalfALagAndHalfADelay) {
-  config::ModelParameters model;
-  model.kind = config::ModelKind::greybox;
-  model.count = config::kGreyboxParameters;
+  config::ModelParameters model = grey_box();
   model.value[config::kDeadTime] = 0.01F;
   model.value[config::kSpoolPeriod] = 0.1F;
   model.value[config::kSpoolDamping] = 1.0F;
@@ -55,9 +60,7 @@ TEST(ModelPaths, ASpoolOfAGreyBoxIsHalfALagAndHalfADelay) {
 }
 
 TEST(ModelPaths, AGreyBoxStatesItsSuppliesLineOrLeavesItOut) {
-  config::ModelParameters model;
-  model.kind = config::ModelKind::greybox;
-  model.count = config::kGreyboxParameters;
+  config::ModelParameters model = grey_box();
   model.value[config::kSupply] = 620.0F;
   model.value[config::kSupplyResistance] = 0.5F;
   model.value[config::kSupplyRecovery] = 0.2F;
