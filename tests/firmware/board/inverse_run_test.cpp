@@ -13,6 +13,7 @@
 #include "firmware/canopen/objects.hpp"
 #include "firmware/config/greybox_parameters.hpp"
 #include "tests/firmware/board/bench.hpp"
+#include "tests/firmware/board/greybox_image.hpp"
 
 namespace plenum {
 namespace {
@@ -22,21 +23,6 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::ThrowsMessage;
 namespace object = canopen::object;
-
-using Edits = std::vector<std::pair<config::GreyboxParameter, float>>;
-
-/// A grey-box model of a valve of 60 mL/s a volt, with these figures in place of its own.
-std::vector<std::uint8_t> greybox_with(const Edits& edits) {
-  config::ModelParameters model;
-  model.kind = config::ModelKind::greybox;
-  model.count = config::kGreyboxParameters;
-  model.value = {5.08F, 4.92F, 60.0F, 64.0F, 0.1F, 0.1F, 1.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F,   0.0F,  0.53F,
-                 0.5F,  1.0F,  0.0F,  0.0F,  1.4F, 0.0F, 0.0F, 0.0F, 0.8F, 0.0F, 0.0F, 700.0F, 101.3F};
-  for (const auto& [which, value] : edits) model.value[which] = value;
-  std::vector<std::uint8_t> bytes(config::kMaxImageBytes);
-  bytes.resize(config::encode(model, bytes));
-  return bytes;
-}
 
 /// An admissible set whose exhaust leaks so much, through a transition so wide, that the secants of its inverse go astray.
 std::vector<std::uint8_t> with_a_wrong_inverse() {

@@ -16,6 +16,7 @@
 #include "firmware/control/sensor_lag.hpp"
 #include "firmware/control/supply_line.hpp"
 #include "tests/firmware/board/bench.hpp"
+#include "tests/firmware/board/greybox_image.hpp"
 #include "tests/firmware/scalars.hpp"
 
 namespace plenum {
@@ -197,17 +198,12 @@ TEST(ShadowRun, LetsTheCommandBeforeActForTheDelayOfTheValve) {
   EXPECT_LT(rms_kPa(1.0F), 0.5F * rms_kPa(0.0F));
 }
 
-/// A grey-box model of a valve of 60 mL/s a volt, with a dead time and a sensor's lag.
-std::vector<std::uint8_t> greybox_image(float dead_time_s, float sensor_lag_s, float resistance_s_L = 0.0F) {
-  config::ModelParameters model;
-  model.kind = config::ModelKind::greybox;
-  model.count = config::kGreyboxParameters;
-  model.value = {5.08F,       4.92F, 60.0F, 64.0F, 0.1F,         0.1F,   1.0F,   0.0F,           0.0F, 0.0F,
-                 0.0F,        0.0F,  0.0F,  0.53F, 0.5F,         1.0F,   0.0F,   0.0F,           1.4F, 0.0F,
-                 dead_time_s, 0.0F,  0.8F,  0.0F,  sensor_lag_s, 700.0F, 101.3F, resistance_s_L, 0.1F, 0.0F};
-  std::vector<std::uint8_t> bytes(config::kMaxImageBytes);
-  bytes.resize(config::encode(model, bytes));
-  return bytes;
+std::vector<std::uint8_t> late_greybox(float dead_time_s, float sensor_lag_s) {
+  return greybox_with({{config::kDeadTime, dead_time_s}, {config::kSensorLag, sensor_lag_s}});
+}
+
+std::vector<std::uint8_t> drooping_greybox(float resistance_s_L) {
+  return greybox_with({{config::kSupplyResistance, resistance_s_L}, {config::kSupplyRecovery, 0.1F}});
 }
 
 TEST(ShadowRun, CountsInTheDeadTimeAndTheSensorsLagThatAModelStates) {
@@ -215,7 +211,7 @@ TEST(ShadowRun, CountsInTheDeadTimeAndTheSensorsLagThatAModelStates) {
   // out do not.
   control::Greybox chamber;
   config::ModelParameters parameters;
-  ASSERT_TRUE(config::decode(greybox_image(0.0F, 0.0F), parameters));
+  ASSERT_TRUE(config::decode(late_greybox(0.0F, 0.0F), parameters));
   chamber.configure(
       std::span<const numeric::Scalar>(config::scalars(parameters)).first<control::Greybox::kParameters>(),
       0.0F, 10.0F);
@@ -235,7 +231,7 @@ TEST(ShadowRun, CountsInTheDeadTimeAndTheSensorsLagThatAModelStates) {
       shown_kPa = sensor.pass(pressure_kPa, next);
       pressure_kPa = next.end_kPa;
     }
-    rig.slots.stage(0, greybox_image(dead_time_s, sensor_lag_s));
+    rig.slots.stage(0, late_greybox(dead_time_s, sensor_lag_s));
     rig.ticks_to_verdict();
     return rig.slots.state(0).trial.staged_rms_kPa;
   };
@@ -247,7 +243,7 @@ TEST(ShadowRun, CountsInTheDeadTimeAndTheSensorsLagThatAModelStates) {
 TEST(ShadowRun, CountsInTheSupplyThatDroopsByWhatAModelStates) {
   const auto parameters_of = [](float resistance_s_L) {
     config::ModelParameters parameters;
-    EXPECT_TRUE(config::decode(greybox_image(0.0F, 0.0F, resistance_s_L), parameters));
+    EXPECT_TRUE(config::decode(drooping_greybox(resistance_s_L), parameters));
     return parameters;
   };
   const config::ModelParameters true_model = parameters_of(5.0F);
@@ -267,7 +263,7 @@ TEST(ShadowRun, CountsInTheSupplyThatDroopsByWhatAModelStates) {
       shown_kPa = next.mean_kPa;
       pressure_kPa = next.end_kPa;
     }
-    rig.slots.stage(0, greybox_image(0.0F, 0.0F, resistance_s_L));
+    rig.slots.stage(0, drooping_greybox(resistance_s_L));
     rig.ticks_to_verdict();
     return rig.slots.state(0).trial.staged_rms_kPa;
   };

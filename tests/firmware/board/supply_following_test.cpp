@@ -3,25 +3,13 @@
 
 #include <limits>
 
-#include "firmware/config/greybox_parameters.hpp"
 #include "tests/firmware/board/bench.hpp"
+#include "tests/firmware/board/greybox_image.hpp"
 
 namespace plenum {
 namespace {
 
 constexpr std::size_t kSupplySensor = 2 * config::kChambers;
-
-std::vector<std::uint8_t> greybox_image(float followed_share) {
-  config::ModelParameters model;
-  model.kind = config::ModelKind::greybox;
-  model.count = config::kGreyboxParameters;
-  model.value = {5.08F, 4.92F, 60.0F, 64.0F, 0.1F, 0.1F,   1.0F,   0.0F, 0.0F, 0.0F,
-                 0.0F,  0.0F,  0.0F,  0.53F, 0.5F, 1.0F,   0.0F,   0.0F, 1.4F, 0.0F,
-                 0.0F,  0.0F,  0.8F,  0.0F,  0.0F, 620.0F, 101.3F, 0.0F, 0.0F, followed_share};
-  std::vector<std::uint8_t> bytes(config::kMaxImageBytes);
-  bytes.resize(config::encode(model, bytes));
-  return bytes;
-}
 
 /// What the first chamber's output holds [V] in the mean of ten ticks, from when the supply's sensor says something else.
 float command_V(float followed_share, float sensor_V, bool fresh = true, float supply_low_kPa = 500.0F) {
@@ -29,7 +17,7 @@ float command_V(float followed_share, float sensor_V, bool fresh = true, float s
   settings.board.supply_low_kPa = supply_low_kPa;
   Bench bench(settings);
   Images images;
-  images.fill(greybox_image(followed_share));
+  images.fill(greybox_with({{config::kSupply, 620.0F}, {config::kSupplyFollowed, followed_share}}));
   bench.store_models(images);
   bench.setpoint_kPa = 400.0;
   bench.board.start();
