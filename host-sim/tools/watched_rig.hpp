@@ -32,6 +32,11 @@ class WatchedRig {
     session_.upload_models(uploads, doubted);
   }
 
+  /// Lets the rig's time pass, and whatever comes over the bus meanwhile.
+  void pass_until(double bus_time_s) {
+    while (link_.now_s() < bus_time_s) link_.receive(bus_time_s - link_.now_s());
+  }
+
   /// Of each chamber: true pressure less reference, at the end of each tick [Pa].
   using Errors_Pa = std::vector<std::vector<double>>;
 
