@@ -369,15 +369,21 @@ class Diagnosis {
                      [](const NamedEffect& a, const NamedEffect& b) { return a.share > b.share; });
     for (NamedEffect& effect : report_.effects) {
       const bool first = &effect == &report_.effects.front();
-      const double trust =
-          (first ? probability_of_first(with_Pa / report_.noise_floor_Pa)
-                 : probability_beside_others(closes[effect.id])) *
-          (says_nothing(effect.parameters, *effects::find(effect.id), size_of(scene_)) ? kTrustUnknown : 1.0);
+      const double trust = (first ? probability_of_first(with_Pa / report_.noise_floor_Pa)
+                                  : probability_beside_others(closes[effect.id])) *
+                           (unknown(effect) ? kTrustUnknown : 1.0);
       effect.confidence *= trust;
       for (AliasTrial& alias : alias_trials_) {
         if (id_of(alias.replaced) == effect.id) alias.probability *= trust;
       }
     }
+  }
+
+  /// Of a null that wanders no figure is known, as any may stand in for the others, but the way that they make together is.
+  bool unknown(const NamedEffect& effect) const {
+    const std::size_t at = *effects::find(effect.id);
+    if (at == effects::kIdNullDrift && wanders(search_.best.fit)) return false;
+    return says_nothing(effect.parameters, at, size_of(scene_));
   }
 
   void decide() {

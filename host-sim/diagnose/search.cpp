@@ -23,6 +23,10 @@ constexpr int kMostSwaps = 1;         ///< of one effect of a set for another th
 constexpr double kMuchLeft = 3.0;
 /// Each of several effects must close most of the squares that the set without it leaves above the noise, and this share of the noise.
 constexpr double kFurtherOfNoise = 0.25;
+/// Of the effects alone, those beside which a null that wanders is followed, where all else leaves much.
+constexpr std::size_t kWandersBeside = 3;
+/// Of what all else leaves above the noise: a way of the null that follows whatever it is given closes less of another cause.
+constexpr double kWanderCloses = 0.9;
 /// Of the squares that the first candidate leaves: what leaves less than this tells how its own error is correlated.
 constexpr double kFarLess = 0.25;
 
@@ -69,6 +73,38 @@ Trial pruned(const SetFits& fits, const Scene& scene, Trial set, const Trial& re
     set = std::move(least);
   }
   return set;
+}
+
+/// The set with a null that wanders that is found by following the null beside the best set, and beside each of the effects that do
+/// best alone, stretch by stretch; enlarged while much is left. Sooner in the search it takes the place of others: it follows much.
+template <class But>
+Trial wandering_beside(SetFits& fits, const Scene& scene, const Search& so_far, const But& but,
+                       double noise_Pa) {
+  const EffectSet null = bit(effects::kIdNullDrift);
+  const double correlated = correlation(scene, so_far.best);
+  std::vector<Trial> bases;
+  for (const Trial& trial : so_far.alone) {
+    if (trial.valid() && trial.on != null && trial.on != so_far.best.on) bases.push_back(trial);
+  }
+  best_first(bases, so_far.recalibrated, correlated, noise_Pa);
+  bases.resize(std::min(bases.size(), kWandersBeside));
+  bases.push_back(so_far.best);
+  Trial best;
+  const auto take = [&](Trial trial) {
+    if (trial.valid() && (!best.valid() || trial.evidence(correlated) > best.evidence(correlated)))
+      best = std::move(trial);
+  };
+  for (const Trial& base : bases) {
+    if (std::popcount(base.on | null) <= static_cast<int>(kMostEffects)) take(fits.wandering(base));
+  }
+  while (best.valid() && std::popcount(best.on) < static_cast<int>(kMostEffects) &&
+         best.heldout_Pa() > kMuchLeft * noise_Pa) {
+    const EffectSet before = best.on;
+    for (const Trial& larger : fits.all_with(Trial(best), but(before), kFinished)) take(larger);
+    if (best.on == before) break;
+    best = fits.refined(std::move(best));
+  }
+  return best;
 }
 
 }  // namespace
@@ -138,6 +174,17 @@ Search search(const Scene& scene, const std::vector<HeldOut>& heldout, Trial rec
 
   // back: what closes too little to be told from the form of the others leaves
   result.best = pruned(fits, scene, std::move(result.best), result.recalibrated, options.noise_Pa);
+
+  // last: of what is left by much a null that wanders may be the rest
+  if ((options.struck & bit(effects::kIdNullDrift)) == 0 && !wanders(result.best.fit) &&
+      result.best.heldout_Pa() > kMuchLeft * options.noise_Pa) {
+    Trial wandering = wandering_beside(fits, scene, result, but, options.noise_Pa);
+    wandering = pruned(fits, scene, std::move(wandering), result.recalibrated, options.noise_Pa);
+    if (wanders(wandering.fit) &&
+        share_of_rest(wandering.heldout_Pa(), result.best.heldout_Pa(), options.noise_Pa) > kWanderCloses) {
+      result.best = std::move(wandering);
+    }
+  }
 
   // swap: each effect of the set leaves, and every other tries its place; once more where one does better
   for (int pass = 0;; ++pass) {

@@ -113,6 +113,14 @@ Trial SetFits::drifting(const Trial& set) const {
   return tried(fitted(set.on, figures, start, finish(set.fit.refined & ~bit(kNull))));
 }
 
+Trial SetFits::wandering(const Trial& set) const {
+  constexpr std::size_t kNull = effects::kIdNullDrift;
+  const EffectSet finer = set.fit.refined | bit(kNull);
+  const Fit looked = grown(set.fit, kNull, brief(finer));
+  Trial with = tried(fitted(looked.on, looked.figures, looked.start, finish(finer)));
+  return with.valid() ? refined(std::move(with)) : with;  // the corners of a loop show only now
+}
+
 Trial SetFits::without(const Trial& base, std::size_t effect) const {
   return tried(fitted(base.on & ~bit(effect), figures_without(scene_, base.fit.figures, effect),
                       base.fit.start, finish(base.fit.refined & ~bit(effect))));
@@ -172,7 +180,9 @@ SetFits::Look SetFits::look(const Fit& base, double base_squares, std::size_t ef
       }
     }
     if (base.on == 0 && effect == effects::kIdNullDrift) {
-      Fit other = grown(effect, options);
+      Fit nothing_known;
+      nothing_known.figures = scene_.nominal;
+      Fit other = grown(nothing_known, effect, options);
       if (other.rms_Pa() < finer.rms_Pa()) {  // over other rows
         finer.squares *= std::pow(other.rms_Pa() / finer.rms_Pa(), 2);
         seen.finer = std::move(other);
@@ -224,16 +234,18 @@ std::optional<Figures> SetFits::finer_start(std::size_t effect, const Figures& b
   return {};
 }
 
-Fit SetFits::grown(std::size_t effect, const FitOptions& options) const {
+Fit SetFits::grown(const Fit& base, std::size_t effect, const FitOptions& options) const {
   double longest_s = 0.0;
   for (const Record& record : followed_.fitted.records) {
     longest_s = std::max(longest_s, static_cast<double>(record.fitted_rows) * record.drive.timing.tick_s);
   }
   Fit found;
-  found.figures = scene_.nominal;
+  found.figures = base.figures;
+  found.start = base.start;
   const double stretch_s = identify::chamber::stretch_s(scene_);
   for (double seconds = stretch_s; seconds < longest_s + stretch_s; seconds += stretch_s) {
-    found = fit(coarse(followed_.fitted, seconds), bit(effect), found.figures, found.start, options);
+    found =
+        fit(coarse(followed_.fitted, seconds), base.on | bit(effect), found.figures, found.start, options);
   }
   return found;
 }

@@ -31,6 +31,8 @@ class SetFits {
   Trial refined(Trial set) const;
   /// `set` whose null, which wanders, drifts plainly again.
   Trial drifting(const Trial& set) const;
+  /// `set` with a null that wanders besides.
+  Trial wandering(const Trial& set) const;
   /// `base` with this effect taken out.
   Trial without(const Trial& base, std::size_t effect) const;
 
@@ -63,9 +65,10 @@ class SetFits {
   /// Where a refined effect is looked for besides its plain best: what no small steps lead to from there.
   std::optional<effects::Figures> finer_start(std::size_t effect, const effects::Figures& best,
                                               const Fit& base) const;
-  /// Refined over the first seconds, then over more and more: what acts in time is found one stretch after another, where
-  /// a free run over all of it would be far off before the first is known.
-  Fit grown(std::size_t effect, const identify::chamber::FitOptions& options) const;
+  /// `base`, of which figures and starts are begun from, with `effect` besides, refined over the first seconds, then over more and
+  /// more: what acts in time is found one stretch after another, where a free run over all of it would be far off before the first is
+  /// known.
+  Fit grown(const Fit& base, std::size_t effect, const identify::chamber::FitOptions& options) const;
   /// A look at `effect` fitted to its end, refined where that pays; briefly where it is behind the best look.
   Trial finished(const Look& looked, std::size_t effect, double best_squares) const;
   /// `set` with this effect of it refined, where that pays, from there or also from `other`.

@@ -42,6 +42,12 @@ GapReport diagnosed(const blind::Case& made, const std::vector<std::string>& str
   return diagnose({{"log", made.log}}, {{"heldout", made.heldout}}, made.rig, options);
 }
 
+std::set<std::string> named(const GapReport& report) {
+  std::set<std::string> ids;
+  for (const auto& effect : report.effects) ids.insert(effect.id);
+  return ids;
+}
+
 TEST(Diagnose, NamesTheEffectThatTheLabelHolds) {
   for (const char* effect : {"supply_droop", "volume_error"}) {
     const GapReport report = diagnosed(clear_case({effect}, 1, 11));
@@ -89,6 +95,18 @@ TEST(Diagnose, FollowsANullThatWandersToTheEndOfALogOfMoreThanAMinute) {
   EXPECT_NEAR(report.effects.front().parameters.back().value, 4.5, 0.01);
 }
 
+// No effect alone lowers the error, nor does the null, however it is followed: each hides the others.
+TEST(Diagnose, FollowsANullThatWandersBesideTwoOthers) {
+  const std::vector<std::string> effects{"null_drift", "sensor_bias", "sensor_lag"};
+  const blind::Case made = blind::make_case(
+      {.effects = effects, .kind = "many", .tier = 1, .seconds = 20.0, .seed = 9046427639451192554ULL});
+  ASSERT_EQ(made.label.at("effects")[0].at("variant").get<std::string>(), "wander");
+  const GapReport report = diagnosed(made);
+  EXPECT_EQ(named(report), std::set<std::string>(effects.begin(), effects.end())) << name_of(report.verdict);
+  EXPECT_GT(report.closed_fraction, 0.9);
+  for (const NamedEffect& effect : report.effects) EXPECT_GT(effect.confidence, 0.8) << effect.id;
+}
+
 TEST(Diagnose, ClosesAGapOfHeatToTheNoiseThoughTheGasBeginsWarm) {
   const blind::Case made =
       clear_case({"heat_transfer"}, 1, 11);  // it was filled or vented before its first row
@@ -106,12 +124,6 @@ TEST(Diagnose, FindsASilencerThatShowsNothingUntilThePortBeforeItNoLongerChokes)
   ASSERT_EQ(report.effects.size(), 1U) << name_of(report.verdict);
   EXPECT_EQ(report.effects.front().id, "exhaust_backpressure");
   EXPECT_LT(report.with_effects_Pa, 1.12 * made.label.at("noise_floor_Pa").get<double>());
-}
-
-std::set<std::string> named(const GapReport& report) {
-  std::set<std::string> ids;
-  for (const auto& effect : report.effects) ids.insert(effect.id);
-  return ids;
 }
 
 constexpr double kStep_s = 0.001, kTick_s = 0.01, kNoise_Pa = 200.0;
