@@ -6,9 +6,9 @@
 namespace plenum::host::diagnose {
 
 double probability_of_first(double left_over_floor) {
-  constexpr double kMost = 0.98;
-  constexpr double kEven = 25.0;
-  constexpr double kWidth = 0.6;  ///< of its logarithm
+  constexpr double kMost = 0.99;
+  constexpr double kEven = 22.0;
+  constexpr double kWidth = 0.5;  ///< of its logarithm
   return kMost / (1.0 + std::pow(left_over_floor / kEven, 1.0 / kWidth));
 }
 
