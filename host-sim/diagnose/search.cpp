@@ -75,11 +75,16 @@ Trial pruned(const SetFits& fits, const Scene& scene, Trial set, const Trial& re
   return set;
 }
 
+/// Those of `all` that are not in the set.
+std::vector<std::size_t> outside(EffectSet on, std::vector<std::size_t> all) {
+  std::erase_if(all, [&](std::size_t i) { return (on & bit(i)) != 0; });
+  return all;
+}
+
 /// The set with a null that wanders that is found by following the null beside the best set, and beside each of the effects that do
 /// best alone, stretch by stretch; enlarged while much is left. Sooner in the search it takes the place of others: it follows much.
-template <class But>
-Trial wandering_beside(SetFits& fits, const Scene& scene, const Search& so_far, const But& but,
-                       double noise_Pa) {
+Trial wandering_beside(SetFits& fits, const Scene& scene, const Search& so_far,
+                       const std::vector<std::size_t>& all, double noise_Pa) {
   const EffectSet null = bit(effects::kIdNullDrift);
   const double correlated = correlation(scene, so_far.best);
   std::vector<Trial> bases;
@@ -100,7 +105,7 @@ Trial wandering_beside(SetFits& fits, const Scene& scene, const Search& so_far, 
   while (best.valid() && std::popcount(best.on) < static_cast<int>(kMostEffects) &&
          best.heldout_Pa() > kMuchLeft * noise_Pa) {
     const EffectSet before = best.on;
-    for (const Trial& larger : fits.all_with(Trial(best), but(before), kFinished)) take(larger);
+    for (const Trial& larger : fits.all_with(best, outside(before, all), kFinished)) take(larger);
     if (best.on == before) break;
     best = fits.refined(std::move(best));
   }
@@ -123,11 +128,6 @@ Search search(const Scene& scene, const std::vector<HeldOut>& heldout, Trial rec
   for (std::size_t i = 0; i < kEffects; ++i) {
     if ((options.struck & bit(i)) == 0) all.push_back(i);
   }
-  const auto but = [&](EffectSet on) {
-    std::vector<std::size_t> others = all;
-    std::erase_if(others, [&](std::size_t i) { return (on & bit(i)) != 0; });
-    return others;
-  };
   result.alone.resize(kEffects);
   std::vector<Trial> trials = fits.all_with(result.recalibrated, all);
   for (const Trial& trial : trials) {
@@ -160,7 +160,7 @@ Search search(const Scene& scene, const std::vector<HeldOut>& heldout, Trial rec
     if (size == kMostEffects || left < kAtFloor || (size > 1 && !better && left < kMuchLeft)) break;
     std::vector<Trial> larger;
     const auto enlarge = [&](const Trial& base) {
-      const std::vector<Trial>& beside = fits.all_with(base, but(base.on), kFinished);
+      const std::vector<Trial>& beside = fits.all_with(base, outside(base.on, all), kFinished);
       larger.insert(larger.end(), beside.begin(), beside.end());
     };
     for (std::size_t i = 0; i < std::min(kBeam, trials.size()); ++i) {
@@ -178,7 +178,7 @@ Search search(const Scene& scene, const std::vector<HeldOut>& heldout, Trial rec
   // last: of what is left by much a null that wanders may be the rest
   if ((options.struck & bit(effects::kIdNullDrift)) == 0 && !wanders(result.best.fit) &&
       result.best.heldout_Pa() > kMuchLeft * options.noise_Pa) {
-    Trial wandering = wandering_beside(fits, scene, result, but, options.noise_Pa);
+    Trial wandering = wandering_beside(fits, scene, result, all, options.noise_Pa);
     wandering = pruned(fits, scene, std::move(wandering), result.recalibrated, options.noise_Pa);
     if (wanders(wandering.fit) &&
         share_of_rest(wandering.heldout_Pa(), result.best.heldout_Pa(), options.noise_Pa) > kWanderCloses) {
@@ -194,12 +194,12 @@ Search search(const Scene& scene, const std::vector<HeldOut>& heldout, Trial rec
     for (const std::size_t member : members(result.best.on)) {
       std::vector<Trial> rivals;
       if (std::popcount(result.best.on) == 1) {
-        for (const std::size_t i : but(result.best.on)) rivals.push_back(result.alone[i]);
+        for (const std::size_t i : outside(result.best.on, all)) rivals.push_back(result.alone[i]);
         rivals.push_back(result.recalibrated);
       } else {
         const Trial rest = fits.without(result.best, member);
-        rivals = fits.in_place_of(result.best, member, but(result.best.on));
-        for (const Trial& fresh : fits.all_with(rest, but(rest.on), kFinished)) {
+        rivals = fits.in_place_of(result.best, member, outside(result.best.on, all));
+        for (const Trial& fresh : fits.all_with(rest, outside(rest.on, all), kFinished)) {
           const auto same =
               std::find_if(rivals.begin(), rivals.end(), [&](const Trial& t) { return t.on == fresh.on; });
           if (same == rivals.end()) {
