@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <stdexcept>
 #include <vector>
 
 #include "host-sim/client/capture.hpp"
@@ -32,8 +33,9 @@ class WatchedRig {
     session_.upload_models(uploads, doubted);
   }
 
-  /// Lets the rig's time pass, and whatever comes over the bus meanwhile.
+  /// Lets the rig's time pass, and whatever comes over the bus meanwhile. Throws std::logic_error when it is later already.
   void pass_until(double bus_time_s) {
+    if (link_.now_s() > bus_time_s) throw std::logic_error("the rig's time has passed");
     while (link_.now_s() < bus_time_s) link_.receive(bus_time_s - link_.now_s());
   }
 
