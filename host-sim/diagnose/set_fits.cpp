@@ -22,8 +22,8 @@ constexpr std::size_t kFinishedInPlace = 3;
 constexpr double kLook_s = 40.0;
 /// Of what the plain drift leaves above the noise: a way of the null that follows whatever it is given closes less of another cause.
 constexpr double kWanderCloses = 0.9;
-/// Of the squares: an effect that changes them by less shows nothing at that size.
-constexpr double kShown = 1e-4;
+/// Of the squares: an effect that changes them by less shows nothing at that size. A brief fit ends where a step takes off 1e-3.
+constexpr double kShown = 3e-3;
 /// Of the squares of the best look: an effect that looks worse by this is fitted briefly, and not refined. If its end were no
 /// better its odds would be 20^-10 at most.
 constexpr double kBehind = 20.0;
