@@ -122,8 +122,20 @@ Trial SetFits::wandering(const Trial& set) const {
 }
 
 Trial SetFits::without(const Trial& base, std::size_t effect) const {
-  return tried(fitted(base.on & ~bit(effect), figures_without(scene_, base.fit.figures, effect),
-                      base.fit.start, finish(base.fit.refined & ~bit(effect))));
+  Trial rest = tried(fitted(base.on & ~bit(effect), figures_without(scene_, base.fit.figures, effect),
+                            base.fit.start, finish(base.fit.refined & ~bit(effect))));
+  // the figures beside the effect may lead to another minimum than the one in which the smaller set was found
+  const auto mean_square = [](const Trial& t) {
+    return t.joint_squares / static_cast<double>(t.fit.rows + t.heldout_rows);
+  };
+  for (const auto& [enlarged, trials] : beside_) {
+    for (const Trial& known : trials) {
+      if (known.on == rest.on && known.valid() && (!rest.valid() || mean_square(known) < mean_square(rest))) {
+        rest = known;
+      }
+    }
+  }
+  return rest;
 }
 
 Fit SetFits::fitted(EffectSet on, const Figures& figures, const std::vector<effects::Start>& start,

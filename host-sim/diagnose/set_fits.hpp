@@ -33,7 +33,7 @@ class SetFits {
   Trial drifting(const Trial& set) const;
   /// `set` with a null that wanders besides.
   Trial wandering(const Trial& set) const;
-  /// `base` with this effect taken out.
+  /// `base` with this effect taken out, or the best fit known of that set.
   Trial without(const Trial& base, std::size_t effect) const;
 
  private:

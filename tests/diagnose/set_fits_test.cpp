@@ -34,5 +34,29 @@ TEST(SetFits, OfANullThatWandersThePlainDriftIsOfTheSameSetAndHasNoWayOfItsOwn) 
   }
 }
 
+// What an effect closes beside others is told from the smaller set as it fits best, not from where the figures beside the effect lead.
+TEST(SetFits, WithoutAnEffectASetFitsNoWorseThanItWasFoundTo) {
+  constexpr std::size_t kSilencer = effects::kIdExhaustBackpressure, kArea = effects::kIdAreaShape;
+  constexpr std::size_t kResistance = effects::kFirstFigure[kSilencer];
+  Scene scene = identify::chamber::chamber_scene(identify::chamber::jumping_V(1500), 30e-6);
+  effects::Figures machine = scene.nominal;
+  machine[kResistance] = 250.0;
+  Record& record = scene.records[0];
+  record.measured_Pa = run(scene, record, bit(kSilencer), machine, {3e5});
+  const HeldOut held{.record = record, .first = 900, .continues = 0};
+  record.fitted_rows = 900;
+  SetFits fits(scene, {held}, 100.0, 1);
+  const Trial alone = fits.all_with(recalibrated(scene, {held}), {kSilencer}).front();
+  ASSERT_NEAR(alone.fit.figures[kResistance], 250.0, 1.0);
+
+  // a silencer so wide that a little wider or narrower changes nothing
+  const Split rows = split_of(scene, {held});
+  const Trial both =
+      tried(rows, fit(rows.fitted, bit(kSilencer) | bit(kArea), scene.nominal, {}, {.most_iterations = 0}));
+  const Trial rest = fits.without(both, kArea);
+  EXPECT_EQ(rest.on, bit(kSilencer));
+  EXPECT_LE(rest.joint_squares, alone.joint_squares);
+}
+
 }  // namespace
 }  // namespace plenum::host::diagnose
