@@ -177,7 +177,7 @@ double as_commanded(double u_V, double) {
 /// A valve at which a command arrives so late, told of each millisecond's.
 class LateValve {
  public:
-  explicit LateValve(double late_s) : past_V_(static_cast<std::size_t>(late_s / kStep_s + 0.5), 5.0) {}
+  explicit LateValve(double late_s) : past_V_(static_cast<std::size_t>(std::lround(late_s / kStep_s)), 5.0) {}
   double operator()(double u_V) {
     const double late_V = std::exchange(past_V_[next_], u_V);
     next_ = (next_ + 1) % past_V_.size();
