@@ -27,6 +27,9 @@ constexpr double kFurtherOfNoise = 0.25;
 constexpr std::size_t kWandersBeside = 3;
 /// Of what all else leaves above the noise: a way of the null that follows whatever it is given closes less of another cause.
 constexpr double kWanderCloses = 0.9;
+/// A command that moves by less from row to row rests, and of the rows so many may lie more than a second into a rest.
+constexpr double kStill_V = 0.005;
+constexpr double kMostRest = 0.3;
 /// Of the squares that the first candidate leaves: what leaves less than this tells how its own error is correlated.
 constexpr double kFarLess = 0.25;
 
@@ -73,6 +76,23 @@ Trial pruned(const SetFits& fits, const Scene& scene, Trial set, const Trial& re
     set = std::move(least);
   }
   return set;
+}
+
+/// Whether the command moves often enough to tell a null that wanders from a valve that errs otherwise at each command: its way is
+/// followed every other second, and while the command rests from one second to the next that foretells any constant error.
+bool shows_wandering(const Scene& scene) {
+  std::size_t rows = 0, resting = 0;
+  for (const Record& record : scene.records) {
+    const auto& command_V = record.drive.command_V;
+    const auto second = static_cast<std::size_t>(1.0 / record.drive.timing.tick_s);
+    std::size_t still = 0;
+    for (std::size_t row = 1; row < command_V.size(); ++row) {
+      still = std::abs(command_V[row] - command_V[row - 1]) < kStill_V ? still + 1 : 0;
+      resting += still > second ? 1U : 0U;
+    }
+    rows += command_V.size();
+  }
+  return static_cast<double>(resting) < kMostRest * static_cast<double>(rows);
 }
 
 /// Those of `all` that are not in the set.
@@ -177,7 +197,7 @@ Search search(const Scene& scene, const std::vector<HeldOut>& heldout, Trial rec
 
   // last: of what is left by much a null that wanders may be the rest
   if ((options.struck & bit(effects::kIdNullDrift)) == 0 && !wanders(result.best.fit) &&
-      result.best.heldout_Pa() > kMuchLeft * options.noise_Pa) {
+      result.best.heldout_Pa() > kMuchLeft * options.noise_Pa && shows_wandering(scene)) {
     Trial wandering = wandering_beside(fits, scene, result, all, options.noise_Pa);
     wandering = pruned(fits, scene, std::move(wandering), result.recalibrated, options.noise_Pa);
     if (wanders(wandering.fit) &&

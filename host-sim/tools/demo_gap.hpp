@@ -2,7 +2,8 @@
 //
 // Each machine is a chamber behind a thin-plate valve with the figures of one data sheet, and one effect of the catalogue. The
 // board excites it; `diagnose` gets the recording and the data sheet, not the effect; what it finds goes to the board as a
-// grey-box model. The board follows one reference twice, with the data sheet's model and with the one found.
+// grey-box model. The board follows one reference twice, with the data sheet's model and with the one found, each time on the machine
+// switched on anew: its volume then moves alike.
 #pragma once
 
 #include <functional>
