@@ -25,8 +25,6 @@ constexpr double kMuchLeft = 3.0;
 constexpr double kFurtherOfNoise = 0.25;
 /// Of the effects alone, those beside which a null that wanders is followed, where all else leaves much.
 constexpr std::size_t kWandersBeside = 3;
-/// Of what all else leaves above the noise: a way of the null that follows whatever it is given closes less of another cause.
-constexpr double kWanderCloses = 0.9;
 /// A command that moves by less from row to row rests, and of the rows so many may lie more than a second into a rest.
 constexpr double kStill_V = 0.005;
 constexpr double kMostRest = 0.3;

@@ -20,8 +20,6 @@ using identify::chamber::FitOptions;
 constexpr std::size_t kFinishedInPlace = 3;
 /// Short fits are run this long, in half as many steps a tick.
 constexpr double kLook_s = 40.0;
-/// Of what the plain drift leaves above the noise: a way of the null that follows whatever it is given closes less of another cause.
-constexpr double kWanderCloses = 0.9;
 /// Of the squares: an effect that changes them by less shows nothing at that size. A brief fit ends where a step takes off 1e-3.
 constexpr double kShown = 3e-3;
 /// Of the squares of the best look: an effect that looks worse by this is fitted briefly, and not refined. If its end were no
@@ -125,12 +123,10 @@ Trial SetFits::without(const Trial& base, std::size_t effect) const {
   Trial rest = tried(fitted(base.on & ~bit(effect), figures_without(scene_, base.fit.figures, effect),
                             base.fit.start, finish(base.fit.refined & ~bit(effect))));
   // the figures beside the effect may lead to another minimum than the one in which the smaller set was found
-  const auto mean_square = [](const Trial& t) {
-    return t.joint_squares / static_cast<double>(t.fit.rows + t.heldout_rows);
-  };
   for (const auto& [enlarged, trials] : beside_) {
     for (const Trial& known : trials) {
-      if (known.on == rest.on && known.valid() && (!rest.valid() || mean_square(known) < mean_square(rest))) {
+      if (known.on == rest.on && known.valid() &&
+          (!rest.valid() || known.joint_mean_square() < rest.joint_mean_square())) {
         rest = known;
       }
     }

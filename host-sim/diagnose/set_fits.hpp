@@ -15,6 +15,10 @@
 
 namespace plenum::host::diagnose {
 
+/// Of what is left above the noise without it, by the plain drift or by all else: a way of the null that follows whatever it is given
+/// closes less of another cause.
+inline constexpr double kWanderCloses = 0.9;
+
 class SetFits {
  public:
   /// `scene` must outlive it. `noise_Pa`: of the sensor.

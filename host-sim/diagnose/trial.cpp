@@ -62,11 +62,14 @@ double Trial::judged_Pa() const {
 bool Trial::valid() const {
   return fit.rows > 0 && std::isfinite(fit.squares + heldout_squares + joint_squares);
 }
+double Trial::joint_mean_square() const {
+  return joint_squares / static_cast<double>(fit.rows + heldout_rows);
+}
 double Trial::evidence(double correlated_rows) const {
   if (!valid()) return -std::numeric_limits<double>::infinity();
-  const double mean_square = joint_squares / static_cast<double>(fit.rows + heldout_rows);
   const double pieces = std::clamp(static_cast<double>(rows) / correlated_rows, kLeastPieces, kMostPieces);
-  return -0.5 * pieces * std::log(mean_square) - 0.5 * static_cast<double>(variables) * std::log(pieces);
+  return -0.5 * pieces * std::log(joint_mean_square()) -
+         0.5 * static_cast<double>(variables) * std::log(pieces);
 }
 
 Trial tried(const Split& rows, Fit fit) {

@@ -64,6 +64,7 @@ struct Trial {
   /// Of figures and warmths: the start pressures, which every trial has, do not count.
   std::size_t variables = 0;
 
+  double joint_mean_square() const;  ///< S/n above
   double heldout_Pa() const;
   /// Of the error on the held-out rows, that which the figures left unknown by the fitted rows do not account for. Where those make
   /// far more of it than an effect closes, what two sets foretell is a matter of chance, and this is none.

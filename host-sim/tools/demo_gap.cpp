@@ -43,8 +43,11 @@ std::vector<Machine> machines() {
           {"supply_droop", {{"resistance_kPa_s_per_g", 200.0}, {"recovery_s", 0.05}}}};
 }
 
-std::vector<client::CapturedRow> record(WatchedRig& rig, std::uint32_t seed) {
-  return client::capture(rig.session(), {.seconds = kRecorded_s, .seed = seed, .chambers = 1});
+/// Records the machine, and gives it the data sheet's model.
+trace::Log commission(WatchedRig& rig, const trace::ModelFile& configured, std::uint32_t seed) {
+  const auto rows = client::capture(rig.session(), {.seconds = kRecorded_s, .seed = seed, .chambers = 1});
+  rig.upload(configured, client::Doubted::force);
+  return log_of(rows, 0, false);
 }
 
 GapTracked follow(WatchedRig& rig) {
@@ -80,8 +83,7 @@ DemoGap close_gap(const trace::RigDescription& sheet, const Machine& machine, st
   const trace::ModelFile configured = identify::greybox_of(sheet).file;
 
   WatchedRig rig(config, 1);
-  const trace::Log log = log_of(record(rig, seed), 0, false);
-  rig.upload(configured, client::Doubted::force);
+  const trace::Log log = commission(rig, configured, seed);
   gap.before = follow(rig);
 
   diagnose::DiagnoseOptions how;
@@ -91,8 +93,7 @@ DemoGap close_gap(const trace::RigDescription& sheet, const Machine& machine, st
 
   // Switched on anew it moves its volume alike, and both models meet the same: how much a valve must pass, and can, hangs on it.
   WatchedRig again(config, 1);
-  record(again, seed);
-  again.upload(configured, client::Doubted::force);
+  commission(again, configured, seed);
   if (found.effects.contains("sensor_bias")) calibrate(again.session(), found);
   try {
     again.upload(identify::greybox_of(found, {}, log.mean_volume_m3()).file);
