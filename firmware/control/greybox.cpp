@@ -169,11 +169,10 @@ void Greybox::configure(std::span<const Scalar, kParameters> parameters, Scalar 
                         Scalar command_high_V) noexcept {
   dead_volume_mL_ = parameters[kDeadVolume];
   volume_exponent_ = parameters[kVolumeExponent];
-  supply_kPa_ = parameters[kSupply];
   ambient_kPa_ = parameters[kAmbient];
   leak_L_s_kPa_ = Scalar(0.5) * parameters[kChamberLeak] / kPerLitre / ambient_kPa_;
   const FlowFunction flow(parameters);
-  inlet_.configure(flow, supply_kPa_);
+  inlet_.configure(flow, parameters[kSupply]);
   exhaust_.configure(flow, ambient_kPa_);
 
   const config::ValveCurve inlet = config::inlet_of(parameters);
@@ -437,12 +436,13 @@ Draw Greybox::draw(Scalar pressure_kPa, const Opening& open, const Moving& moves
 }
 
 /// Between ambient and supply all. Above the supply's pressure an open inlet empties the chamber, below the ambient's an open
-/// exhaust fills it: there the limit is the node at which the pressure rises or falls fastest, the valve as good as shut.
+/// exhaust fills it: there the limit is the node at which the pressure rises or falls fastest, the valve as good as shut. Not so
+/// close to both (r_a) that nothing flows back.
 Greybox::Range Greybox::answers(const Tick& tick) const noexcept {
   Range among;
-  const bool above = tick.pressure_kPa > tick.supply * supply_kPa_;
-  if (!above && tick.pressure_kPa >= ambient_kPa_) return among;
   const Flows& here = tick.flows;
+  const bool above = here.inlet < Scalar(0);
+  if (!above && here.exhaust <= Scalar(0)) return among;
   const Scalar sign = above ? Scalar(1) : Scalar(-1);
   std::size_t& best = above ? among.last : among.first;
   const auto flow = [&](std::size_t i) noexcept {
@@ -518,20 +518,70 @@ Greybox::Guess Greybox::guess(const Tick& tick, const Range& among, Scalar targe
   return made;
 }
 
+/// Where the answer lies: above one command and below another. Of an end that has not been tried the command lies beyond the range.
+class Greybox::Bracket {
+ public:
+  Bracket(const Greybox& of, const Range& among) noexcept
+      : of_(of),
+        low_{of.node_V_[among.first] - Scalar(1)},
+        high_{of.node_V_[among.last] + Scalar(1)},
+        first_(among.first),
+        last_(among.last) {}
+
+  bool holds(Scalar command_V) const noexcept {
+    return command_V > low_.command_V && command_V < high_.command_V;
+  }
+
+  /// Of a command within. `wanted_kPa`: the target less its end.
+  void tried(Scalar command_V, Scalar wanted_kPa) noexcept {
+    const bool low = wanted_kPa > Scalar(0);
+    (low ? low_ : high_) = {command_V, wanted_kPa};
+    // Illinois: an end that stays draws the chord less and less to itself
+    if (low == was_low_) (low ? high_ : low_).wanted_kPa *= Scalar(0.5);
+    was_low_ = low;
+    const std::size_t in = of_.segment(command_V);
+    if (low) first_ = in + 1;
+    if (!low) last_ = command_V > of_.node_V_[in] ? in : in - 1;
+  }
+
+  /// The middle one of the nodes within, until there is none; then where the chord of its ends meets the target.
+  Scalar middle_V() const noexcept {
+    if (first_ <= last_ && last_ < kNodes) {
+      const Scalar node_V = of_.node_V_[(first_ + last_) / 2];
+      if (holds(node_V)) return node_V;  // nodes at a limit of the range may be one
+    }
+    const Scalar share = low_.wanted_kPa / (low_.wanted_kPa - high_.wanted_kPa);
+    const Scalar chord_V = low_.command_V + share * (high_.command_V - low_.command_V);
+    return holds(chord_V) ? chord_V : Scalar(0.5) * (low_.command_V + high_.command_V);
+  }
+
+ private:
+  struct End {
+    Scalar command_V;
+    Scalar wanted_kPa = 0;
+  };
+
+  const Greybox& of_;
+  End low_, high_;
+  std::size_t first_, last_;  ///< nodes within
+  bool was_low_ = false;
+};
+
 /// The end rises with the command, so that there is one answer. What it gains by the conductances is taken as the guess has
-/// it but for a factor, that of the last two ends: secants. Where they leave the bracket, it is halved.
+/// it but for a factor, that of the last two ends: secants. Where they do not halve what is missed, the bracket is searched.
 Inverse Greybox::inverse(Scalar pressure_kPa, Scalar target_kPa, const Moving& moves,
                          Scalar near_V) const noexcept {
   const Tick now = tick(pressure_kPa, moves);
   const Range among = answers(now);
   const Scalar least_V = node_V_[among.first], most_V = node_V_[among.last];
-  Scalar above_V = least_V - Scalar(1), below_V = most_V + Scalar(1);  // the answer lies between
+  Bracket bracket(*this, among);
+  bool by_secants = true;
 
   const Guess first = guess(now, among, target_kPa, near_V);
   Scalar command_V = first.command_V;
   Scalar factor = Scalar(1);
   Ports open_before;
-  Scalar end_before_kPa = 0;
+  Scalar end_before_kPa = 0, wanted_before_kPa = 0;
   Inverse best;
   Scalar best_kPa = kMostPressure_kPa;  // that it misses
   for (int i = 0; i <= kRefinements; ++i) {
@@ -544,25 +594,25 @@ Inverse Greybox::inverse(Scalar pressure_kPa, Scalar target_kPa, const Moving& m
       const Scalar gained_kPa = end_kPa - end_before_kPa;
       if (told_kPa * gained_kPa > Scalar(0)) factor = gained_kPa / told_kPa;
     }
+    const Scalar wanted_kPa = target_kPa - end_kPa;
+    const bool halved = abs(wanted_kPa) <= Scalar(0.5) * abs(wanted_before_kPa);
+    by_secants = by_secants && i < kSecants && (i < 2 || halved);
     open_before = open;
     end_before_kPa = end_kPa;
-    const Scalar wanted_kPa = target_kPa - end_kPa;
-    const bool more = wanted_kPa > Scalar(0);
+    wanted_before_kPa = wanted_kPa;
+    const bool beyond = command_V == (wanted_kPa > Scalar(0) ? most_V : least_V);
     if (abs(wanted_kPa) < best_kPa) {
       best_kPa = abs(wanted_kPa);
       const Scalar told_kPa_V = first.by.inlet * slope_[in].inlet + first.by.exhaust * slope_[in].exhaust;
-      best = {.command_V = command_V,
-              .reached_kPa = end_kPa,
-              .by_command_kPa_V = factor * told_kPa_V,
-              .saturated = best_kPa > kClose_kPa && command_V == (more ? most_V : least_V)};
+      best = {.command_V = command_V, .reached_kPa = end_kPa, .by_command_kPa_V = factor * told_kPa_V};
     }
-    if (best_kPa <= kClose_kPa || best.saturated) break;
+    best.saturated = beyond && best_kPa > kClose_kPa;
+    if (best_kPa <= kClose_kPa || beyond) break;
 
-    (more ? above_V : below_V) = command_V;
-    const auto between = [&] { return command_V > above_V && command_V < below_V; };
-    command_V = gaining_V(among, first.by, command_V, wanted_kPa / factor);
-    if (!between()) command_V = clamp(Scalar(0.5) * (above_V + below_V), least_V, most_V);
-    if (!between()) break;  // of two neighbours among the numbers
+    bracket.tried(command_V, wanted_kPa);
+    if (by_secants) command_V = gaining_V(among, first.by, command_V, wanted_kPa / factor);
+    if (!by_secants || !bracket.holds(command_V)) command_V = bracket.middle_V();
+    if (!bracket.holds(command_V)) break;  // of two neighbours among the numbers
   }
   return best;
 }

@@ -103,8 +103,8 @@ void for_each_state(plenum::config::ModelKind kind, unsigned seed, int models, i
   }
 }
 
-/// Whether at both commands a volt moves the pressure by a kPa a tick or more. Elsewhere commands far apart are one to the
-/// chamber.
+/// Whether at both commands a volt moves the pressure by a kPa a tick or more, or the two end farther apart than a prediction may err.
+/// Elsewhere commands far apart are one to the chamber.
 inline bool commands_matter(const Asked& asked, double one_V, double other_V) {
   constexpr double kLeastSlope_kPa_V = 1.0, kAside_V = 1e-3;
   const auto slope_kPa_V = [&](double command_V) {
@@ -112,7 +112,10 @@ inline bool commands_matter(const Asked& asked, double one_V, double other_V) {
             asked.exact.step(asked.from, command_V - kAside_V).end_kPa) /
            (2 * kAside_V);
   };
-  return std::min(std::fabs(slope_kPa_V(one_V)), std::fabs(slope_kPa_V(other_V))) >= kLeastSlope_kPa_V;
+  const double apart_kPa =
+      asked.exact.step(asked.from, one_V).end_kPa - asked.exact.step(asked.from, other_V).end_kPa;
+  return std::fabs(apart_kPa) > 2e-4 * asked.span_kPa ||
+         std::min(std::fabs(slope_kPa_V(one_V)), std::fabs(slope_kPa_V(other_V))) >= kLeastSlope_kPa_V;
 }
 
 }  // namespace equivalence
