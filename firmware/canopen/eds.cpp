@@ -49,7 +49,7 @@ constexpr std::string_view kComments[] = {
     "While 6040h asks for ACTIVE the event timer of an RPDO is its deadline, and 2419h:2 [ticks, 0: off] one",
     "for all set points together (for SYNC in excitation); the one that ends first counts: EMCY 8250h.",
     "A set point written by SDO feeds 2419h:2 while none has come by PDO in ACTIVE.",
-    "In ACTIVE a chamber whose set point is older than 2419h:2 goes on as in HOLD until one comes.",
+    "A chamber whose set point is older than 2419h:2 when ACTIVE begins goes on as in HOLD until one comes.",
     "A PDO shorter than its mapping changes nothing: EMCY 8210h; of a longer one the beginning counts:",
     "8220h. A SYNC that 1019h does not allow changes nothing: 8240h.",
     "Mapping, inhibit time and SYNC start value change only while the PDO is switched off: abort 0800 0022h;",

@@ -35,7 +35,7 @@ Abort SdoServer::block_download(Device& device, const Bytes& request, Bytes& res
   if (abort != Abort::none) return abort;
   with_crc_ = (request[0] & kCrcBit) != 0;
   crc_ = 0;
-  sequence_ = 0;
+  sequence_ = came_ = 0;
   ended_by_ = request;  // coming twice it is no segment
   multiplex(response, 0xA0U | kCrcBit, index_, sub_);
   response[4] = kMaxBlockSize;
@@ -56,6 +56,7 @@ bool SdoServer::block_download_segment(Device& device, const Bytes& request, Byt
     ended_by_ = {};
     return false;
   }
+  came_ = static_cast<std::uint8_t>(sequence);
   if (sequence == sequence_ + 1U) {
     if (size_announced_ && done_ >= size_) return conclude(device, Abort::length_mismatch, response);
     if (done_ >= most_) return conclude(device, Abort::length_too_high, response);
@@ -68,6 +69,7 @@ bool SdoServer::block_download_segment(Device& device, const Bytes& request, Byt
   }
   if (!last && sequence != kMaxBlockSize) return false;
   ended_by_ = request;
+  came_ = 0;
   confirm_sub_block(response);
   return true;
 }

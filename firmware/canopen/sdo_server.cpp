@@ -44,8 +44,21 @@ bool SdoServer::request(Device& device, const Bytes& request, Bytes& response) n
   return answers;
 }
 
+/// Segments that were under way when their transfer ended are no requests, whatever their numbers would order. Whoever begins with
+/// another number, or later than a time-out, is heard.
+bool SdoServer::is_stray(const Bytes& request) noexcept {
+  const bool stray = state_ == State::idle && stray_ != 0 && (request[0] & 0x7FU) == stray_;
+  const bool last = (request[0] & kLastSegment) != 0;
+  stray_ = stray && !last ? static_cast<std::uint8_t>(stray_ + 1) : std::uint8_t{0};
+  return stray;
+}
+
 bool SdoServer::take(Device& device, const Bytes& request, Bytes& response) noexcept {
   response = {};
+  if (is_stray(request)) {
+    silence_us_ = 0;
+    return false;
+  }
   const unsigned command = request[0] >> 5;
   if (state_ == State::waiting && command != kAbortTransfer) {
     refuse(device, Abort::device_state, index_of(request), request[3], response);
@@ -98,8 +111,12 @@ bool SdoServer::elapse(Device& device, std::uint32_t elapsed_us, Bytes& response
   // an order is taken away when it is done, also one whose client has not waited for it
   if (device.order.done && device.order.what != StoreOrder::What::lss) device.order = {};
   if (state_ == State::waiting) return end_wait(device, outcome, elapsed_us, response);
-  if (state_ == State::idle) return false;
   const std::uint32_t timeout_us = device.config.sdo_timeout_us;
+  if (state_ == State::idle) {
+    silence_us_ += std::min(elapsed_us, timeout_us - std::min(silence_us_, timeout_us));
+    if (silence_us_ >= timeout_us) stray_ = 0;
+    return false;
+  }
   const bool was_patient = silence_us_ < timeout_us / 2;
   silence_us_ += std::min(elapsed_us, timeout_us);
   if (silence_us_ >= timeout_us) return conclude(device, Abort::timed_out, response);

@@ -32,6 +32,10 @@ class SdoServer {
   bool elapse(Device& device, std::uint32_t elapsed_us, Bytes& response) noexcept;
 
   void reset() noexcept {
+    if (state_ == State::block_download) {
+      stray_ = static_cast<std::uint8_t>(came_ + 1);
+      silence_us_ = 0;
+    }
     state_ = State::idle;
     index_ = 0;
     sub_ = 0;
@@ -67,6 +71,7 @@ class SdoServer {
   Abort initiate_block_upload(Device& device, const Bytes& request, Bytes& response) noexcept;
   bool confirm_block_upload(Device& device, const Bytes& request, Bytes& response) noexcept;
 
+  bool is_stray(const Bytes& request) noexcept;
   bool take(Device& device, const Bytes& request, Bytes& response) noexcept;
   bool conclude(Device& device, Abort abort, Bytes& response) noexcept;
   bool end_wait(Device& device, Abort outcome, std::uint32_t elapsed_us, Bytes& response) noexcept;
@@ -104,6 +109,9 @@ class SdoServer {
   std::uint8_t block_size_ = 0;       ///< segments of an upload's sub-block, as the client wants it
   std::uint8_t sequence_ = 0;         ///< segments of the sub-block taken or sent so far
   std::uint8_t share_ = 0;            ///< segments that may yet be sent in this tick
+  std::uint8_t came_ = 0;             ///< number of the segment of a download's sub-block that came last
+  /// Number of the segment that comes next of a sub-block that was left unfinished; 0, or 128: none is waited for.
+  std::uint8_t stray_ = 0;
   Bytes ended_by_{};  ///< the frame that ended the last sub-block: when it comes twice, it is a duplicate
 };
 

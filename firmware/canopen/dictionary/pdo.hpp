@@ -25,13 +25,12 @@ void change_pdo(Device& device, Place at, Change&& change) {
   }
 }
 
-/// What a PDO was doing is over once its parameters change.
+/// What a PDO was doing is over once its parameters change; but a stream that moves the machine must go on, whoever writes here
+/// (Node::watch_streams): its watch ends with ACTIVE alone.
 template <bool receive>
 void restart_pdo(Device& device, Place at) {
   if constexpr (receive) {
-    Rpdo& rpdo = device.communication.rpdo[at.instance];
-    rpdo.latched = false;
-    rpdo.watched = false;
+    device.communication.rpdo[at.instance].latched = false;
   } else {
     Tpdo& tpdo = device.communication.tpdo[at.instance];
     tpdo.due = false;

@@ -398,6 +398,24 @@ TEST(SetpointWatchdog, TakesAResetOfTheCommunicationForTheStreamsEnd) {
   EXPECT_FALSE(at_rest.image.setpoint_lost);
 }
 
+TEST(SetpointWatchdog, IsNotEndedByWhatIsWrittenToTheParametersOfAStream) {
+  const std::string type_as_it_is = "605 2F 00 14 02 01 00 00 00";
+  const std::string switched_off = "605 23 00 14 01 05 02 00 80";
+  const std::string deadline = "605 2B 00 14 05 32 00 00 00";  // 50 ms
+  for (const std::string& written : {type_as_it_is, switched_off, deadline}) {
+    Watched bench;
+    ASSERT_TRUE(bench.answer(written).starts_with("585 60")) << written;
+    bench.tick(9);
+    const std::uint32_t vouched = bench.image.setpoint_count;
+    bench.send("305 00 00 00 00 00 00 00 00");  // the other stream goes on
+    bench.send("080");
+    bench.tick();
+    bench.tick();
+    EXPECT_TRUE(bench.image.setpoint_lost) << written;
+    EXPECT_LE(bench.image.setpoint_count, vouched + 1) << written;
+  }
+}
+
 TEST(SetpointWatchdog, IsTheEventTimerOfEveryRpdo) {
   Bench bench;
   bench.answer("605 2B 02 14 05 64 00 00 00");  // RPDO3, the control word: 100 ms

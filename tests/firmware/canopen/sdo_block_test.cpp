@@ -214,6 +214,59 @@ TEST(BlockDownload, IsAbortedByTheClientWithoutAWord) {
   }
 }
 
+std::string segment(unsigned number, const char* bytes) {
+  std::array<char, 3> digits{};
+  std::snprintf(digits.data(), digits.size(), "%02X", number);
+  return std::string("605 ") + digits.data() + " " + bytes;
+}
+
+TEST(BlockDownload, SegmentsThatWereUnderWayWhenItEndedAreNoRequests) {
+  struct Case {
+    const char* claim;
+    void (*end)(BlockBench&);
+  };
+  for (const Case& c :
+       {Case{"too long", [](BlockBench& bench) { bench.answer(segment(0x19, "1 2 3 4 5 6 7")); }},
+        Case{"sequence number 0",
+             [](BlockBench& bench) {
+               bench.answer(segment(0, "1 2 3 4 5 6 7"));
+               EXPECT_EQ(bench.answer(segment(0x19, "1 2 3 4 5 6 7")), "");
+             }},
+        Case{"time-out",
+             [](BlockBench& bench) {
+               bench.tick(100);
+               bench.drain();
+               EXPECT_EQ(bench.answer(segment(0x19, "1 2 3 4 5 6 7")), "");
+             }},
+        Case{"aborted", [](BlockBench& bench) {
+               bench.answer("605 80 10 21 00 00 00 04 05");
+               EXPECT_EQ(bench.answer(segment(0x19, "1 2 3 4 5 6 7")), "");
+             }}}) {
+    BlockBench bench;
+    bench.answer("605 C0 10 21 00 00 00 00 00");
+    for (unsigned i = 1; i <= 0x18; ++i) EXPECT_EQ(bench.answer(segment(i, "1 2 3 4 5 6 7")), "");
+    c.end(bench);
+    bench.drain();
+    for (unsigned i = 0x1A; i <= 0x2A; ++i)
+      EXPECT_EQ(bench.answer(segment(i, "1 2 3 4 5 6 7")), "") << c.claim;
+    EXPECT_EQ(bench.answer("605 2B 17 10 00 39 05 00 00"), "")
+        << c.claim << ": a segment, though it reads as a request";
+    EXPECT_EQ(bench.answer("605 40 17 10 00 00 00 00 00"), "585 4B 17 10 00 00 00 00 00") << c.claim;
+    EXPECT_EQ(bench.answer("605 2B 17 10 00 39 05 00 00"), "585 60 17 10 00 00 00 00 00")
+        << c.claim << ": a request";
+  }
+}
+
+TEST(BlockDownload, AfterATimeOutsLengthNoSegmentIsUnderWay) {
+  BlockBench bench;
+  bench.answer(kOpenTen);
+  for (unsigned i = 1; i < 0x2B; ++i) bench.answer(segment(i, "1 2 3 4 5 6 7"));
+  bench.answer("605 2B 17 10 00 39 05 00 00");
+  bench.tick(201);
+  bench.drain();
+  EXPECT_EQ(bench.answer("605 2B 17 10 00 39 05 00 00"), "585 60 17 10 00 00 00 00 00");
+}
+
 TEST(BlockDownload, GivesWayToANewRequestBetweenItsLastSegmentAndItsEnd) {
   BlockBench bench;
   bench.answer(kOpenTen);
