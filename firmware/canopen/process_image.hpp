@@ -79,6 +79,17 @@ struct VolumeCode {
   friend bool operator==(const VolumeCode&, const VolumeCode&) noexcept = default;
 };
 
+/// Yes by any byte but 0. A bool in which a bit has flipped is neither true nor false: shifted to the place of a fault it becomes
+/// another one, or none that there is.
+class Flag {
+ public:
+  constexpr Flag(bool yes) noexcept : byte_(yes ? 1 : 0) {}
+  constexpr operator bool() const noexcept { return byte_ != 0; }
+
+ private:
+  std::uint8_t byte_;
+};
+
 struct ProcessImage {
   // from the bus
   config::Twice<std::uint16_t> control_word{0};  ///< 6040h
@@ -90,11 +101,11 @@ struct ProcessImage {
   /// SDO: the watchdog's food.
   std::uint32_t setpoint_count = 0;
   std::uint8_t setpoints_came = 0;  ///< bit c: that of chamber c was written since the last tick
-  bool setpoint_lost = false;   ///< the event timer of an RPDO (1400h:5) ran out while 6040h asks for ACTIVE
-  bool heartbeat_lost = false;  ///< a node of 1016h has fallen silent
-  bool pdo_short = false;     ///< within the last ten seconds a PDO has come that is shorter than its mapping
-  bool pdo_long = false;      ///< likewise one that is longer
-  bool sync_misfits = false;  ///< likewise a SYNC with a counter that 1019h does not allow, or without
+  Flag setpoint_lost = false;   ///< the event timer of an RPDO (1400h:5) ran out while 6040h asks for ACTIVE
+  Flag heartbeat_lost = false;  ///< a node of 1016h has fallen silent
+  Flag pdo_short = false;     ///< within the last ten seconds a PDO has come that is shorter than its mapping
+  Flag pdo_long = false;      ///< likewise one that is longer
+  Flag sync_misfits = false;  ///< likewise a SYNC with a counter that 1019h does not allow, or without
   VolumeCode volume_code;
   config::Twice<std::uint8_t> preview_ticks{
       0};  ///< 2160h: a set point is to be met this many ticks after its SYNC

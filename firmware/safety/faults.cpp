@@ -28,7 +28,7 @@ constexpr std::array<FaultSpec, kFaults> kFaultSpecs = {{
     {Fault::pressure_not_finite, "pressure not finite", 0xFF04, kOwn, Reaction::safe, Scope::chamber, Clears::by_reset,
      "pressure converter's driver, pressure_gain_kPa_per_V"},
     {Fault::pressure_out_of_range, "pressure sensor out of range", 0xFF05, kOwn, Reaction::safe, Scope::chamber, Clears::by_reset,
-     "pressure sensor's cable (wire break, short), pressure_valid_low_V, pressure_valid_high_V"},
+     "pressure sensor's cable (wire break, short), pressure_valid_low_V, pressure_valid_high_V, end of the converter's range"},
     {Fault::pressure_stale, "pressure stale", 0xFF03, kOwn, Reaction::safe, Scope::chamber, Clears::by_reset,
      "converter stopped, stale_limit_ticks"},
     {Fault::pressure_stuck, "pressure sensor stuck", 0xFF0A, kOwn, Reaction::safe, Scope::chamber, Clears::by_reset,
@@ -88,6 +88,9 @@ constexpr FaultSet all_where(Predicate predicate) {
 constexpr FaultSet kLatched = all_where([](const FaultSpec& row) { return row.clears == Clears::by_reset; });
 constexpr FaultSet kVenting = all_where([](const FaultSpec& row) { return row.reaction == Reaction::vent; });
 
+/// The table ends behind these. A bit beyond comes of a flag in which one has flipped.
+constexpr FaultSet kAll = all_where([](const FaultSpec&) { return true; });
+
 constexpr FaultSet next(const config::Twice<FaultSet>& standing, FaultSet causes, bool reset) noexcept {
   return causes | (reset ? FaultSet{0} : (standing | standing.second()) & kLatched);
 }
@@ -104,10 +107,13 @@ const FaultSpec& spec(Fault fault) noexcept {
 
 FaultReport FaultRegister::step(const ChamberFaults& chamber_causes, FaultSet board_causes,
                                 bool reset) noexcept {
-  board_ = next(board_, board_causes, reset);
+  FaultSet none = board_causes;
+  for (const FaultSet of_chamber : chamber_causes) none |= of_chamber;
+  const FaultSet upset = (none & ~kAll) != 0 ? only(Fault::memory_upset) : FaultSet{0};
+  board_ = next(board_, (board_causes & kAll) | upset, reset);
   FaultSet anywhere = board_;
   for (std::size_t c = 0; c < config::kChambers; ++c) {
-    chamber_[c] = next(chamber_[c], chamber_causes[c], reset);
+    chamber_[c] = next(chamber_[c], chamber_causes[c] & kAll, reset);
     anywhere |= chamber_[c];
   }
   FaultReport report;

@@ -98,7 +98,8 @@ const Transition& transition(State from, Reaction reaction, Demand demand) noexc
 }
 
 std::uint16_t status_word(State state) noexcept {
-  return kFace[static_cast<std::size_t>(state)].status_word;
+  const auto row = static_cast<std::size_t>(state);
+  return row < kStates ? kFace[row].status_word : std::uint16_t{0};
 }
 
 const char* describe(State state) noexcept {

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <functional>
 #include <limits>
 #include <ostream>
@@ -613,6 +614,27 @@ TEST(BoardFault, PowerThatAnEmergencyStopHasTakenComesBackByAResetNotByItself) {
   }
   EXPECT_EQ(bench.image().error_code, 0);
   EXPECT_TRUE(bench.digital.outputs.valve_power);
+}
+
+TEST(BoardFault, AFlagInWhichBitsHaveFlippedIsItsOwnFaultAndNoOther) {
+  struct Told {
+    canopen::Flag canopen::ProcessImage::*flag;
+    Fault fault;
+  };
+  for (const auto& [flag, fault] : {Told{&canopen::ProcessImage::heartbeat_lost, Fault::heartbeat_lost},
+                                    Told{&canopen::ProcessImage::pdo_short, Fault::pdo_short},
+                                    Told{&canopen::ProcessImage::pdo_long, Fault::pdo_long},
+                                    Told{&canopen::ProcessImage::sync_misfits, Fault::sync_refused}}) {
+    for (unsigned byte = 1; byte < 256; ++byte) {
+      Bench bench;
+      bench.tick();
+      auto& image = const_cast<canopen::ProcessImage&>(bench.image());
+      image.*flag = std::bit_cast<canopen::Flag>(static_cast<std::uint8_t>(byte));
+      bench.tick();
+      ASSERT_EQ(bench.image().error_code, safety::spec(fault).code)
+          << safety::spec(fault).name << ", " << byte;
+    }
+  }
 }
 
 }  // namespace

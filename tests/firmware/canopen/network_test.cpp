@@ -199,7 +199,7 @@ TEST(Emergency, IsToldOnceMoreAfterTheBootUpMessageAndStandsOnceInTheHistory) {
 
 TEST(Emergency, TellsOfPdosAndSyncsThatDoNotFitForTenSecondsFromTheLastOn) {
   Bench bench(true);
-  const auto lasts = [&](const char* frame, const bool ProcessImage::*told) {
+  const auto lasts = [&](const char* frame, const Flag ProcessImage::*told) {
     EXPECT_FALSE(bench.image.*told);
     for (int i = 0; i < 3; ++i) {
       bench.send(frame);

@@ -152,5 +152,21 @@ TEST(FaultRegister, VentsOnlyTheChamberThatIsOverPressure) {
   EXPECT_FALSE(faults.must_vent(4));
 }
 
+TEST(FaultRegister, TakesABitThatIsNoFaultsForAnUpsetOfTheMemory) {
+  for (unsigned bit = kFaults; bit < 32; ++bit) {
+    for (const bool on_board : {true, false}) {
+      FaultRegister faults;
+      const FaultSet causes = FaultSet{1} << bit;
+      const FaultReport report =
+          faults.step(on_board ? ChamberFaults{} : at_chamber(3, causes), on_board ? causes : 0, false);
+      EXPECT_EQ(report.fault, Fault::memory_upset) << bit;
+      EXPECT_EQ(report.code, spec(Fault::memory_upset).code) << bit;
+      EXPECT_EQ(report.reaction, spec(Fault::memory_upset).reaction) << bit;
+      EXPECT_EQ(report.error_register, spec(Fault::memory_upset).error_register) << bit;
+      EXPECT_EQ(report.chamber, 0) << bit;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace plenum::safety
