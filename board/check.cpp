@@ -13,8 +13,10 @@
 #include <cstring>
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "board/bus_check.hpp"
@@ -192,9 +194,16 @@ bool circuit_open(const drivers::GpioLine& stop) {
 /// Takes no output: whoever takes one sets its level, and some chips make an input of one that is let go.
 void check_lines(const drivers::GpioConfig& gpio, Page& page) {
   std::vector<std::string> wrong;
-  const auto look = [&wrong](const drivers::GpioLine& line, auto&& found) -> std::string {
+  std::set<std::string> places;
+  const auto once = [&places](const drivers::GpioLine& line) {
+    const std::string place = drivers::gpio_info(line).place;
+    if (!places.insert(place).second)
+      drivers::refuse_gpio(line, place + " is another line of [gpio], too", "a line of its own");
+  };
+  const auto look = [&wrong, &once](const drivers::GpioLine& line, auto&& found) -> std::string {
     if (!line.fitted()) return "not fitted";
     try {
+      once(line);
       return found(line);
     } catch (const std::runtime_error& error) {
       wrong.emplace_back(error.what());
@@ -216,9 +225,30 @@ void check_lines(const drivers::GpioConfig& gpio, Page& page) {
             fmt::format("valve power {}, vent {}, lamp {}, emergency stop {}", power, vent, lamp, circuit));
 }
 
-void check_output(const drivers::IioOutputConfig& analog_out, Page& page) {
+/// What a regulated chamber may ask of its output, and does not get: a line each.
+std::vector<std::string> beyond_range(const config::BoardFile& board, const drivers::IioOutput& output) {
+  std::vector<std::string> beyond;
+  for (std::size_t c = 0; c < kChambers; ++c) {
+    const plenum::config::ChamberSettings& settings = board.settings.chamber[c];
+    if (!settings.in_use) continue;
+    const std::pair<const char*, float> asked[] = {{"command_low_V", settings.command_low_V},
+                                                   {"command_high_V", settings.command_high_V},
+                                                   {"vent_V", settings.vent_V}};
+    for (const auto& [name, volts] : asked) {
+      if (!output.reaches(c, volts))
+        beyond.push_back(fmt::format(
+            "iio:{}: {} = {} of chamber {} lies beyond its range, expected a value that it can hold",
+            board.analog_out.channels[c].where(), name, volts, c + 1));
+    }
+  }
+  return beyond;
+}
+
+void check_output(const config::BoardFile& board, Page& page) {
+  const drivers::IioOutputConfig& analog_out = board.analog_out;
   std::vector<std::string> missing;
   const drivers::IioOutput output(analog_out, &missing);
+  for (std::string& one : beyond_range(board, output)) missing.push_back(std::move(one));
   const auto fitted = std::count_if(analog_out.channels.begin(), analog_out.channels.end(),
                                     [](const auto& channel) { return channel.fitted(); });
   if (page.none_missing("analog output", missing))
@@ -272,7 +302,7 @@ bool check(const config::BoardFile& board) {
   });
   check_lines(board.gpio, page);
   check_input(board, page);
-  check_output(board.analog_out, page);
+  check_output(board, page);
   page.attempt("store", [&] { return check_store(board.store); });
   if (!board.watchdog.empty()) page.attempt("watchdog", [&] { return check_watchdog(board.watchdog); });
   return page.all_good();

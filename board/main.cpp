@@ -17,6 +17,7 @@
 #include "board/config/last_accepted.hpp"
 #include "board/linux_hardware.hpp"
 #include "board/plenumd.hpp"
+#include "board/resting_volts.hpp"
 #include "board/rt/only_one.hpp"
 #include "board/rt/real_time.hpp"
 #include "board/rt/watchdog.hpp"
@@ -78,8 +79,20 @@ std::jthread keep_in_background(const std::string& text) {
   });
 }
 
+/// The outputs of the loop that has ended: while it ran the installer's file may have become another.
+bool make_outputs_safe(const std::string& path) {
+  if (const auto ran = config::kept_in(RestingVolts::runtime_folder())) return make_safe(*ran);
+  const config::ChosenBoard chosen = config::choose_board(path, config::state_folder());
+  const bool safe = make_safe(chosen.board);
+  tell(chosen.refusal);  // last: who reads it may let it wait
+  return safe;
+}
+
 int run(const config::BoardFile& file) {
   rt::block_stop_signals();
+  if (const std::string trouble = config::keep_accepted(file.text, RestingVolts::runtime_folder());
+      !trouble.empty())
+    warn(trouble);
   const auto latest = std::chrono::steady_clock::now() + kPatience;
   const rt::OnlyOne only_one(file.interface, latest);
   LinuxHardware hardware(file, latest);
@@ -133,12 +146,8 @@ int main(int argc, char** argv) {
   }
   try {
     if (only_check) return check(config::read_board(path)) ? kDone : kFailed;
+    if (only_safe) return make_outputs_safe(path) ? kDone : kFailed;
     const config::ChosenBoard chosen = config::choose_board(path, config::state_folder());
-    if (only_safe) {
-      const bool safe = make_safe(chosen.board);
-      tell(chosen.refusal);  // last: who reads it may let it wait
-      return safe ? kDone : kFailed;
-    }
     tell(chosen.refusal);
     return run(chosen.board);
   } catch (const config::ConfigError& error) {

@@ -168,6 +168,7 @@ safety::FaultSet ChamberLoop::measure(const Measured& readings, bool regulation_
       monitor_.step(settings_, {.ticks = readings.ticks,
                                 .pressure_V = readings.pressure.mean_V,
                                 .pressure_fresh = readings.pressure.fresh,
+                                .pressure_at_end = readings.pressure.at_end,
                                 .position_V = readings.position.mean_V,
                                 .position_fresh = readings.position.fresh,
                                 .residual_kPa = residual_kPa_,

@@ -118,6 +118,15 @@ ChosenBoard choose_board(const std::filesystem::path& path, const std::filesyste
   }
 }
 
+std::optional<BoardFile> kept_in(const std::filesystem::path& folder) {
+  if (folder.empty()) return std::nullopt;
+  try {
+    return read_accepted(last_accepted_path(folder));
+  } catch (const ConfigError&) {
+    return std::nullopt;
+  }
+}
+
 std::string keep_accepted(std::string_view text, const std::filesystem::path& folder) {
   if (folder.empty()) return "";
   const std::filesystem::path path = last_accepted_path(folder);

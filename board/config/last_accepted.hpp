@@ -5,6 +5,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -28,6 +29,9 @@ struct ChosenBoard {
 /// The installer's file; where that is refused, the last accepted one of `folder`, with Settings::configuration_refused. Throws
 /// ConfigError where there is neither: what is wrong with the former, and on a second line what is wrong with the latter.
 ChosenBoard choose_board(const std::filesystem::path& path, const std::filesystem::path& folder);
+
+/// What is kept in `folder`; nothing where that is empty, or has none that is whole.
+std::optional<BoardFile> kept_in(const std::filesystem::path& folder);
 
 /// Keeps `text` in `folder`, all of it or none, whenever the power fails. Writes nothing where it is kept already, or where
 /// `folder` is empty. Returns what failed, with the file and what was expected; empty: nothing.

@@ -51,4 +51,9 @@ std::filesystem::path find_gpio_chip(const GpioLine& line, const GpioLabelOf& la
   return labelled[0];
 }
 
+std::string gpio_place(const std::filesystem::path& chip, unsigned offset) {
+  std::error_code unreadable;
+  return std::filesystem::weakly_canonical(chip, unreadable).string() + ' ' + std::to_string(offset);
+}
+
 }  // namespace plenum::board::drivers

@@ -32,4 +32,7 @@ using GpioLabelOf = std::function<std::optional<std::string>(const std::filesyst
 std::filesystem::path find_gpio_chip(const GpioLine& line, const GpioLabelOf& label_of,
                                      const std::filesystem::path& devices = "/dev");
 
+/// "/dev/gpiochip0 3": the same for every name of a line.
+std::string gpio_place(const std::filesystem::path& chip, unsigned offset);
+
 }  // namespace plenum::board::drivers

@@ -21,6 +21,7 @@ enum class GpioUse {
 struct GpioInfo {
   std::string holder;   ///< the program or driver that has it; empty: it is free
   bool output = false;  ///< it drives its pin
+  std::string place;    ///< chip and offset, whatever the line was named by
 };
 
 /// Throws as GpioRequest; `line` is fitted.

@@ -53,7 +53,9 @@ int request(gpiod_line* line, bool active_low, GpioUse use) {
 GpioInfo gpio_info(const GpioLine& line) {
   const Chip chip = chip_of(line);
   gpiod_line& found = line_of(line, *chip);
-  GpioInfo info{.holder = "", .output = ::gpiod_line_direction(&found) == GPIOD_LINE_DIRECTION_OUTPUT};
+  GpioInfo info{.holder = "",
+                .output = ::gpiod_line_direction(&found) == GPIOD_LINE_DIRECTION_OUTPUT,
+                .place = gpio_place(find_gpio_chip(line, label_of), ::gpiod_line_offset(&found))};
   if (::gpiod_line_is_used(&found)) {
     const char* const consumer = ::gpiod_line_consumer(&found);
     info.holder = consumer != nullptr ? consumer : kUnnamed;

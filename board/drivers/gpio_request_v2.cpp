@@ -78,10 +78,12 @@ Request request(gpiod_chip& chip, unsigned offset, bool active_low, GpioUse use)
 
 GpioInfo gpio_info(const GpioLine& line) {
   const Chip chip = chip_of(line);
-  const LineInfo found(::gpiod_chip_get_line_info(chip.get(), offset_of(line, *chip)));
+  const unsigned offset = offset_of(line, *chip);
+  const LineInfo found(::gpiod_chip_get_line_info(chip.get(), offset));
   if (!found) refuse_gpio(line, errno);
   GpioInfo info{.holder = "",
-                .output = ::gpiod_line_info_get_direction(found.get()) == GPIOD_LINE_DIRECTION_OUTPUT};
+                .output = ::gpiod_line_info_get_direction(found.get()) == GPIOD_LINE_DIRECTION_OUTPUT,
+                .place = gpio_place(find_gpio_chip(line, label_of), offset)};
   if (::gpiod_line_info_is_used(found.get())) {
     const char* const consumer = ::gpiod_line_info_get_consumer(found.get());
     info.holder = consumer != nullptr ? consumer : kUnnamed;

@@ -27,6 +27,8 @@ constexpr unsigned kFreeRunningBlocks = 32;
 constexpr double kRateTolerance = 0.01;
 constexpr const char* kRate = "sampling_frequency";
 constexpr const char* kOversampling = "oversampling_ratio";
+constexpr const char* kScale = "scale";
+constexpr double kScaleTolerance = 1e-3;  // ranges differ by more, digits by less
 
 /// `attribute`: the kRate of a device, a channel or a trigger.
 void set_rate(const fs::path& attribute, unsigned rate_Hz) {
@@ -78,6 +80,25 @@ void set_oversampling(const std::string& device, const fs::path& attribute, unsi
   if (*actual != ratio)
     refuse("the device made " + std::to_string(std::lround(*actual)) + " of " + std::to_string(ratio),
            "a ratio that it has");
+}
+
+/// `attribute`: the kScale of channels.
+void set_scale(const std::string& device, const fs::path& attribute, double scale_mV) {
+  const auto refuse = [&](const std::string& found, const std::string& expected) {
+    refuse_iio(device, std::string(kScale) + ": " + found, expected);
+  };
+  const auto same = [&](double one) { return std::abs(one - scale_mV) <= kScaleTolerance * scale_mV; };
+  const std::optional<std::string> available = attribute_text(attribute.string() + "_available");
+  if (!available)
+    refuse("no scale_available", "a converter with several ranges, or no key analog_input.scale_mV");
+  std::istringstream words(*available);
+  std::string word;  // as the kernel writes it: it takes no other
+  while (words >> word && !same(std::strtod(word.c_str(), nullptr))) word.clear();
+  if (word.empty()) refuse(std::to_string(scale_mV), "one of " + *available);
+  const int error = IioAttribute(attribute).put(word);
+  if (error != 0) refuse(std::strerror(error), "one that this user may set to " + word);
+  const std::optional<double> actual = attribute_number(attribute);
+  if (!actual || !same(*actual)) refuse("the device did not take " + word, "a range that it has");
 }
 
 /// /dev/iio:deviceN, which the kernel opens for one program at a time.
@@ -150,13 +171,19 @@ class IioInput::Capture {
   }
 
   void set_oversampling(unsigned ratio) const {
-    std::vector<fs::path> attributes;  // channels may share one
-    for (const Channel& one : channels_) {
-      const fs::path attribute = one.voltage.attribute(kOversampling);
-      if (std::find(attributes.begin(), attributes.end(), attribute) == attributes.end())
-        attributes.push_back(attribute);
-    }
-    for (const fs::path& attribute : attributes) drivers::set_oversampling(id(), attribute, ratio);
+    for (const fs::path& attribute : attributes(kOversampling))
+      drivers::set_oversampling(id(), attribute, ratio);
+  }
+
+  void set_scale(double scale_mV) const {
+    for (const fs::path& attribute : attributes(kScale)) drivers::set_scale(id(), attribute, scale_mV);
+  }
+
+  IioScale scale(const IioChannel& named, std::size_t channel) const {
+    return iio_scale(named, channels_[channel].voltage);
+  }
+  std::int64_t highest(std::size_t channel) const noexcept {
+    return highest_number(channels_[channel].format);
   }
 
   void set_rate(const IioDevices& devices, unsigned rate_Hz) const {
@@ -216,6 +243,10 @@ class IioInput::Capture {
   double mean(std::size_t channel) const noexcept {
     return static_cast<double>(channels_[channel].sum) / scans_;
   }
+  /// None of the raw numbers since begin() was below the highest.
+  bool at_end(std::size_t channel) const noexcept {
+    return channels_[channel].sum == highest(channel) * static_cast<std::int64_t>(scans_);
+  }
   void begin() noexcept {
     scans_ = 0;
     for (Channel& one : channels_) one.sum = 0;
@@ -231,6 +262,16 @@ class IioInput::Capture {
   };
 
   std::string id() const { return device_.filename(); }
+
+  /// Of this name: channels may share one.
+  std::vector<fs::path> attributes(const char* name) const {
+    std::vector<fs::path> found;
+    for (const Channel& one : channels_) {
+      const fs::path attribute = one.voltage.attribute(name);
+      if (std::find(found.begin(), found.end(), attribute) == found.end()) found.push_back(attribute);
+    }
+    return found;
+  }
 
   [[noreturn]] void refuse_capture(const std::string& found) const {
     refuse_iio(
@@ -298,6 +339,12 @@ IioInput::IioInput(const IioInputConfig& config) : scans_per_tick_(config.rate_H
   for (const IioChannel& named : config.channels) places_.push_back(place(devices, named));
   for (const auto& capture : captures_) capture->claim();
   set_up(devices, config);
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    const bool asked = i < config.reach_V.size();
+    if (places_[i].device != nullptr)
+      places_[i].scale =
+          scale(config.channels[i], places_[i], asked ? std::optional(config.reach_V[i]) : std::nullopt);
+  }
   for (const auto& capture : captures_) {
     if (scans_per_tick_ != 0) {
       capture->start(scans_per_tick_, kBufferTicks, true);
@@ -318,12 +365,24 @@ IioInput::Place IioInput::place(const IioDevices& devices, const IioChannel& nam
   Capture& capture = known != captures_.end()
                          ? **known
                          : *captures_.emplace_back(std::make_unique<Capture>(channel.device()));
-  const IioScale scale = iio_scale(named, channel);
-  return {&capture, capture.add(named, channel), scale};
+  return {&capture, capture.add(named, channel), {}};
 }
 
-// The oversampling comes first: on some converters it bounds the rate.
+IioScale IioInput::scale(const IioChannel& named, const Place& place, std::optional<float> reach_V) {
+  const IioScale scale = place.device->scale(named, place.sum);
+  const double end_V = scale.volts(static_cast<double>(place.device->highest(place.sum)));
+  if (reach_V && !(end_V > static_cast<double>(*reach_V))) {
+    refuse_iio(named, "its range ends at " + std::to_string(end_V) + " V",
+               "more than " + std::to_string(*reach_V) + " V, where the chamber's over_pressure_kPa lies");
+  }
+  return scale;
+}
+
+// The oversampling comes before the rate: on some converters it bounds that.
 void IioInput::set_up(const IioDevices& devices, const IioInputConfig& config) {
+  if (config.scale_mV) {
+    for (const auto& capture : captures_) capture->set_scale(*config.scale_mV);
+  }
   if (config.oversampling) {
     for (const auto& capture : captures_) capture->set_oversampling(*config.oversampling);
   }
@@ -359,8 +418,10 @@ void IioInput::read(std::span<ports::AnalogReading> readings) noexcept {
   for (std::size_t i = 0; i < readings.size(); ++i) {
     readings[i] = {};
     if (i >= places_.size() || places_[i].device == nullptr || places_[i].device->scans() == 0) continue;
-    const double mean_V = places_[i].scale.volts(places_[i].device->mean(places_[i].sum));
-    readings[i] = {.mean_V = static_cast<float>(mean_V), .fresh = true};
+    const Capture& device = *places_[i].device;
+    const double mean_V = places_[i].scale.volts(device.mean(places_[i].sum));
+    readings[i] = {
+        .mean_V = static_cast<float>(mean_V), .fresh = true, .at_end = device.at_end(places_[i].sum)};
   }
   for (const auto& capture : captures_) capture->begin();
 }

@@ -32,6 +32,10 @@ struct IioInputConfig {
   unsigned rate_Hz = 1000;
   /// Conversions that the converter averages to a sample, of every device: its attribute oversampling_ratio. Empty: left as it is.
   std::optional<unsigned> oversampling{};
+  /// [mV] a step, of every channel: one of its attribute scale_available, by which converters tell their ranges. Empty: left as it is.
+  std::optional<double> scale_mV{};
+  /// One a channel: what its converter must be able to read, and more [V]. Empty: whatever it can.
+  std::vector<float> reach_V{};
 };
 
 class IioInput final : public ports::AnalogInput {
@@ -39,7 +43,7 @@ class IioInput final : public ports::AnalogInput {
   /// Kernel buffer, in ticks: what may pass without gather() before scans are lost.
   static constexpr unsigned kBufferTicks = 8;
 
-  /// Sets oversampling, trigger and rate, and starts the capture. Throws std::runtime_error: where, what was found, what was expected.
+  /// Sets scale, oversampling, trigger and rate, and starts the capture. Throws std::runtime_error: where, what was found, what was expected.
   explicit IioInput(const IioInputConfig& config);
   ~IioInput();
   IioInput(const IioInput&) = delete;
@@ -80,6 +84,8 @@ class IioInput final : public ports::AnalogInput {
   };
 
   Place place(const IioDevices& devices, const IioChannel& named);
+  /// Of the range that the converter has by now. Throws where that ends at `reach_V` or below.
+  static IioScale scale(const IioChannel& named, const Place& place, std::optional<float> reach_V);
   void set_up(const IioDevices& devices, const IioInputConfig& config);
 
   std::vector<std::unique_ptr<Capture>> captures_;

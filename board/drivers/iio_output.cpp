@@ -145,6 +145,12 @@ bool IioOutput::write(std::span<const float> command_V) noexcept {
   return all;
 }
 
+bool IioOutput::reaches(std::size_t channel, float volts) const noexcept {
+  return std::none_of(outputs_.begin(), outputs_.end(), [&](const Output& output) {
+    return output.index == channel && !output.range.reaches(output.scale.raw(static_cast<double>(volts)));
+  });
+}
+
 bool IioOutput::make_safe() noexcept {
   driven_ = true;
   bool all = all_open_;

@@ -37,6 +37,9 @@ class IioOutput final : public ports::AnalogOutput {
   /// or the device refused one.
   bool write(std::span<const float> command_V) noexcept override;
 
+  /// Whether write() would take that for this channel, as far as the kernel states the range; true of one that is not fitted or open.
+  bool reaches(std::size_t channel, float volts) const noexcept;
+
   /// Sets every output to its safe value, and powers up those that start powered down. False: the device refused one.
   bool make_safe() noexcept;
 

@@ -53,6 +53,10 @@ std::int64_t raw_number(const SampleFormat& format, const std::byte* stored) noe
   return std::int64_t{number} - (negative ? 2 * std::int64_t{highest} : 0);
 }
 
+std::int64_t highest_number(const SampleFormat& format) noexcept {
+  return (std::int64_t{1} << (format.is_signed ? format.bits - 1 : format.bits)) - 1;
+}
+
 ScanLayout scan_layout(std::span<const ScanElement> elements) {
   std::vector<std::size_t> order(elements.size());
   std::iota(order.begin(), order.end(), std::size_t{0});

@@ -32,6 +32,9 @@ std::optional<SampleFormat> sample_format(std::string_view type) noexcept;
 /// The number that a sample holds, for a format that is_one_number(), from its format.bytes().
 std::int64_t raw_number(const SampleFormat& format, const std::byte* stored) noexcept;
 
+/// The most that raw_number() can be.
+std::int64_t highest_number(const SampleFormat& format) noexcept;
+
 struct ScanElement {
   unsigned index = 0;     ///< its place in the order of the scan
   std::size_t bytes = 1;  ///< a power of two

@@ -10,6 +10,7 @@ namespace plenum::ports {
 struct AnalogReading {
   float mean_V = 0.0F;  ///< mean voltage at the input pin over the tick [V]
   bool fresh = false;   ///< false: no sample arrived in the tick just past
+  bool at_end = false;  ///< all samples at the most that the converter can tell: the voltage may be any above
 };
 
 /// Block-averaged inputs. Implementations: board/drivers (IIO buffer), host-sim/ports (simulated converter).

@@ -33,7 +33,8 @@ ChamberMonitor::Output ChamberMonitor::step(const config::ChamberSettings& setti
     *this = ChamberMonitor{};
     return {};
   }
-  const Signal pressure = judge(in.pressure_V, settings.pressure_valid_low_V, settings.pressure_valid_high_V);
+  Signal pressure = judge(in.pressure_V, settings.pressure_valid_low_V, settings.pressure_valid_high_V);
+  pressure.in_range = pressure.in_range && !in.pressure_at_end;
   const Signal position = judge(in.position_V, settings.position_valid_low_V, settings.position_valid_high_V);
   Output out;
   out.pressure_usable = in.pressure_fresh && pressure.finite && pressure.in_range;

@@ -49,6 +49,8 @@ class ChamberMonitor {
     std::uint32_t ticks = 1;      ///< since the last step, this one among them
     float pressure_V = 0.0F;      ///< mean at the pressure sensor's pin over the tick
     bool pressure_fresh = false;  ///< a sample arrived in the tick
+    bool pressure_at_end =
+        false;  ///< at the most that its converter can tell: whatever is above looks like it
     float position_V = 0.0F;
     bool position_fresh = false;
     float residual_kPa =

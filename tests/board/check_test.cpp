@@ -98,6 +98,19 @@ TEST_F(CheckTest, EachOutputThatIsMissingIsNamedAndNoneIsWritten) {
   EXPECT_FALSE(good);
 }
 
+TEST_F(CheckTest, ACommandThatAnOutputCannotHoldIsNamed) {
+  put("iio:device1", "out_voltage0_raw_available", "[0 1 39321]");  // 6 V, and chamber 2 may ask for 7
+  EXPECT_THAT(
+      lines_on("analog output", good),
+      testing::Contains(Fails("dac-here voltage0: command_high_V = 7 of chamber 2 lies beyond its range")));
+}
+
+TEST_F(CheckTest, AConverterThatEndsBelowTheOverPressureIsNamed) {
+  put("iio:device0", "in_voltage0_scale", "0.152588");  // 5 V, and chamber 1 trips at 900 kPa, 9 V
+  EXPECT_THAT(lines_on("analog input", good),
+              testing::Contains(Fails("adc-here voltage0: its range ends at 4.99")));
+}
+
 TEST_F(CheckTest, EachLineThatIsMissingIsNamed) {
   EXPECT_THAT(lines_on("digital lines", good), testing::ElementsAre(Fails("gpio:chip-gone 0: no such chip"),
                                                                     Fails("gpio:chip-lost 0: no such chip")));

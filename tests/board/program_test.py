@@ -41,6 +41,15 @@ def run(*arguments, **environment):
 
 
 class Mistakes(unittest.TestCase):
+    def test_a_pipe_is_no_file(self):
+        with tempfile.TemporaryDirectory() as folder:
+            pipe = Path(folder) / "board.toml"
+            os.mkfifo(pipe)
+            for path in str(pipe), "/dev/full":
+                done = run("--config", path, "--check")
+                self.assertEqual(done.stderr, f"plenumd: {path}: is a pipe or a device, expected a board.toml\n")
+                self.assertEqual(done.returncode, 2)
+
     def test_a_file_that_is_not_there_is_named_and_ends_with_2(self):
         done = run("--config", "/nowhere/board.toml")
         self.assertEqual(done.stderr, "plenumd: /nowhere/board.toml: No such file or directory, expected a board.toml\n")
@@ -264,6 +273,16 @@ class WhileTheFileIsRefused(NoDevices):
         done = self.once("--safe")
         self.assertRegex(done.stderr, r"(?s)^plenumd --safe: .*\nplenumd --safe: .*\n" + self.said)
         self.assertEqual(done.returncode, 1)
+
+    def test_safe_tries_the_outputs_of_the_file_that_ran_though_another_is_installed_by_now(self):
+        with tempfile.TemporaryDirectory() as runtime:
+            super().live(RUNTIME_DIRECTORY=runtime)
+            text = self.board.read_text(encoding="utf-8")
+            self.board.write_text(text.replace('"plenum-none"', '"another"'), encoding="utf-8")
+            done = run("--config", str(self.board), "--safe", RUNTIME_DIRECTORY=runtime)
+            self.assertIn("gpio:plenum-none 0:", done.stderr)
+            self.assertNotIn("another", done.stderr)
+            self.assertEqual(done.returncode, 1)
 
     def test_check_asks_for_the_file_itself(self):
         self.keep_and_spoil()

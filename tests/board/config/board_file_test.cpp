@@ -179,6 +179,9 @@ INSTANTIATE_TEST_SUITE_P(
                 "board.toml: line 10: chamber[1].safe_output = 'open', expected null, vent"},
         Mistake{kCommand, "command = { device = \"dac\", channel = \"voltage0\" }\nin_use = 1",
                 "board.toml: line 10: chamber[1].in_use is a whole number, expected true or false"},
+        // 5 V is the null: above it the valve fills
+        Mistake{kCommand, "command = { device = \"dac\", channel = \"voltage0\" }\nsafe_V = 5.1",
+                "board.toml: line 10: chamber[1].safe_V = 5.1, expected 0 to null_V = 5"},
         Mistake{kCommand, "command = { device = \"dac\", channel = \"voltage0\" }\nsafe_V = 12",
                 "board.toml: line 10: chamber[1].safe_V = 12, expected a number from 0 to 10"},
         Mistake{kFolder, "folder = \"plenum\"",
@@ -302,7 +305,7 @@ TEST(BoardFile, AFileThatCannotBeReadIsNamed) {
   EXPECT_EQ(read("/nowhere/board.toml"),
             "/nowhere/board.toml: No such file or directory, expected a board.toml");
   EXPECT_EQ(read("/proc"), "/proc: Is a directory, expected a board.toml");
-  EXPECT_EQ(read("/dev/null"), "/dev/null: is empty, expected a board.toml");
+  EXPECT_EQ(read("/dev/null"), "/dev/null: is a pipe or a device, expected a board.toml");
 }
 
 }  // namespace

@@ -547,5 +547,59 @@ TEST_F(IioInputTest, ADeviceThatCannotBeOpenedIsNamedAndLeftAsItIs) {
   EXPECT_EQ(text(kAdc, "sampling_frequency"), "50");
 }
 
+TEST_F(IioInputTest, AReadingWhoseSamplesAllStandAtTheMostThatTheConverterCanTellIsAtItsEnd) {
+  struct Form {
+    const char* type;
+    Bytes most, below;
+  };
+  const std::vector<Form> forms{{"be:s16/16>>0", {0x7F, 0xFF}, {0x7F, 0xFE}},
+                                {"be:u16/16>>0", {0xFF, 0xFF}, {0xFF, 0xFE}},
+                                {"be:s12/16>>4", {0x7F, 0xFF}, {0x7F, 0xEF}},
+                                {"be:u32/32>>0", {0xFF, 0xFF, 0xFF, 0xFF}, {0xFF, 0xFF, 0xFF, 0xFE}}};
+  for (const Form& form : forms) {
+    put(kAdc, "scan_elements/in_voltage0_type", form.type);
+    IioInput input(config_);
+    const auto at_end = [&](std::vector<Bytes> samples) {
+      for (const Bytes& one : samples) bring(kAdc, one);
+      const ports::AnalogReading reading = read(input, 1).front();
+      EXPECT_TRUE(reading.fresh);
+      return reading.at_end;
+    };
+    EXPECT_TRUE(at_end({form.most, form.most, form.most})) << form.type;
+    EXPECT_FALSE(at_end({form.most, form.below, form.most})) << form.type;
+    EXPECT_FALSE(at_end({form.below})) << form.type;
+  }
+}
+
+TEST_F(IioInputTest, AConverterThatEndsBelowWhatItIsToReadIsRefused) {
+  put(kAdc, "in_voltage_scale", "0.152588");  // 5 V, what an AD7606 begins with
+  config_.reach_V = {9.0F};
+  EXPECT_THAT(failure(), AllOf(HasSubstr("ad7606-8 voltage0: its range ends at 4.99"),
+                               HasSubstr("expected more than 9.0")));
+  config_.reach_V = {4.9F};
+  EXPECT_EQ(failure(), "no failure");
+  config_.reach_V = {};
+  EXPECT_EQ(failure(), "no failure");
+}
+
+TEST_F(IioInputTest, AScaleIsSetAsTheKernelWritesItAndItsRangeIsThatOfTheReadings) {
+  put(kAdc, "in_voltage_scale", "0.152588");
+  put(kAdc, "in_voltage_scale_available", "0.152588 0.305176");
+  config_.scale_mV = 0.30517578125;
+  config_.reach_V = {9.0F};
+  IioInput input(config_);
+  EXPECT_EQ(text(kAdc, "in_voltage_scale"), "0.305176");
+  bring(kAdc, {0x40, 0x00});
+  EXPECT_FLOAT_EQ(volts(input), 16384 * 0.305176e-3F);
+}
+
+TEST_F(IioInputTest, AScaleThatTheDeviceHasNotIsRefusedAndNothingIsCaptured) {
+  config_.scale_mV = 0.2;
+  EXPECT_THAT(failure(), HasSubstr("scale: no scale_available"));
+  put(kAdc, "in_voltage_scale_available", "0.152588 0.305176");
+  EXPECT_THAT(failure(), AllOf(HasSubstr("scale: 0.2"), HasSubstr("one of 0.152588 0.305176")));
+  EXPECT_EQ(text(kAdc, "in_voltage_scale"), "1000");
+}
+
 }  // namespace
 }  // namespace plenum::board::drivers

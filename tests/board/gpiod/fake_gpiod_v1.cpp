@@ -54,6 +54,9 @@ gpiod_line* gpiod_chip_find_line(gpiod_chip* chip, const char* name) {
   errno = ENOENT;
   return nullptr;
 }
+unsigned int gpiod_line_offset(gpiod_line* line) {
+  return line->offset;
+}
 bool gpiod_line_is_used(gpiod_line* line) {
   return !fake::chip().line.at(line->offset).holder.empty();
 }

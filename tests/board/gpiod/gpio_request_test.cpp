@@ -101,6 +101,14 @@ TEST_F(GPIOD_TEST, WhoHasALineAndWhetherItDrivesItsPinIsToldWithoutTakingIt) {
   EXPECT_THAT(chip.asked, IsEmpty());
 }
 
+TEST_F(GPIOD_TEST, ALineHasOnePlaceByWhateverItIsNamed) {
+  const std::string place = gpio_info(line(std::to_string(kVent))).place;
+  EXPECT_EQ(place, std::string(fake::kChip) + " " + std::to_string(kVent));
+  EXPECT_EQ(gpio_info(line("VENT")).place, place);
+  EXPECT_EQ(gpio_info(line("0" + std::to_string(kVent))).place, place);
+  EXPECT_NE(gpio_info(line("STOP")).place, place);
+}
+
 TEST_F(GPIOD_TEST, WhatCannotBeTakenIsNamed) {
   chip.line[kStop].holder = "other";
   EXPECT_EQ(failure(line("STOP")).rfind("gpio:/fake/gpiochip0 STOP: Device or resource busy, expected", 0),

@@ -152,6 +152,13 @@ TEST(ChamberMonitor, RaisesAWireBreakAtOnce) {
   EXPECT_EQ(chamber_tick(Fault::position_out_of_range, in), 1);
 }
 
+TEST(ChamberMonitor, APressureAtTheEndOfItsConverterMayBeAnyAboveAndCountsAsNone) {
+  auto in = healthy();
+  in.pressure_at_end = true;
+  EXPECT_EQ(chamber_tick(Fault::pressure_out_of_range, in), 1);
+  EXPECT_FALSE(ChamberMonitor{}.step({}, in).pressure_usable);
+}
+
 TEST(ChamberMonitor, RaisesOverPressureThatLastsAndHoldsItUntilThePressureIsAdmissibleAgain) {
   config::ChamberSettings settings;
   settings.over_pressure_ticks = 3;
