@@ -260,7 +260,7 @@
       grid: {left: 56, right: 24, top, bottom: slider ? 78 : 46},
       tooltip: {...base.tooltip, trigger: 'axis', formatter: tip},
       xAxis: below({
-        ...data_ends, ...drop_empty(even_labels(value_axis(spec.x, ink), () => scale_of('xAxis'))), splitLine: {show: false},
+        ...(spec.x.log ? {} : data_ends), ...drop_empty(even_labels(value_axis(spec.x, ink), () => scale_of('xAxis'))), splitLine: {show: false},
       }),
       yAxis: beside(even_labels(value_axis(spec.y, ink), () => scale_of('yAxis'))),
       dataZoom: [

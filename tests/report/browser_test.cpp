@@ -241,6 +241,22 @@ TEST_F(Browser, LabelsEvenTicksAloneAndEndsAtOneThatIsNear) {
   EXPECT_EQ(seen.found[1], nlohmann::json::array({5.67, "0", "1", "2", "3", "4", "5"}));
 }
 
+TEST_F(Browser, DrawsEveryPointOfACurveOverALogarithmicAxis) {
+  Page page{"Log"};
+  page.section("All").chart(XyChart{.title = "over decades",
+                                    .x = {.quantity = "Noise", .unit = "Pa", .logarithmic = true},
+                                    .y = {"Fit", "%"},
+                                    .curves = {{"fit", {10, 100, 1000, 3000}, {98, 97, 90, 70}}}});
+  const Seen seen = open(page, R"((() => {
+    const grid = charts[0].getModel().getComponent('grid').coordinateSystem.getRect();
+    return [10, 100, 1000, 3000].map((x) => {
+      const at = charts[0].convertToPixel({xAxisIndex: 0}, x);
+      return at >= grid.x - 1 && at <= grid.x + grid.width + 1;
+    });
+  }))");
+  EXPECT_EQ(seen.found, (nlohmann::json{true, true, true, true}));
+}
+
 TEST_F(Browser, KeepsAllOfAHundredThousandPointsAndDrawsAFew) {
   Page page{"Long"};
   page.section("s").chart(
