@@ -242,19 +242,21 @@ class Bench {
 
  private:
   static config::ModelParameters model(config::ModelKind kind) {
-    constexpr std::array<float, 12> kTassa9 = {5.02F, 2.5F, 4.0F,  -0.05F, 0.003F, 0.02F,
-                                               40.0F, 0.1F, 0.08F, 0.1F,   620.0F, 101.325F};
-    constexpr std::array<float, 11> kTassa9r = {5.02F, 2.5F,  4.0F, 0.003F, 0.02F,   40.0F,
-                                                0.1F,  0.08F, 0.1F, 620.0F, 101.325F};
-    constexpr std::array<float, config::kGreyboxParameters> kGreybox = {
-        5.08F, 4.92F, 60.0F, 64.0F, 1.0F, 1.0F, 2.0F, 1.0F, -0.5F, 0.2F,  0.6F, 0.3F,   0.1F,  0.53F,
-        0.5F,  1.0F,  0.1F,  5.0F,  1.4F, 0.1F, 0.0F, 0.1F, 0.8F,  0.02F, 0.1F, 700.0F, 101.3F};
-    config::ModelParameters parameters{.kind = kind};
-    parameters.count = static_cast<std::uint16_t>(config::parameter_schema(kind).size());
-    const float* const values = kind == config::ModelKind::tassa9    ? kTassa9.data()
-                                : kind == config::ModelKind::tassa9r ? kTassa9r.data()
-                                                                     : kGreybox.data();
-    std::copy_n(values, parameters.count, parameters.value.begin());
+    constexpr std::array kTassa9 = {5.02F, 2.5F,  4.0F, -0.05F, 0.003F,   0.02F,  40.0F,
+                                    0.1F,  0.08F, 0.1F, 620.0F, 101.325F, 0.0031F};
+    constexpr std::array kTassa9r = {5.02F, 2.5F,  4.0F, 0.003F, 0.02F,    40.0F,
+                                     0.1F,  0.08F, 0.1F, 620.0F, 101.325F, 0.0031F};
+    constexpr std::array kGreybox = {5.08F, 4.92F, 60.0F, 64.0F, 1.0F, 1.0F,   2.0F,   1.0F, -0.5F, 0.2F,
+                                     0.6F,  0.3F,  0.1F,  0.53F, 0.5F, 1.0F,   0.1F,   5.0F, 1.4F,  0.1F,
+                                     0.0F,  0.1F,  0.8F,  0.02F, 0.1F, 700.0F, 101.3F, 0.2F, 0.3F,  1.0F};
+    const std::span<const float> values = kind == config::ModelKind::tassa9 ? std::span<const float>(kTassa9)
+                                          : kind == config::ModelKind::tassa9r
+                                              ? std::span<const float>(kTassa9r)
+                                              : std::span<const float>(kGreybox);
+    if (values.size() != config::parameter_schema(kind).size())
+      throw std::logic_error("frame: a kind of model has got other parameters, expected a value for each");
+    config::ModelParameters parameters{.kind = kind, .count = static_cast<std::uint16_t>(values.size())};
+    std::copy(values.begin(), values.end(), parameters.value.begin());
     return parameters;
   }
   static std::vector<std::uint8_t> image_of(const config::ModelParameters& parameters) {
