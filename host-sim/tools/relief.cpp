@@ -206,11 +206,13 @@ Answer identified(const Options& options) {
 }
 
 Figures figures_of(const StaticGreyBox& valve, const relief::StaticError& error, bool has_flow_force) {
-  const std::string at_zero = valve.k3_m2 == 0.0 ? "at its bound: no point is near where it cracks" : "";
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();  // a bound has no error
+  const bool bound = valve.k3_m2 == 0.0;
+  const std::string at_zero = bound ? "at its bound: no point is near where it cracks" : "";
   Figures figures{{"cracking_pressure_Pa", "cracking pressure", "bar", 1e-5, cracking_pressure_Pa(valve),
-                   error.cracking_Pa, at_zero},
+                   bound ? kNone : error.cracking_Pa, at_zero},
                   {"k1_m2_Pa", "k1", "mm2/bar", 1e11, valve.k1_m2_Pa, error.k1_m2_Pa},
-                  {"k3_m2", "k3", "mm2", 1e6, valve.k3_m2, error.k3_m2, at_zero}};
+                  {"k3_m2", "k3", "mm2", 1e6, valve.k3_m2, bound ? kNone : error.k3_m2, at_zero}};
   if (has_flow_force) {
     figures.push_back(
         {"k2_s_m_sqrtPa", "k2, flow force", "s/(m sqrt(Pa))", 1.0, valve.k2_s_m_sqrtPa, error.k2_s_m_sqrtPa});

@@ -54,9 +54,9 @@ std::vector<Plateau> plateaus_within(const Recording& recording, Direction direc
     if (all[i].settled_Pa >= range.low_Pa && all[i].settled_Pa <= range.high_Pa) within.push_back(all[i]);
   }
   if (within.size() < 2) {
-    throw CannotIdentify(fmt::format("{} branch: {} plateaus between {} and {} Pa, expected at least 2",
-                                     direction == Direction::kRising ? "rising" : "falling", within.size(),
-                                     range.low_Pa, range.high_Pa));
+    throw CannotIdentify(fmt::format(
+        "{} branch: {} plateaus between {:.6g} and {:.6g} Pa, expected at least 2",
+        direction == Direction::kRising ? "rising" : "falling", within.size(), range.low_Pa, range.high_Pa));
   }
   return within;
 }

@@ -102,8 +102,9 @@ Part bipolynomial_part() {
     const BipolynomialFit whole = fit_bipolynomial(samples, Terms::kWhole);
     const double percent = 100.0 / whole.full_scale_kg_s;
     part.text += fmt::format(
-        " {}: {:.1f} % RMS, {:.0f} % at most ({:.1f}, {:.0f}), {} of {} samples the wrong way;", port.name,
-        percent * printed.rms_kg_s, percent * printed.largest_kg_s, percent * whole.rms_kg_s,
+        " {}: {:.1f} % RMS, {:.0f} % at most ({:.1f}, {:.0f}), {} of {} samples the wrong way, or where "
+        "nothing flows;",
+        port.name, percent * printed.rms_kg_s, percent * printed.largest_kg_s, percent * whole.rms_kg_s,
         percent * whole.largest_kg_s, printed.wrong_way, samples.size());
     part.findings.push_back(
         {.item = "(5)",
