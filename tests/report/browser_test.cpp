@@ -253,7 +253,7 @@ TEST_F(Browser, DrawsEveryPointOfACurveOverALogarithmicAxis) {
       const at = charts[0].convertToPixel({xAxisIndex: 0}, x);
       return at >= grid.x - 1 && at <= grid.x + grid.width + 1;
     });
-  }))");
+  })())");
   EXPECT_EQ(seen.found, (nlohmann::json{true, true, true, true}));
 }
 

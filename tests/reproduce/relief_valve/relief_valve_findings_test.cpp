@@ -85,7 +85,7 @@ TEST(ReliefValveFindings, TableTwoFollowsFromItsConstantsButForRv9) {
       if (verdict(finding) != Verdict::kReproduced) misses.push_back(finding.quantity);
     }
   };
-  look("cracking pressure, RV", 4);
+  look("cracking pressure, RV", 6);
   look("maximum pressure, RV", 6);
   EXPECT_EQ(misses, (std::vector<std::string>{"maximum pressure, RV-9, increasing",
                                               "maximum pressure, RV-9, decreasing"}));
@@ -98,9 +98,21 @@ TEST(ReliefValveFindings, OnlyNumbersThatStandClearlyContradictThePaper) {
       if (verdict(finding) == Verdict::kPaperContradictsItself) contradictions.push_back(finding.quantity);
     }
   }
-  EXPECT_EQ(contradictions,
-            (std::vector<std::string>{"residual largest error, RV-10 with the optimum of Table III",
-                                      "largest error of a transient, RV-22"}));
+  EXPECT_EQ(contradictions, (std::vector<std::string>{"largest error of a transient, RV-22"}));
+}
+
+TEST(ReliefValveFindings, NoTestOfTableFiveIsFollowedLessCloselyThanThePaperFollowedIts) {
+  int compared = 0;
+  for (const Part& part : parts()) {
+    for (const Finding& finding : part.findings) {
+      const bool error =
+          finding.quantity.find(", test ") != std::string::npos && finding.expect == Expect::kAtMost;
+      if (finding.item != "Table V" || !error) continue;
+      ++compared;
+      EXPECT_EQ(verdict(finding), Verdict::kReproduced) << finding.quantity;
+    }
+  }
+  EXPECT_EQ(compared, 14) << "seven tests, the largest error and the last one";
 }
 
 TEST(ReliefValveFindings, FlowsOfTableFiveAreComparedAsTheScanHasThem) {
