@@ -3,8 +3,7 @@
 namespace plenum::board::rt {
 
 std::optional<Pace::Tick> Pace::due(std::uint64_t now_ns, bool scans_ready) noexcept {
-  const bool early = by_scans_now_ && now_ns < deadline_ns(true);
-  const bool by_scans = config_.by_scans && scans_ready && !early;
+  const bool by_scans = config_.by_scans && scans_ready;
   if (!by_scans && now_ns < deadline_ns()) return std::nullopt;
   // The phase of the scans is taken as it comes: when one is earlier than any before it, and when they begin.
   const bool begins = !by_scans_now_ && now_ns < due_ns_ + config_.period_ns;

@@ -23,9 +23,6 @@ class Pace {
  public:
   /// By the scans: the rate of two crystals may differ by one part in kDrift.
   static constexpr std::uint64_t kDrift = 5000;
-  /// By the scans: a tick is at most one part in kEarly shorter than a period, however fast a trigger has been set since the
-  /// start; the scans before that wait for it. As much as a rate that was accepted may differ by.
-  static constexpr std::uint64_t kEarly = 100;
 
   struct Config {
     std::uint64_t period_ns = 10'000'000;
@@ -41,10 +38,9 @@ class Pace {
   Pace(const Config& config, std::uint64_t now_ns) noexcept
       : config_(config), due_ns_(now_ns + config.period_ns) {}
 
-  /// When the clock calls for a tick, whatever the scans do; of scans that wait already, when they may have theirs.
-  std::uint64_t deadline_ns(bool scans_ready = false) const noexcept {
-    if (!config_.by_scans || !by_scans_now_) return due_ns_;
-    return scans_ready ? due_ns_ - config_.period_ns / kEarly : due_ns_ + config_.period_ns / 2;
+  /// When the clock calls for a tick, whatever the scans do.
+  std::uint64_t deadline_ns() const noexcept {
+    return due_ns_ + (config_.by_scans && by_scans_now_ ? config_.period_ns / 2 : 0);
   }
 
   /// The tick that is to begin now; empty: none yet. `scans_ready`: a tick's worth of them has come.

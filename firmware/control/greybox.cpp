@@ -29,6 +29,12 @@ constexpr std::size_t kMostPassed = 2 * Greybox::kCorners;
 /// Share of the way that a guess may miss.
 constexpr Scalar kGuessed = Scalar(0.01);
 
+/// Of flows that differ by less than this share none is greater.
+constexpr Scalar kAlike = Scalar(1e-4);
+
+/// Nodes and ends that lie closer are one command: a step of a converter of 16 bits is 1.5e-4 V.
+constexpr Scalar kOneCommand_V = Scalar(1e-4);
+
 /// Below this slope Newton's step is not taken.
 constexpr Scalar kLeastNewton_kPa_V = Scalar(1e-6);
 
@@ -134,7 +140,6 @@ class Greybox::FlowFunction {
 
 /// (G2)
 void Greybox::Curve::configure(const FlowFunction& flow, Scalar source_kPa) noexcept {
-  constexpr std::size_t kSource = kChords + 2;
   corner_kPa.front() = Scalar(0);
   flow_kPa.front() = source_kPa * flow.discharge(Scalar(0));
   for (std::size_t end = 0; end <= kChords; ++end) {
@@ -169,10 +174,11 @@ void Greybox::configure(std::span<const Scalar, kParameters> parameters, Scalar 
                         Scalar command_high_V) noexcept {
   dead_volume_mL_ = parameters[kDeadVolume];
   volume_exponent_ = parameters[kVolumeExponent];
+  supply_kPa_ = parameters[kSupply];
   ambient_kPa_ = parameters[kAmbient];
   leak_L_s_kPa_ = Scalar(0.5) * parameters[kChamberLeak] / kPerLitre / ambient_kPa_;
   const FlowFunction flow(parameters);
-  inlet_.configure(flow, parameters[kSupply]);
+  inlet_.configure(flow, supply_kPa_);
   exhaust_.configure(flow, ambient_kPa_);
 
   const config::ValveCurve inlet = config::inlet_of(parameters);
@@ -436,27 +442,33 @@ Draw Greybox::draw(Scalar pressure_kPa, const Opening& open, const Moving& moves
 }
 
 /// Between ambient and supply all. Above the supply's pressure an open inlet empties the chamber, below the ambient's an open
-/// exhaust fills it: there the limit is the node at which the pressure rises or falls fastest, the valve as good as shut. Not so
-/// close to both (r_a) that nothing flows back.
+/// exhaust fills it: there the limit is the first node at which the pressure rises or falls fastest, the valve as good as shut. Not
+/// where that node keeps the pressure so close to them (r_a) that nothing flows back.
 Greybox::Range Greybox::answers(const Tick& tick) const noexcept {
   Range among;
+  const bool above = tick.pressure_kPa > tick.supply * supply_kPa_;
+  if (!above && tick.pressure_kPa >= ambient_kPa_) return among;
   const Flows& here = tick.flows;
-  const bool above = here.inlet < Scalar(0);
-  if (!above && here.exhaust <= Scalar(0)) return among;
   const Scalar sign = above ? Scalar(1) : Scalar(-1);
-  std::size_t& best = above ? among.last : among.first;
+  std::size_t best = 0;
   const auto flow = [&](std::size_t i) noexcept {
     return sign * (node_[i].inlet * here.inlet + node_[i].exhaust * here.exhaust);
   };
-  best = 0;
   Scalar best_flow = flow(0);
   for (std::size_t i = 1; i < kNodes; ++i) {
     const Scalar at_node = flow(i);
-    if (at_node > best_flow) {
+    if (at_node - best_flow > kAlike * abs(best_flow)) {
       best = i;
       best_flow = at_node;
     }
   }
+  if ((above ? here.inlet : here.exhaust) == Scalar(0)) {
+    const Scalar end_kPa = travel(tick, node_[best], Scalar(1), [](const auto&) noexcept {});
+    const bool flows_back = above ? end_kPa > inlet_.corner_at_kPa(kSource + 1, tick.supply)
+                                  : end_kPa < exhaust_.corner_kPa[kSource - 1];
+    if (!flows_back) return among;
+  }
+  (above ? among.last : among.first) = best;
   return among;
 }
 
@@ -523,8 +535,10 @@ class Greybox::Bracket {
  public:
   Bracket(const Greybox& of, const Range& among) noexcept
       : of_(of),
-        low_{of.node_V_[among.first] - Scalar(1)},
-        high_{of.node_V_[among.last] + Scalar(1)},
+        least_V_(of.node_V_[among.first]),
+        most_V_(of.node_V_[among.last]),
+        low_{least_V_ - Scalar(1)},
+        high_{most_V_ + Scalar(1)},
         first_(among.first),
         last_(among.last) {}
 
@@ -544,15 +558,22 @@ class Greybox::Bracket {
     if (!low) last_ = command_V > of_.node_V_[in] ? in : in - 1;
   }
 
-  /// The middle one of the nodes within, until there is none; then where the chord of its ends meets the target.
-  Scalar middle_V() const noexcept {
+  /// The middle one of the nodes within, until there is none; then where the chord of its ends meets the target, and the middle after
+  /// a chord that has not halved the width.
+  Scalar next_V() noexcept {
+    const Scalar width_V = high_.command_V - low_.command_V;
     if (first_ <= last_ && last_ < kNodes) {
       const Scalar node_V = of_.node_V_[(first_ + last_) / 2];
-      if (holds(node_V)) return node_V;  // nodes at a limit of the range may be one
+      const bool apart = node_V - low_.command_V > kOneCommand_V && high_.command_V - node_V > kOneCommand_V;
+      if (apart) return node_V;  // nodes at a limit of the range may be one
     }
+    if (low_.command_V < least_V_) return least_V_;
+    if (high_.command_V > most_V_) return most_V_;
+    const bool slow = width_V > Scalar(0.5) * width_before_V_;
+    width_before_V_ = slow ? kNoWidth_V : width_V;
     const Scalar share = low_.wanted_kPa / (low_.wanted_kPa - high_.wanted_kPa);
-    const Scalar chord_V = low_.command_V + share * (high_.command_V - low_.command_V);
-    return holds(chord_V) ? chord_V : Scalar(0.5) * (low_.command_V + high_.command_V);
+    const Scalar chord_V = low_.command_V + share * width_V;
+    return !slow && holds(chord_V) ? chord_V : low_.command_V + Scalar(0.5) * width_V;
   }
 
  private:
@@ -562,12 +583,15 @@ class Greybox::Bracket {
   };
 
   const Greybox& of_;
+  Scalar least_V_, most_V_;
   End low_, high_;
   std::size_t first_, last_;  ///< nodes within
   bool was_low_ = false;
+  static constexpr Scalar kNoWidth_V = Scalar(1000);
+  Scalar width_before_V_ = kNoWidth_V;  ///< of the last chord; kNoWidth_V: of none
 };
 
-/// The end rises with the command, so that there is one answer. What it gains by the conductances is taken as the guess has
+/// The end rises with the command among the answers, so that there is one. What it gains by the conductances is taken as the guess has
 /// it but for a factor, that of the last two ends: secants. Where they do not halve what is missed, the bracket is searched.
 Inverse Greybox::inverse(Scalar pressure_kPa, Scalar target_kPa, const Moving& moves,
                          Scalar near_V) const noexcept {
@@ -611,7 +635,7 @@ Inverse Greybox::inverse(Scalar pressure_kPa, Scalar target_kPa, const Moving& m
 
     bracket.tried(command_V, wanted_kPa);
     if (by_secants) command_V = gaining_V(among, first.by, command_V, wanted_kPa / factor);
-    if (!by_secants || !bracket.holds(command_V)) command_V = bracket.middle_V();
+    if (!by_secants || !bracket.holds(command_V)) command_V = bracket.next_V();
     if (!bracket.holds(command_V)) break;  // of two neighbours among the numbers
   }
   return best;

@@ -67,10 +67,12 @@ class Greybox final : public PressureModel {
   static constexpr std::size_t kNodes = 64;
   static constexpr int kGuesses = 4;
   static constexpr int kSecants = 4;
-  static constexpr int kRefinements = 20;  ///< the secants, and what searches a bracket of all nodes
+  static constexpr int kRefinements = 24;  ///< the secants, and what searches a bracket of all nodes
   static constexpr std::size_t kChords = 10;
   /// Of phi(P, p) in p: 0, P, r P and P/r for every end of a chord, and the most that a pressure can be.
   static constexpr std::size_t kCorners = 3 + 2 * (kChords + 1);
+  static constexpr std::size_t kSource =
+      kChords + 2;  ///< the corner at P; beside it those of r_a, between which nothing flows
 
  private:
   friend struct GreyboxTables;  ///< of whoever bounds what a scalar makes of them (host-sim/rounding)
@@ -155,7 +157,7 @@ class Greybox final : public PressureModel {
   Scalar gaining_V(const Range& among, const Ports& by, Scalar from_V, Scalar wanted_kPa) const noexcept;
   Guess guess(const Tick& tick, const Range& among, Scalar target_kPa, Scalar near_V) const noexcept;
 
-  Scalar dead_volume_mL_ = 0, volume_exponent_ = 1, ambient_kPa_ = 0;
+  Scalar dead_volume_mL_ = 0, volume_exponent_ = 1, supply_kPa_ = 0, ambient_kPa_ = 0;
   Scalar leak_L_s_kPa_ = 0;  ///< C_l/(2 P_r)
   Curve inlet_;              ///< of P_c
   Curve exhaust_;            ///< of P_r

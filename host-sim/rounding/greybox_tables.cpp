@@ -36,7 +36,7 @@ struct GreyboxTables {
     // of a millilitre in all: the numerator itself
     tables.tick_s_mL_L = number(model.moving({.volume_mL = Scalar(1) - model.dead_volume_mL_}).first);
     tables.volume_exponent = number(model.volume_exponent_);
-    tables.supply_kPa = number(model.inlet_.corner_kPa[Greybox::kChords + 2]);  // where the ratio is 1
+    tables.supply_kPa = number(model.supply_kPa_);
     tables.ambient_kPa = number(model.ambient_kPa_);
     return tables;
   }

@@ -125,26 +125,5 @@ TEST(PaceByScans, AProcessThatWasStoppedFindsItsTicksMissedThoughScansWait) {
   EXPECT_EQ(tick->latency_ns, 3 * kPeriod - kSlip);
 }
 
-TEST(PaceByScans, ScansThatComeTwiceAsFastMakeATickShorterByOneInAHundredAtMost) {
-  for (const std::uint64_t scans_ns : {kPeriod / 2, kPeriod * 95 / 100}) {
-    Pace pace(kScans, kStart);
-    std::uint64_t now_ns = kStart + scans_ns;
-    ASSERT_TRUE(pace.due(now_ns, true));
-    const std::uint64_t first_ns = now_ns;
-    constexpr std::uint64_t kTicks = 1000;
-    for (std::uint64_t tick = 0; tick < kTicks; ++tick) {
-      now_ns += scans_ns;
-      if (now_ns < pace.deadline_ns(true)) {
-        EXPECT_FALSE(pace.due(now_ns, true)) << tick;
-        now_ns = pace.deadline_ns(true);
-      }
-      const auto one = pace.due(now_ns, true);
-      ASSERT_TRUE(one) << tick;
-      EXPECT_EQ(one->missed, 0U);
-    }
-    EXPECT_GE(now_ns - first_ns, kTicks * (kPeriod - kPeriod / 100)) << scans_ns;
-  }
-}
-
 }  // namespace
 }  // namespace plenum::board::rt
