@@ -76,8 +76,9 @@ struct Rpdo {
   std::array<std::uint8_t, 8> data{};
   /// It has come since 6040h asks for ACTIVE, and must keep coming where it has a deadline.
   bool watched = false;
-  bool came = false;  ///< since ProcessImage::setpoint_count last went on
-  Silence silence{};  ///< since it was applied
+  bool feeds = false;  ///< what came carried a set point, whatever it is mapped to by now
+  bool came = false;   ///< since ProcessImage::setpoint_count last went on
+  Silence silence{};   ///< since it was applied
 
   const PdoParameters& parameters() const noexcept { return parameters_; }
   /// The one way to write the parameters.

@@ -293,9 +293,7 @@ void Node::receive_sdo(const CanFrame& frame) noexcept {
 
 bool Node::streams_setpoints() const noexcept {
   const std::array<Rpdo, kRpdos>& all = device_.communication.rpdo;
-  return std::any_of(all.begin(), all.end(), [](const Rpdo& one) {
-    return one.watched && carries_setpoint(one.parameters().mapping);
-  });
+  return std::any_of(all.begin(), all.end(), [](const Rpdo& one) { return one.watched && one.feeds; });
 }
 
 void Node::send(std::uint32_t id, const SdoServer::Bytes& bytes) noexcept {
@@ -398,14 +396,16 @@ void Node::apply(Rpdo& rpdo) noexcept {
     at += object.bytes;
   }
   rpdo.latched = false;
+  // a stream that goes on with something else has ended, too
+  const bool carries = carries_setpoint(mapping);
+  if (rpdo.watched && rpdo.feeds && !carries) return;
   rpdo.watched = rpdo.came = true;
+  rpdo.feeds = carries;
   rpdo.silence.end();
-  if (!carries_setpoint(mapping)) return;
+  if (!carries) return;
   // a stream that goes on does not vouch for one that has ended
   std::array<Rpdo, kRpdos>& all = device_.communication.rpdo;
-  const auto missing = [](const Rpdo& one) {
-    return one.watched && !one.came && carries_setpoint(one.parameters().mapping);
-  };
+  const auto missing = [](const Rpdo& one) { return one.watched && !one.came && one.feeds; };
   if (std::any_of(all.begin(), all.end(), missing)) return;
   for (Rpdo& one : all) one.came = false;
   ++device_.image.setpoint_count;
@@ -446,7 +446,7 @@ void Node::watch_setpoints(std::uint32_t elapsed_us) noexcept {
   const bool excites = device_.image.control_mode == ControlMode::excitation;  // which needs no set points
   bool lost = false;
   for (Rpdo& rpdo : device_.communication.rpdo) {
-    if (!active || (excites && carries_setpoint(rpdo.parameters().mapping))) rpdo.watched = false;
+    if (!active || (excites && rpdo.feeds)) rpdo.watched = false;
     const std::uint32_t deadline_us = 1000U * rpdo.parameters().event_timer_ms;
     const bool is_due = rpdo.watched && deadline_us != 0;
     const std::uint32_t silent_us = rpdo.silence.elapse(is_due ? elapsed_us : 0);

@@ -49,7 +49,8 @@ bool SdoServer::block_download_segment(Device& device, const Bytes& request, Byt
   const bool last = (request[0] & kLastSegment) != 0;
   if (sequence == 0) {
     if (!last) return conclude(device, Abort::invalid_sequence, response);
-    reset();  // 80h: the client aborts
+    reset();  // 80h: the client aborts, and what it sent before has come before
+    stray_ = 0;
     return false;
   }
   if (sequence_ == 0 && request == ended_by_) {

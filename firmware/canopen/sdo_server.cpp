@@ -47,10 +47,17 @@ bool SdoServer::request(Device& device, const Bytes& request, Bytes& response) n
 /// Segments that were under way when their transfer ended are no requests, whatever their numbers would order. Whoever begins with
 /// another number, or later than a time-out, is heard.
 bool SdoServer::is_stray(const Bytes& request) noexcept {
-  const bool stray = state_ == State::idle && stray_ != 0 && (request[0] & 0x7FU) == stray_;
+  const unsigned number = request[0] & 0x7FU;
+  const bool next = number == stray_ || (stray_anew_ && number == 1);
+  const bool again = number != 0 && number + 1U == stray_;
+  if (state_ != State::idle || stray_ == 0 || (!next && !again)) {
+    stray_ = 0;
+    return false;
+  }
   const bool last = (request[0] & kLastSegment) != 0;
-  stray_ = stray && !last ? static_cast<std::uint8_t>(stray_ + 1) : std::uint8_t{0};
-  return stray;
+  stray_ = last ? std::uint8_t{0} : static_cast<std::uint8_t>(number + 1);
+  stray_anew_ = false;
+  return true;
 }
 
 bool SdoServer::take(Device& device, const Bytes& request, Bytes& response) noexcept {

@@ -34,6 +34,7 @@ class SdoServer {
   void reset() noexcept {
     if (state_ == State::block_download) {
       stray_ = static_cast<std::uint8_t>(came_ + 1);
+      stray_anew_ = sequence_ == 0;
       silence_us_ = 0;
     }
     state_ = State::idle;
@@ -112,6 +113,7 @@ class SdoServer {
   std::uint8_t came_ = 0;             ///< number of the segment of a download's sub-block that came last
   /// Number of the segment that comes next of a sub-block that was left unfinished; 0, or 128: none is waited for.
   std::uint8_t stray_ = 0;
+  bool stray_anew_ = false;  ///< or the first one: the sub-block was confirmed, and nothing has come since
   Bytes ended_by_{};  ///< the frame that ended the last sub-block: when it comes twice, it is a duplicate
 };
 

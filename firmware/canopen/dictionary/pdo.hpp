@@ -26,7 +26,7 @@ void change_pdo(Device& device, Place at, Change&& change) {
 }
 
 /// What a PDO was doing is over once its parameters change; but a stream that moves the machine must go on, whoever writes here
-/// (Node::watch_streams): its watch ends with ACTIVE alone.
+/// (Node::watch_setpoints): its watch ends with ACTIVE alone.
 template <bool receive>
 void restart_pdo(Device& device, Place at) {
   if constexpr (receive) {

@@ -416,6 +416,25 @@ TEST(SetpointWatchdog, IsNotEndedByWhatIsWrittenToTheParametersOfAStream) {
   }
 }
 
+TEST(SetpointWatchdog, IsNotFedByAnotherStreamOnceAStreamIsMappedToNothing) {
+  Watched bench;
+  const std::string other = "305 00 00 00 00 00 00 00 00";
+  bench.send(other);
+  bench.feed();
+  bench.tick();
+  bench.answer("605 2B 00 14 05 00 00 00 00");  // no deadline of its own: what both feed is 2419h:2
+  bench.answer("605 2B 01 14 05 00 00 00 00");
+  bench.answer("605 23 00 14 01 05 02 00 80");
+  bench.answer("605 2F 00 16 00 00 00 00 00");
+  const std::uint32_t before = bench.image.setpoint_count;
+  for (int i = 0; i < 20; ++i) {
+    bench.send(other);
+    bench.send("080");
+    bench.tick();
+  }
+  EXPECT_LE(bench.image.setpoint_count, before + 1);
+}
+
 TEST(SetpointWatchdog, IsTheEventTimerOfEveryRpdo) {
   Bench bench;
   bench.answer("605 2B 02 14 05 64 00 00 00");  // RPDO3, the control word: 100 ms

@@ -221,40 +221,45 @@ std::string segment(unsigned number, const char* bytes) {
 }
 
 TEST(BlockDownload, SegmentsThatWereUnderWayWhenItEndedAreNoRequests) {
+  constexpr const char* kBytes = "1 2 3 4 5 6 7";
   struct Case {
     const char* claim;
     void (*end)(BlockBench&);
+    unsigned goes_on;  ///< with this segment
   };
-  for (const Case& c :
-       {Case{"too long", [](BlockBench& bench) { bench.answer(segment(0x19, "1 2 3 4 5 6 7")); }},
-        Case{"sequence number 0",
-             [](BlockBench& bench) {
-               bench.answer(segment(0, "1 2 3 4 5 6 7"));
-               EXPECT_EQ(bench.answer(segment(0x19, "1 2 3 4 5 6 7")), "");
-             }},
-        Case{"time-out",
-             [](BlockBench& bench) {
-               bench.tick(100);
-               bench.drain();
-               EXPECT_EQ(bench.answer(segment(0x19, "1 2 3 4 5 6 7")), "");
-             }},
-        Case{"aborted", [](BlockBench& bench) {
-               bench.answer("605 80 10 21 00 00 00 04 05");
-               EXPECT_EQ(bench.answer(segment(0x19, "1 2 3 4 5 6 7")), "");
-             }}}) {
+  const Case cases[] = {
+      {"too long", [](BlockBench& bench) { bench.answer(segment(0x19, kBytes)); }, 0x1A},
+      {"the last came twice",
+       [](BlockBench& bench) {
+         bench.answer(segment(0x19, kBytes));
+         EXPECT_EQ(bench.answer(segment(0x19, kBytes)), "");
+       },
+       0x1A},
+      {"sequence number 0", [](BlockBench& bench) { bench.answer(segment(0, kBytes)); }, 0x19},
+      {"time-out", [](BlockBench& bench) { bench.tick(100); }, 0x19},
+      {"time-out, and it was told to begin anew", [](BlockBench& bench) { bench.tick(100); }, 1}};
+  for (const Case& c : cases) {
     BlockBench bench;
     bench.answer("605 C0 10 21 00 00 00 00 00");
-    for (unsigned i = 1; i <= 0x18; ++i) EXPECT_EQ(bench.answer(segment(i, "1 2 3 4 5 6 7")), "");
+    for (unsigned i = 1; i <= 0x18; ++i) EXPECT_EQ(bench.answer(segment(i, kBytes)), "");
     c.end(bench);
     bench.drain();
-    for (unsigned i = 0x1A; i <= 0x2A; ++i)
-      EXPECT_EQ(bench.answer(segment(i, "1 2 3 4 5 6 7")), "") << c.claim;
+    for (unsigned i = c.goes_on; i <= 0x2A; ++i) EXPECT_EQ(bench.answer(segment(i, kBytes)), "") << c.claim;
     EXPECT_EQ(bench.answer("605 2B 17 10 00 39 05 00 00"), "")
         << c.claim << ": a segment, though it reads as a request";
     EXPECT_EQ(bench.answer("605 40 17 10 00 00 00 00 00"), "585 4B 17 10 00 00 00 00 00") << c.claim;
     EXPECT_EQ(bench.answer("605 2B 17 10 00 39 05 00 00"), "585 60 17 10 00 00 00 00 00")
         << c.claim << ": a request";
   }
+}
+
+TEST(BlockDownload, AfterTheClientsOwnAbortNoSegmentIsUnderWay) {
+  BlockBench bench;
+  bench.answer("605 C0 10 21 00 00 00 00 00");
+  for (unsigned i = 1; i <= 0x16; ++i) bench.answer(segment(i, "1 2 3 4 5 6 7"));
+  bench.answer("605 80 10 21 00 00 00 04 05");
+  EXPECT_EQ(bench.answer("605 17 00 00 00 00 00 00 00"), "585 80 00 00 00 01 00 04 05")
+      << "heard, and refused";
 }
 
 TEST(BlockDownload, AfterATimeOutsLengthNoSegmentIsUnderWay) {
