@@ -27,6 +27,7 @@
 #include "board/drivers/iio_input.hpp"
 #include "board/drivers/iio_output.hpp"
 #include "board/drivers/socketcan.hpp"
+#include "board/range_check.hpp"
 #include "board/resting_volts.hpp"
 #include "board/rt/events.hpp"
 #include "board/say.hpp"
@@ -107,6 +108,7 @@ struct Sensor {
   const char* unit;
   float low_V;
   float high_V;
+  bool is_pressure = false;
 };
 
 void check_reading(const Sensor& sensor, const ports::AnalogReading& reading, Page& page) {
@@ -115,6 +117,12 @@ void check_reading(const Sensor& sensor, const ports::AnalogReading& reading, Pa
       fmt::format("{} ({} {})", sensor.name, sensor.channel.device, sensor.channel.channel);
   if (!reading.fresh) {
     page.line(false, "analog input", fmt::format("{}: no scan came, expected a tick's worth", where));
+    return;
+  }
+  if (sensor.is_pressure && reading.at_end) {
+    page.line(
+        false, "analog input",
+        fmt::format("{}: stands at the end of its range, {:.3f} V, expected less", where, reading.mean_V));
     return;
   }
   const bool valid = reading.mean_V >= sensor.low_V && reading.mean_V <= sensor.high_V;
@@ -127,6 +135,7 @@ void check_reading(const Sensor& sensor, const ports::AnalogReading& reading, Pa
 void check_readings(const config::BoardFile& board, const drivers::IioInputConfig& analog_in, Page& page) {
   std::array<ports::AnalogReading, kAnalogInputs> readings{};
   drivers::IioInput input(analog_in);
+  for (const std::string& one : short_ranges(board, analog_in, input)) page.line(false, "analog input", one);
   wait_for_scans(input);
   input.read(readings);
   const auto& channels = analog_in.channels;
@@ -136,7 +145,7 @@ void check_readings(const config::BoardFile& board, const drivers::IioInputConfi
     const ports::AnalogReading& pressure = readings[c];
     const ports::AnalogReading& position = readings[kChambers + c];
     check_reading({fmt::format("pressure {}", c + 1), channels[c], pressure_kPa(settings, pressure.mean_V),
-                   "kPa", settings.pressure_valid_low_V, settings.pressure_valid_high_V},
+                   "kPa", settings.pressure_valid_low_V, settings.pressure_valid_high_V, true},
                   pressure, page);
     check_reading(
         {fmt::format("volume {}", c + 1), channels[kChambers + c], volume_mL(settings, position.mean_V), "mL",

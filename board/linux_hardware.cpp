@@ -3,7 +3,11 @@
 #include <memory>
 #include <span>
 #include <stdexcept>
+#include <string>
 #include <thread>
+#include <utility>
+
+#include "board/range_check.hpp"
 
 namespace plenum::board {
 namespace {
@@ -40,6 +44,10 @@ LinuxHardware::LinuxHardware(const config::BoardFile& board, steady_clock::time_
         return std::make_unique<drivers::SocketCan>(interface, std::span(&drivers::kBaseDataFrames, 1));
       }) {
   open(input_, board.analog_in, latest);
+  if (input_) {
+    for (std::string& one : short_ranges(board, board.analog_in, *input_))
+      troubles_.push_back(std::move(one));
+  }
   open(store_, board.store, latest);
   if (!bus_.trouble().empty()) troubles_.push_back(bus_.trouble());
   events_.emplace(lines_.descriptor(), input_ ? input_->descriptors() : std::span<const int>{});

@@ -49,7 +49,7 @@ class LinuxHardware final : public Hardware {
   /// lines and outputs that there are. Throws std::runtime_error only for what the kernel itself refuses, and for the guard.
   LinuxHardware(const config::BoardFile& board, std::chrono::steady_clock::time_point latest);
 
-  /// What could not be opened, a line each: what, where, expected.
+  /// What could not be opened, or will not do, a line each: what, where, expected.
   const std::vector<std::string>& troubles() const noexcept { return troubles_; }
 
   Drivers drivers() noexcept;

@@ -90,11 +90,11 @@ bool make_outputs_safe(const std::string& path) {
 
 int run(const config::BoardFile& file) {
   rt::block_stop_signals();
+  const auto latest = std::chrono::steady_clock::now() + kPatience;
+  const rt::OnlyOne only_one(file.interface, latest);
   if (const std::string trouble = config::keep_accepted(file.text, RestingVolts::runtime_folder());
       !trouble.empty())
     warn(trouble);
-  const auto latest = std::chrono::steady_clock::now() + kPatience;
-  const rt::OnlyOne only_one(file.interface, latest);
   LinuxHardware hardware(file, latest);
   for (const std::string& trouble : hardware.troubles()) warn(trouble);
   plenum::Settings settings = file.settings;

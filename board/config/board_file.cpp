@@ -7,7 +7,6 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <limits>
 #include <set>
 #include <sstream>
 
@@ -27,7 +26,6 @@ using plenum::config::SafeOutput;
 constexpr std::int64_t kAny32 = 0xFFFF'FFFF;
 constexpr unsigned kHighestRate_Hz = 100'000;
 constexpr double kHighestOutput_V = 10.0;
-constexpr float kAnyReach_V = -std::numeric_limits<float>::infinity();  ///< nothing is asked of a converter
 
 /// Gathers what is wrong in one part after the other, so that it can be mended at one go.
 class Mistakes {
@@ -197,13 +195,10 @@ void read_chamber(TomlTable& table, std::size_t c, BoardFile& board, Places& inp
   board.analog_in.channels[kChambers + c] = channel("position", inputs);
   board.analog_out.channels[c] = channel("command", outputs);
   read_chamber_settings(table, settings);
-  board.analog_in.reach_V[c] = settings.in_use ? (settings.over_pressure_kPa - settings.pressure_offset_kPa) /
-                                                     settings.pressure_gain_kPa_per_V
-                                               : kAnyReach_V;
   const auto safe_V = table.number("safe_V", 0.0, kHighestOutput_V);
   board.safe_V_stated[c] = safe_V.has_value();
   // above its null a valve fills, for as long as nobody regulates
-  if (safe_V && *safe_V > static_cast<double>(settings.null_V))
+  if (safe_V && static_cast<float>(*safe_V) > settings.null_V)
     table.refuse("safe_V", fmt::format("= {}", *safe_V), fmt::format("0 to null_V = {}", settings.null_V));
   if (safe_V)
     board.analog_out.safe_V[c] = static_cast<float>(*safe_V);
@@ -288,7 +283,6 @@ BoardFile parse_board(std::string_view text, const std::string& file) {
   BoardFile board;
   board.text = text;
   board.analog_in.channels.resize(kAnalogInputs);
-  board.analog_in.reach_V.resize(kAnalogInputs, kAnyReach_V);
   board.analog_out.channels.resize(kChambers);
   board.analog_out.safe_V.resize(kChambers);
   Places inputs;

@@ -82,19 +82,22 @@ void set_oversampling(const std::string& device, const fs::path& attribute, unsi
            "a ratio that it has");
 }
 
-/// `attribute`: the kScale of channels.
-void set_scale(const std::string& device, const fs::path& attribute, double scale_mV) {
+/// `channel`: one of those that share the scale.
+void set_scale(const std::string& device, const IioVoltage& channel, double scale_mV) {
   const auto refuse = [&](const std::string& found, const std::string& expected) {
     refuse_iio(device, std::string(kScale) + ": " + found, expected);
   };
   const auto same = [&](double one) { return std::abs(one - scale_mV) <= kScaleTolerance * scale_mV; };
-  const std::optional<std::string> available = attribute_text(attribute.string() + "_available");
+  // a channel of its own scale may share the list of those that there are
+  const std::optional<std::string> available =
+      attribute_text(channel.attribute(std::string(kScale) + "_available"));
   if (!available)
     refuse("no scale_available", "a converter with several ranges, or no key analog_input.scale_mV");
   std::istringstream words(*available);
   std::string word;  // as the kernel writes it: it takes no other
   while (words >> word && !same(std::strtod(word.c_str(), nullptr))) word.clear();
   if (word.empty()) refuse(std::to_string(scale_mV), "one of " + *available);
+  const fs::path attribute = channel.attribute(kScale);
   const int error = IioAttribute(attribute).put(word);
   if (error != 0) refuse(std::strerror(error), "one that this user may set to " + word);
   const std::optional<double> actual = attribute_number(attribute);
@@ -176,7 +179,7 @@ class IioInput::Capture {
   }
 
   void set_scale(double scale_mV) const {
-    for (const fs::path& attribute : attributes(kScale)) drivers::set_scale(id(), attribute, scale_mV);
+    for (const Channel& one : channels_) drivers::set_scale(id(), one.voltage, scale_mV);
   }
 
   IioScale scale(const IioChannel& named, std::size_t channel) const {
@@ -340,10 +343,8 @@ IioInput::IioInput(const IioInputConfig& config) : scans_per_tick_(config.rate_H
   for (const auto& capture : captures_) capture->claim();
   set_up(devices, config);
   for (std::size_t i = 0; i < places_.size(); ++i) {
-    const bool asked = i < config.reach_V.size();
-    if (places_[i].device != nullptr)
-      places_[i].scale =
-          scale(config.channels[i], places_[i], asked ? std::optional(config.reach_V[i]) : std::nullopt);
+    Place& one = places_[i];
+    if (one.device != nullptr) one.scale = one.device->scale(config.channels[i], one.sum);
   }
   for (const auto& capture : captures_) {
     if (scans_per_tick_ != 0) {
@@ -368,14 +369,9 @@ IioInput::Place IioInput::place(const IioDevices& devices, const IioChannel& nam
   return {&capture, capture.add(named, channel), {}};
 }
 
-IioScale IioInput::scale(const IioChannel& named, const Place& place, std::optional<float> reach_V) {
-  const IioScale scale = place.device->scale(named, place.sum);
-  const double end_V = scale.volts(static_cast<double>(place.device->highest(place.sum)));
-  if (reach_V && !(end_V > static_cast<double>(*reach_V))) {
-    refuse_iio(named, "its range ends at " + std::to_string(end_V) + " V",
-               "more than " + std::to_string(*reach_V) + " V, where the chamber's over_pressure_kPa lies");
-  }
-  return scale;
+double IioInput::end_V(std::size_t channel) const noexcept {
+  const Place& place = places_[channel];
+  return place.scale.volts(static_cast<double>(place.device->highest(place.sum)));
 }
 
 // The oversampling comes before the rate: on some converters it bounds that.

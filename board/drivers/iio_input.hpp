@@ -34,8 +34,6 @@ struct IioInputConfig {
   std::optional<unsigned> oversampling{};
   /// [mV] a step, of every channel: one of its attribute scale_available, by which converters tell their ranges. Empty: left as it is.
   std::optional<double> scale_mV{};
-  /// One a channel: what its converter must be able to read, and more [V]. Empty: whatever it can.
-  std::vector<float> reach_V{};
 };
 
 class IioInput final : public ports::AnalogInput {
@@ -67,6 +65,9 @@ class IioInput final : public ports::AnalogInput {
   /// gather(), then the mean of each channel since the last read(). A channel without a scan, or not fitted, is not fresh.
   void read(std::span<ports::AnalogReading> readings) noexcept override;
 
+  /// The most that the converter of a channel that is fitted can tell [V].
+  double end_V(std::size_t channel) const noexcept;
+
   /// A device was removed, or refuses to be read: its channels stay not fresh.
   bool gone() const noexcept;
 
@@ -84,8 +85,6 @@ class IioInput final : public ports::AnalogInput {
   };
 
   Place place(const IioDevices& devices, const IioChannel& named);
-  /// Of the range that the converter has by now. Throws where that ends at `reach_V` or below.
-  static IioScale scale(const IioChannel& named, const Place& place, std::optional<float> reach_V);
   void set_up(const IioDevices& devices, const IioInputConfig& config);
 
   std::vector<std::unique_ptr<Capture>> captures_;

@@ -108,7 +108,7 @@ TEST_F(CheckTest, ACommandThatAnOutputCannotHoldIsNamed) {
 TEST_F(CheckTest, AConverterThatEndsBelowTheOverPressureIsNamed) {
   put("iio:device0", "in_voltage0_scale", "0.152588");  // 5 V, and chamber 1 trips at 900 kPa, 9 V
   EXPECT_THAT(lines_on("analog input", good),
-              testing::Contains(Fails("adc-here voltage0: its range ends at 4.99")));
+              testing::Contains(Fails("adc-here voltage0: its range ends at 5.000 V, 500.0 kPa")));
 }
 
 TEST_F(CheckTest, EachLineThatIsMissingIsNamed) {

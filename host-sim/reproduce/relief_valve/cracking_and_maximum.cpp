@@ -17,7 +17,7 @@ struct Row {
 };
 
 // Read from the scan, where 4 stands as k or L; 10^-5 for k1 of RV-21 is that of Table I, where it stands
-// clearly. RV-9 has k3 = 0, a printed zero without digits, and cracks at 0 psi.
+// clearly. RV-9 has k3 = 0 and cracks at 0 psi: one says the other.
 constexpr Row kTable2[] = {
     {"RV-9, increasing",
      {4.24e-7, 3.21e-6, 0.0},
@@ -51,22 +51,25 @@ Part cracking_and_maximum() {
                 "P_c = -k3/k1 and P_m = sqrt(rho/2)/k2 from the printed constants. The tolerance is half a "
                 "unit of the last digit of "
                 "every number that enters. The scan leaves the exponent of k1 of RV-21 to be guessed; "
-                "it follows from Table I.",
+                "it follows from Table I. RV-9 is printed with k3 = 0 and with a cracking pressure of 0, of "
+                "which one says the other.",
             .findings = {}};
   for (const Row& row : kTable2) {
     const auto valve = in_si(row.printed);
     const double cracks_psi = cracking_pressure_Pa(valve) / units::kPsi_Pa;
     const double maximum_psi = maximum_pressure_Pa(valve) / units::kPsi_Pa;
-    const double k3_part = row.printed.k3 != 0.0 ? std::abs(row.half_digit.k3 / row.printed.k3) : 0.0;
-    part.findings.push_back(
-        {.item = "Table II",
-         .quantity = std::string("cracking pressure, ") + row.valve,
-         .unit = "psi",
-         .paper = row.cracks_psi,
-         .ours = cracks_psi,
-         .tolerance = row.cracks_half_digit + cracks_psi * (k3_part + row.half_digit.k1 / row.printed.k1),
-         .source = Source::kPapersOwnEquation,
-         .why = "-k3/k1 of the printed constants is not the printed pressure"});
+    if (row.printed.k3 != 0.0) {
+      const double k3_part = std::abs(row.half_digit.k3 / row.printed.k3);
+      part.findings.push_back(
+          {.item = "Table II",
+           .quantity = std::string("cracking pressure, ") + row.valve,
+           .unit = "psi",
+           .paper = row.cracks_psi,
+           .ours = cracks_psi,
+           .tolerance = row.cracks_half_digit + cracks_psi * (k3_part + row.half_digit.k1 / row.printed.k1),
+           .source = Source::kPapersOwnEquation,
+           .why = "-k3/k1 of the printed constants is not the printed pressure"});
+    }
     part.findings.push_back(
         {.item = "Table II",
          .quantity = std::string("maximum pressure, ") + row.valve,

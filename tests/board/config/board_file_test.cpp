@@ -87,6 +87,9 @@ TEST(BoardFile, TheSafeVoltageIsTheRestingCommandUnlessStated) {
   EXPECT_EQ(parse_board(kLeast, "").analog_out.safe_V[0], 5.0F);
   EXPECT_EQ(parse_board(with(command, command + "\nsafe_output = \"vent\""), "").analog_out.safe_V[0], 3.0F);
   EXPECT_EQ(parse_board(with(command, command + "\nsafe_V = 4.5"), "").analog_out.safe_V[0], 4.5F);
+  // no float is 5.02
+  EXPECT_EQ(parse_board(with(command, command + "\nnull_V = 5.02\nsafe_V = 5.02"), "").analog_out.safe_V[0],
+            5.02F);
 }
 
 TEST(BoardFile, TheConverterPacesTheTicksUnlessItRunsFreely) {

@@ -571,26 +571,29 @@ TEST_F(IioInputTest, AReadingWhoseSamplesAllStandAtTheMostThatTheConverterCanTel
   }
 }
 
-TEST_F(IioInputTest, AConverterThatEndsBelowWhatItIsToReadIsRefused) {
+TEST_F(IioInputTest, TheEndOfARangeIsThatOfItsHighestNumber) {
   put(kAdc, "in_voltage_scale", "0.152588");  // 5 V, what an AD7606 begins with
-  config_.reach_V = {9.0F};
-  EXPECT_THAT(failure(), AllOf(HasSubstr("ad7606-8 voltage0: its range ends at 4.99"),
-                               HasSubstr("expected more than 9.0")));
-  config_.reach_V = {4.9F};
-  EXPECT_EQ(failure(), "no failure");
-  config_.reach_V = {};
-  EXPECT_EQ(failure(), "no failure");
+  EXPECT_NEAR(IioInput(config_).end_V(0), 32767 * 0.152588e-3, 1e-9);
 }
 
 TEST_F(IioInputTest, AScaleIsSetAsTheKernelWritesItAndItsRangeIsThatOfTheReadings) {
   put(kAdc, "in_voltage_scale", "0.152588");
   put(kAdc, "in_voltage_scale_available", "0.152588 0.305176");
   config_.scale_mV = 0.30517578125;
-  config_.reach_V = {9.0F};
   IioInput input(config_);
   EXPECT_EQ(text(kAdc, "in_voltage_scale"), "0.305176");
   bring(kAdc, {0x40, 0x00});
   EXPECT_FLOAT_EQ(volts(input), 16384 * 0.305176e-3F);
+}
+
+// as the kernel has an AD7606B in its software mode
+TEST_F(IioInputTest, ChannelsOfTheirOwnScaleMayShareTheListOfThoseThatThereAre) {
+  put(kAdc, "in_voltage0_scale", "0.152588");
+  put(kAdc, "in_voltage_scale_available", "0.152588 0.305176");
+  config_.scale_mV = 0.305176;
+  EXPECT_EQ(failure(), "no failure");
+  EXPECT_EQ(text(kAdc, "in_voltage0_scale"), "0.305176");
+  EXPECT_EQ(text(kAdc, "in_voltage_scale"), "1000") << "no channel in use has that one";
 }
 
 TEST_F(IioInputTest, AScaleThatTheDeviceHasNotIsRefusedAndNothingIsCaptured) {
