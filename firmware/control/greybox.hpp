@@ -58,7 +58,7 @@ class Greybox final : public PressureModel {
   Moving moving(const ChamberMotion& motion) const noexcept override;
   Prediction step(Scalar pressure_kPa, const Opening& open, const Moving& moves,
                   Scalar ticks) const noexcept override;
-  /// For targets between ambient and supply. At most kRefinements + 1 steps, and kGuesses on a straight line.
+  /// For targets between ambient and supply. At most kRefinements + 2 steps, and kGuesses on a straight line.
   Inverse inverse(Scalar pressure_kPa, Scalar target_kPa, const Moving& moves,
                   Scalar near_V) const noexcept override;
 
