@@ -57,8 +57,8 @@ bool SdoServer::block_download_segment(Device& device, const Bytes& request, Byt
     ended_by_ = {};
     return false;
   }
-  came_ = static_cast<std::uint8_t>(sequence);
   if (sequence == sequence_ + 1U) {
+    came_ = static_cast<std::uint8_t>(sequence);
     if (size_announced_ && done_ >= size_) return conclude(device, Abort::length_mismatch, response);
     if (done_ >= most_) return conclude(device, Abort::length_too_high, response);
     // the segment before is whole, now that another follows; how much of the last one counts its end request tells
