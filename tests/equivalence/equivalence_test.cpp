@@ -58,7 +58,7 @@ TEST_P(OfKind, CommandsWithinTwoStepsOfTheConverter) {
 /// One state in 10,000 took more steps than there were, and was answered 85 kPa off.
 TEST(OfGreybox, AnInverseReachesItsTargetOrIsSaturated) {
   constexpr double kMissed_kPa = 0.02;
-  constexpr int kMany = 10'000, kOfEach = 10;
+  constexpr int kMany = 5'000, kOfEach = 10;
   int unsaturated = 0;
   const auto reaches = [&](const Asked& asked) {
     const Inverse got = asked.fixed.inverse(asked.from, asked.target_kPa, asked.command_V);
