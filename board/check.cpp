@@ -182,17 +182,15 @@ void check_input(const config::BoardFile& board, Page& page) {
   page.none_missing("analog input", missing);
 }
 
-/// Looks at a line and takes it not. Throws.
-drivers::GpioInfo free_line(const drivers::GpioLine& line) {
-  drivers::GpioInfo info = drivers::gpio_info(line);
+/// Throws.
+void require_free(const drivers::GpioLine& line, const drivers::GpioInfo& info) {
   if (!info.holder.empty())
     drivers::refuse_gpio(line, "held by " + info.holder, "a line that nobody holds (stop plenumd first)");
-  return info;
 }
 
 /// Read as it stands, and only where it is an input: nothing of it changes, nor when it is let go.
-bool circuit_open(const drivers::GpioLine& stop) {
-  if (free_line(stop).output)
+bool circuit_open(const drivers::GpioLine& stop, const drivers::GpioInfo& info) {
+  if (info.output)
     drivers::refuse_gpio(stop, "drives its pin", "an input, as a line is that nobody has set up");
   drivers::GpioRequest line(stop, drivers::GpioUse::as_is);
   const std::optional<bool> active = line.value();
@@ -204,26 +202,24 @@ bool circuit_open(const drivers::GpioLine& stop) {
 void check_lines(const drivers::GpioConfig& gpio, Page& page) {
   std::vector<std::string> wrong;
   std::set<std::string> places;
-  const auto once = [&places](const drivers::GpioLine& line) {
-    const std::string place = drivers::gpio_info(line).place;
-    if (!places.insert(place).second)
-      drivers::refuse_gpio(line, place + " is another line of [gpio], too", "a line of its own");
-  };
-  const auto look = [&wrong, &once](const drivers::GpioLine& line, auto&& found) -> std::string {
+  // looks at a line and takes it not
+  const auto look = [&](const drivers::GpioLine& line, auto&& found) -> std::string {
     if (!line.fitted()) return "not fitted";
     try {
-      once(line);
-      return found(line);
+      const drivers::GpioInfo info = drivers::gpio_info(line);
+      if (!places.insert(info.place).second)
+        drivers::refuse_gpio(line, info.place + " is another line of [gpio], too", "a line of its own");
+      require_free(line, info);
+      return found(line, info);
     } catch (const std::runtime_error& error) {
       wrong.emplace_back(error.what());
       return {};
     }
   };
-  const auto output = [](const drivers::GpioLine& line) {
-    free_line(line);
-    return "fitted";
+  const auto output = [](const drivers::GpioLine&, const drivers::GpioInfo&) { return "fitted"; };
+  const auto stop = [](const drivers::GpioLine& line, const drivers::GpioInfo& info) {
+    return circuit_open(line, info) ? "open" : "closed";
   };
-  const auto stop = [](const drivers::GpioLine& line) { return circuit_open(line) ? "open" : "closed"; };
   // one after the other: arguments have no order
   const std::string power = look(gpio.valve_power, output);
   const std::string vent = look(gpio.vent, output);

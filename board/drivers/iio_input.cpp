@@ -174,12 +174,12 @@ class IioInput::Capture {
   }
 
   void set_oversampling(unsigned ratio) const {
-    for (const fs::path& attribute : attributes(kOversampling))
-      drivers::set_oversampling(id(), attribute, ratio);
+    for (const IioVoltage& channel : each_of(kOversampling))
+      drivers::set_oversampling(id(), channel.attribute(kOversampling), ratio);
   }
 
   void set_scale(double scale_mV) const {
-    for (const Channel& one : channels_) drivers::set_scale(id(), one.voltage, scale_mV);
+    for (const IioVoltage& channel : each_of(kScale)) drivers::set_scale(id(), channel, scale_mV);
   }
 
   IioScale scale(const IioChannel& named, std::size_t channel) const {
@@ -266,12 +266,14 @@ class IioInput::Capture {
 
   std::string id() const { return device_.filename(); }
 
-  /// Of this name: channels may share one.
-  std::vector<fs::path> attributes(const char* name) const {
-    std::vector<fs::path> found;
+  /// A channel for each attribute of this name: several may share one.
+  std::vector<IioVoltage> each_of(const char* name) const {
+    std::vector<IioVoltage> found;
     for (const Channel& one : channels_) {
-      const fs::path attribute = one.voltage.attribute(name);
-      if (std::find(found.begin(), found.end(), attribute) == found.end()) found.push_back(attribute);
+      const auto shares = [&](const IioVoltage& other) {
+        return other.attribute(name) == one.voltage.attribute(name);
+      };
+      if (std::none_of(found.begin(), found.end(), shares)) found.push_back(one.voltage);
     }
     return found;
   }

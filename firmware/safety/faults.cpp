@@ -107,9 +107,9 @@ const FaultSpec& spec(Fault fault) noexcept {
 
 FaultReport FaultRegister::step(const ChamberFaults& chamber_causes, FaultSet board_causes,
                                 bool reset) noexcept {
-  FaultSet none = board_causes;
-  for (const FaultSet of_chamber : chamber_causes) none |= of_chamber;
-  const FaultSet upset = (none & ~kAll) != 0 ? only(Fault::memory_upset) : FaultSet{0};
+  FaultSet causes = board_causes;
+  for (const FaultSet of_chamber : chamber_causes) causes |= of_chamber;
+  const FaultSet upset = (causes & ~kAll) != 0 ? only(Fault::memory_upset) : FaultSet{0};
   board_ = next(board_, (board_causes & kAll) | upset, reset);
   FaultSet anywhere = board_;
   for (std::size_t c = 0; c < config::kChambers; ++c) {

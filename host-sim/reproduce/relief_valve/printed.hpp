@@ -30,4 +30,28 @@ inline constexpr PrintedStatic kFig4[] = {{1.26e-5, 4.85e-6, -3.57e-3}, {1.26e-4
 /// Rated flow of the valves tested, 100 l/min.
 inline constexpr double kRatedFlow_m3_s = 100.0 * units::kLitrePerMinute_m3_s;
 
+/// A row of Table V.
+struct PrintedTest {
+  const char* test;
+  double from_l_min, to_l_min, change_l_min;
+  double worst_percent, final_percent;  ///< errors of its grey-box model, of the pressure
+  const char* in_doubt = nullptr;       // what the scan may have damaged in the flows
+};
+/// Table V as the scan has it, but that 4 stands there as k or L; in the order of table_v() (recorded.hpp).
+inline constexpr PrintedTest kTable5[] = {
+    {"1", 9.3, 89.0, 79.7, 9.3, 0.0},
+    {"5", 7.0, 100.3, 92.7, 22.0, 4.9,
+     "the scan reads 7.0 to 100.3, a change of 93.3 l/min; 7.6 would give the change printed, and a digit "
+     "may be "
+     "damaged"},
+    {"3", 77.0, 94.0, 16.9, 4.0, -0.7,
+     "the scan reads 77 to 94, without the tenths that most flows have; one may be lost"},
+    {"4", 65.8, 88.6, 22.8, 6.0, -2.1},
+    {"2", 85.6, 107.8, 22.2, 6.0, -2.9},
+    {"6", 99.7, 78.0, 23.7, 1.95, 7.0,
+     "the scan reads 99.7 to 78, a change of 21.7 l/min; 76 would give the change printed, and a digit may "
+     "be "
+     "damaged"},
+    {"7", 107.8, 84.4, 23.4, 2.52, 2.1}};
+
 }  // namespace plenum::host::reproduce::relief_valve

@@ -7,32 +7,6 @@
 #include "host-sim/reproduce/samples.hpp"
 
 namespace plenum::host::reproduce::relief_valve {
-namespace {
-
-struct Row {
-  const char* test;
-  double from_l_min, to_l_min, change_l_min;
-  double worst_percent, final_percent;
-  const char* in_doubt = nullptr;  // what the scan may have damaged in the flows
-};
-// Table V as the scan has it, but that 4 stands there as k or L.
-constexpr Row kTable5[] = {
-    {"1", 9.3, 89.0, 79.7, 9.3, 0.0},
-    {"5", 7.0, 100.3, 92.7, 22.0, 4.9,
-     "the scan reads 7.0 to 100.3, a change of 93.3 l/min; 7.6 would give the change printed, and a digit "
-     "may be "
-     "damaged"},
-    {"3", 77.0, 94.0, 16.9, 4.0, -0.7,
-     "the scan reads 77 to 94, without the tenths that most flows have; one may be lost"},
-    {"4", 65.8, 88.6, 22.8, 6.0, -2.1},
-    {"2", 85.6, 107.8, 22.2, 6.0, -2.9},
-    {"6", 99.7, 78.0, 23.7, 1.95, 7.0,
-     "the scan reads 99.7 to 78, a change of 21.7 l/min; 76 would give the change printed, and a digit may "
-     "be "
-     "damaged"},
-    {"7", 107.8, 84.4, 23.4, 2.52, 2.1}};
-
-}  // namespace
 
 Part printed_dynamics() {
   Part part{
@@ -81,7 +55,7 @@ Part printed_dynamics() {
                            .why = "the table exceeds the summary"});
   double worst = 0.0;
   double last = 0.0;
-  for (const Row& row : kTable5) {
+  for (const PrintedTest& row : kTable5) {
     worst = greater_of(worst, row.worst_percent);
     if (std::abs(row.final_percent) <= row.worst_percent)
       last = greater_of(last, std::abs(row.final_percent));
@@ -103,7 +77,7 @@ Part printed_dynamics() {
                            .expect = Expect::kAtMost,
                            .source = Source::kPapersOwnEquation,
                            .why = "the table exceeds the summary"});
-  for (const Row& row : kTable5) {
+  for (const PrintedTest& row : kTable5) {
     if (std::abs(row.final_percent) <= row.worst_percent) continue;
     part.findings.push_back(
         {.item = "Table V",
@@ -116,7 +90,7 @@ Part printed_dynamics() {
          .why = "the scan reads 7 %, more than the largest error of the same test, 1.95 %: a "
                 "decimal point may be lost"});
   }
-  for (const Row& row : kTable5) {
+  for (const PrintedTest& row : kTable5) {
     part.findings.push_back(
         {.item = "Table V",
          .quantity = std::string("change of flow, test ") + row.test,

@@ -17,8 +17,6 @@ struct FlowChange {
   double from_l_min, to_l_min;
   double rate_l_min_s;  ///< average rate of change
   double duration_s;    ///< of the record
-  double printed_worst_percent = 0.0,
-         printed_final_percent = 0.0;  ///< its errors of the grey-box model, of the pressure
 };
 /// The seven rows of Table V, in its order. The scan has 7.0 to 100.3 l/min for test 5, 77 to 94 for test 3 and
 /// 99.7 to 78 for test 6; here 7.6, 77.1 and 76.0 stand, guessed from the changes printed. Good for a run, not

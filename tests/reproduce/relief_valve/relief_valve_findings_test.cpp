@@ -5,6 +5,7 @@
 #include <variant>
 #include <vector>
 
+#include "host-sim/reproduce/relief_valve/printed.hpp"
 #include "host-sim/reproduce/relief_valve/recorded.hpp"
 #include "host-sim/reproduce/relief_valve/reproduce_relief_valve.hpp"
 
@@ -111,6 +112,12 @@ TEST(ReliefValveFindings, NoTestOfTableFiveIsFollowedLessCloselyThanThePaperFoll
     }
   }
   EXPECT_EQ(compared, 14) << "seven tests, the largest error and the last one";
+}
+
+TEST(ReliefValveFindings, TheTestsRunAreThoseOfTableFiveInItsOrder) {
+  ASSERT_EQ(relief_valve::table_v().size(), std::size(relief_valve::kTable5));
+  for (std::size_t i = 0; i < std::size(relief_valve::kTable5); ++i)
+    EXPECT_EQ(relief_valve::table_v()[i].name, relief_valve::kTable5[i].test);
 }
 
 TEST(ReliefValveFindings, FlowsOfTableFiveAreComparedAsTheScanHasThem) {
