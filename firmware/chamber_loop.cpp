@@ -60,8 +60,8 @@ std::uint64_t ChamberLoop::sum_of_paths() const noexcept {
 }
 
 std::uint64_t ChamberLoop::sum_of_state() const noexcept {
-  std::uint64_t sum = config::sum_of_object(volume_) + regulator_.sum_of_estimates();
-  if (was_regulating_) sum += config::sum_of_object(shaper_);
+  std::uint64_t sum = volume_.sum_of_estimates() + regulator_.sum_of_estimates();
+  if (was_regulating_) sum += shaper_.sum_of_latched();
   if (was_exciting_) sum += config::sum_of_object(excitation_) + std::uint64_t{may_excite_};
   return sum + std::uint64_t{pressure_seen_} + (std::uint64_t{volume_seen_} << 8U) +
          (std::uint64_t{volume_unseen_ticks_} << 16U);

@@ -21,12 +21,17 @@ std::uint64_t sum_of(std::span<const std::byte> bytes) noexcept;
 
 inline constexpr std::size_t kWord = sizeof(std::uint64_t);  ///< bytes of what is summed
 
-/// A word, or the first kBytes of one.
+/// A word, or the first kBytes of one. A processor of 32 bits reads it by halves: as a whole gcc would copy it to the stack first.
 template <std::size_t kBytes>
 std::uint64_t word_at(const std::byte* at) noexcept {
-  std::uint64_t word = 0;
-  std::memcpy(&word, __builtin_assume_aligned(at, kSealAlignment), kBytes);
-  return word;
+  constexpr std::size_t kHalf = kSealAlignment;
+  if constexpr (sizeof(std::size_t) == kHalf && kBytes == 2 * kHalf) {
+    return word_at<kHalf>(at + kHalf) << (8 * kHalf) | word_at<kHalf>(at);
+  } else {
+    std::uint64_t word = 0;
+    std::memcpy(&word, __builtin_assume_aligned(at, kHalf), kBytes);
+    return word;
+  }
 }
 
 /// Of so many words and kTail bytes behind them, without a loop.

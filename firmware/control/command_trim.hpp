@@ -39,6 +39,9 @@ class CommandTrim {
            config::sum_of_object(most_V_) + config::sum_of_object(least_V_);
   }
 
+  /// Of what it has learned.
+  std::uint64_t sum_of_estimates() const noexcept { return config::sum_of_object(correction_V_); }
+
   /// The correction at a model command [V].
   Scalar at(Scalar model_V) const noexcept;
 

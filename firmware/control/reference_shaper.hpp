@@ -50,6 +50,10 @@ class ReferenceShaper {
   std::uint64_t sum_of_constants() const noexcept {
     return config::sum_of_object(config_) + config::sum_of_object(step_kPa_);
   }
+  /// Of what the next step() goes on from.
+  std::uint64_t sum_of_latched() const noexcept {
+    return config::sum_of_object(latched_kPa_) + config::sum_of_object(reference_.kPa[1]);
+  }
 
  private:
   Config config_;

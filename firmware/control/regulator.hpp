@@ -139,8 +139,8 @@ class Regulator {
   /// Of every estimate, and of what was sent: d, theta and c(u) are learned slowly, or at one command alone, and learn what is false
   /// from a pressure, a spool or a command that is.
   std::uint64_t sum_of_estimates() const noexcept {
-    return sent_.sum_of_acting() + config::sum_of_object(trim_) + config::sum_of_object(valve_) +
-           config::sum_of_object(sensor_) + config::sum_of_object(pressure_kPa_) +
+    return sent_.sum_of_acting() + trim_.sum_of_estimates() + valve_.sum_of_places() +
+           sensor_.sum_of_estimate() + config::sum_of_object(pressure_kPa_) +
            config::sum_of_object(steady_kPa_) + config::sum_of_object(residual_level_kPa_) +
            config::sum_of_object(compression_) + line_.sum_of_estimates();
   }

@@ -52,6 +52,7 @@ class SensorLag {
            config::sum_of_object(by_bend_) + config::sum_of_object(pressure_gain_) +
            config::sum_of_object(shown_gain_);
   }
+  std::uint64_t sum_of_estimate() const noexcept { return config::sum_of_object(shown_kPa_); }
 
   static constexpr int kIterations = 40;
   static constexpr Scalar kReadingNoise_kPa = Scalar(0.3);

@@ -54,6 +54,10 @@ class ValvePath {
     return config::sum_of_object(half_play_V_) + config::sum_of_object(done_) +
            config::sum_of_object(delay_ticks_);
   }
+  std::uint64_t sum_of_places() const noexcept {
+    return config::sum_of_object(command_V_) + config::sum_of_object(held_V_) +
+           config::sum_of_object(place_V_);
+  }
 
  private:
   Scalar half_play_V_ = 0;

@@ -49,6 +49,7 @@ class VolumeObserver {
 
   /// Of what configure() alone writes: config/seal.hpp.
   std::uint64_t sum_of_constants() const noexcept { return config::sum_of_object(gain_); }
+  std::uint64_t sum_of_estimates() const noexcept { return config::sum_of_object(state_); }
 
  private:
   /// (v, v' h, v'' h^2).

@@ -136,16 +136,17 @@ std::size_t told_bits(ChamberLoop& loop) {
 
 TEST(ChamberUpset, EveryBitOfWhatRunsOnAndDoesNotComeBackIsToldAtTheNextTick) {
   constexpr std::size_t kSeal = sizeof(std::uint64_t);
-  constexpr std::size_t kEstimates = sizeof(control::CommandTrim) + sizeof(control::ValvePath) +
-                                     sizeof(control::SensorLag) + 6 * sizeof(Scalar);
+  // volume, speed and acceleration; c(u); command, play and place of the spool; what the sensor shows; six of the regulator's
+  constexpr std::size_t kEstimates = 3 + control::CommandTrim::kNodes + 3 + 1 + 6;
+  // the set points that are latched, and the reference at the tick's end
+  constexpr std::size_t kLatched = control::ReferenceShaper::kMaxPreview + 1 + 1;
   // of a valve without delay: two commands, the place of the newest, and the delay, which says how many
   constexpr std::size_t kSent = 2 * sizeof(control::SentCommands::Sent) + 2 * sizeof(std::size_t);
   for (const bool excited : {false, true}) {
     Rig rig(excited ? canopen::ControlMode::excitation : canopen::ControlMode::pressure_closed_loop);
     for (int i = 0; i < 5; ++i) rig.tick();
-    const std::size_t driver = excited ? sizeof(control::Excitation) : sizeof(control::ReferenceShaper);
-    EXPECT_EQ(told_bits(rig.loop),
-              8 * (sizeof(control::VolumeObserver) + kEstimates + kSent + driver + kSeal))
+    const std::size_t driver = excited ? sizeof(control::Excitation) : kLatched * sizeof(Scalar);
+    EXPECT_EQ(told_bits(rig.loop), 8 * (kEstimates * sizeof(Scalar) + kSent + driver + kSeal))
         << (excited ? "excited" : "regulated");
   }
 }
