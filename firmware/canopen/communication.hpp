@@ -114,13 +114,20 @@ struct Counters {
   std::uint32_t sdo_aborts = 0;       ///< aborts sent
 };
 
+/// An error as 604Eh, 1001h, 1003h and the emergency message show it.
+struct ErrorState {
+  std::uint16_t code = 0;
+  std::uint8_t error_register = 0;
+  std::uint8_t chamber = 0;
+};
+
 struct ErrorHistory {
   std::uint8_t count = 0;
   std::array<std::uint32_t, kErrorHistory> newest_first{};  ///< error code | chamber << 16
 
-  void push(std::uint32_t error) noexcept {
+  void push(const ErrorState& error) noexcept {
     for (std::size_t i = kErrorHistory - 1; i > 0; --i) newest_first[i] = newest_first[i - 1];
-    newest_first[0] = error;
+    newest_first[0] = error.code | std::uint32_t{error.chamber} << 16;
     if (count < kErrorHistory) ++count;
   }
 };
@@ -178,13 +185,6 @@ struct Device {
   Counters counters;
   ErrorHistory history;
   StoreOrder order;
-};
-
-/// The one error that 1001h, 1003h, 604Eh and the emergency message show.
-struct ErrorState {
-  std::uint16_t code = 0;
-  std::uint8_t error_register = 0;
-  std::uint8_t chamber = 0;
 };
 
 /// The controller's error. The node has none of its own: what it sees first (setpoint_lost) it tells the

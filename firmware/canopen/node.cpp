@@ -248,7 +248,7 @@ void Node::boot_up() noexcept {
   lss_.wait();
   queue_.clear();
   since_heartbeat_us_ = 0;
-  untold_ = true;  // a master that has just heard of it knows of no error that stands
+  errors_.tell_again();
   if (config_.node_id == kUnconfiguredNodeId) return enter(NmtState::initialising);
   CanFrame boot_up;
   boot_up.id = cob::kHeartbeat + config_.node_id;
@@ -433,7 +433,7 @@ void Node::tick(std::uint32_t elapsed_us) noexcept {
   if (sdo_.elapse(device_, elapsed_us, response)) send(cob::kSdoResponse + config_.node_id, response);
   if (state_ == NmtState::initialising) return;
   beat(elapsed_us);
-  if (state_ != NmtState::stopped) report_error();
+  if (state_ != NmtState::stopped) errors_.step(device_, queue_);
   if (state_ == NmtState::operational) {
     for (std::size_t number = 0; number < kTpdos; ++number) transmit_pdo(number, elapsed_us);
   }
@@ -482,33 +482,6 @@ void Node::obey_error_behaviour() noexcept {
 void Node::forget_unsent_tpdos() noexcept {
   queue_.clear_pdos();
   for (Tpdo& tpdo : device_.communication.tpdo) tpdo.ever_sent = false;
-}
-
-/// One message a change, one for each bus-off (the controller may have held the last one when it went off) and one after each
-/// boot-up. When its ring is full it stays unreported, and is tried again in the next tick.
-void Node::report_error() noexcept {
-  const ErrorState error = error_state(device_.image);
-  const bool changed = error.code != reported_code_ || error.chamber != reported_chamber_;
-  untold_ = (untold_ || (device_.image.bus_off && !off_bus_)) && error.code != 0;
-  off_bus_ = device_.image.bus_off;
-  if (!changed && !untold_) return;
-  const std::uint32_t cob_id = device_.communication.emergency_cob_id;
-  if ((cob_id & cob::kInvalid) == 0) {
-    CanFrame frame;
-    frame.id = cob_id & cob::kIdMask;
-    frame.length = 8;
-    store_le(error.code, std::span(frame.data).first<2>());
-    frame.data[2] = error.error_register;
-    frame.data[3] = error.chamber;
-    if (!queue_.push_emergency(frame)) {
-      ++device_.counters.queue_overflow;
-      return;
-    }
-  }
-  untold_ = false;
-  reported_code_ = error.code;
-  reported_chamber_ = error.chamber;
-  if (changed && error.code != 0) device_.history.push(error.code | std::uint32_t{error.chamber} << 16);
 }
 
 void Node::beat(std::uint32_t elapsed_us) noexcept {

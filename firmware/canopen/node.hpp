@@ -9,6 +9,7 @@
 #include "firmware/canopen/cia301.hpp"
 #include "firmware/canopen/communication.hpp"
 #include "firmware/canopen/eds.hpp"
+#include "firmware/canopen/error_reports.hpp"
 #include "firmware/canopen/kept_values.hpp"
 #include "firmware/canopen/lss.hpp"
 #include "firmware/canopen/object_dictionary.hpp"
@@ -118,7 +119,6 @@ class Node {
   void watch_heartbeats(std::uint32_t elapsed_us) noexcept;
   void obey_error_behaviour() noexcept;
   void forget_unsent_tpdos() noexcept;
-  void report_error() noexcept;
   void beat(std::uint32_t elapsed_us) noexcept;
   void transmit_pdo(std::size_t number, std::uint32_t elapsed_us) noexcept;
   void send(std::uint32_t id, const SdoServer::Bytes& bytes) noexcept;
@@ -143,10 +143,7 @@ class Node {
   bool communication_failed_ = false;  ///< as of the last tick: bus-off, or a heartbeat lost
   std::uint32_t since_heartbeat_us_ = 0;
   Lately pdo_short_, pdo_long_, sync_misfits_;
-  std::uint16_t reported_code_ = 0;  ///< the error of the last emergency message
-  std::uint8_t reported_chamber_ = 0;
-  bool off_bus_ = false;  ///< as of the last report
-  bool untold_ = false;   ///< it may have been lost with the bus, or was told before a reset
+  ErrorReports errors_;
 };
 
 }  // namespace plenum::canopen

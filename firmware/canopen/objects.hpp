@@ -81,6 +81,9 @@ inline constexpr std::uint16_t kBoardSettings = 0x2418;   ///< REAL32, likewise
 inline constexpr std::uint16_t kBoardTicks = 0x2419;      ///< UNSIGNED16, likewise
 inline constexpr std::uint16_t kSettingRefusal =
     0x241A;  ///< {chamber from 1, reason, field, value, low, high}
+inline constexpr std::uint16_t kFaultReactions = 0x2830;  ///< + the faults, the most urgent first
+inline constexpr std::uint16_t kStandingFaults =
+    0x2831;  ///< {at each chamber, at the board}: bit k - 1 that of 2830h:k
 
 inline constexpr std::uint16_t kControlWord = 0x6040;
 inline constexpr std::uint16_t kStatusWord = 0x6041;

@@ -11,6 +11,7 @@
 #include "firmware/config/limits.hpp"
 #include "firmware/config/record_store.hpp"
 #include "firmware/config/twice.hpp"
+#include "firmware/safety/faults.hpp"
 #include "firmware/telemetry/latency_histogram.hpp"
 
 namespace plenum::canopen {
@@ -21,6 +22,9 @@ enum class ControlMode : std::int8_t {
   pressure_open_loop = 3,
   pressure_closed_loop = 4,
 };
+
+/// At each chamber, and last those of the board.
+using StandingFaults = std::array<safety::FaultSet, config::kChambers + 1>;
 
 struct ChamberImage {
   // from the bus; 0: the lowest that the limits allow
@@ -110,13 +114,14 @@ struct ProcessImage {
   config::Twice<std::uint8_t> preview_ticks{
       0};  ///< 2160h: a set point is to be met this many ticks after its SYNC
   // to the bus
-  std::uint16_t status_word = 0;    ///< 6041h
-  std::uint16_t error_code = 0;     ///< 604Eh, as in the emergency message
-  std::uint8_t error_register = 0;  ///< 1001h
-  std::uint8_t fault_chamber = 0;   ///< chamber of the error + 1; 0: the whole board
-  std::uint8_t must_vent = 0;       ///< chambers that a fault vents (bit c: chamber c)
-  bool bus_off = false;             ///< the CAN controller has left the bus
-  float supply_Pa = 0.0F;           ///< 2158h, mean over the tick just past
+  std::uint16_t status_word = 0;     ///< 6041h
+  std::uint16_t error_code = 0;      ///< 604Eh, as in the emergency message
+  std::uint8_t error_register = 0;   ///< 1001h
+  std::uint8_t fault_chamber = 0;    ///< chamber of the error + 1; 0: the whole board
+  StandingFaults standing_faults{};  ///< 2831h
+  std::uint8_t must_vent = 0;        ///< chambers that a fault vents (bit c: chamber c)
+  bool bus_off = false;              ///< the CAN controller has left the bus
+  float supply_Pa = 0.0F;            ///< 2158h, mean over the tick just past
   std::uint32_t tick_count = 0;
   std::uint32_t overrun_count = 0;
   telemetry::LatencyHistogram latency;  ///< of the ticks since the start: 2200h, 2201h

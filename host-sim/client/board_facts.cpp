@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 
 #include "firmware/telemetry/latency_histogram.hpp"
 
@@ -185,6 +187,27 @@ std::optional<FaultEntry> read_fault(Session& session) {
   const auto same =
       std::find_if(history.begin(), history.end(), [&](const auto& one) { return one.code == code; });
   return same == history.end() ? FaultEntry{code, 0, false} : *same;
+}
+
+std::vector<FaultEntry> read_standing_faults(Session& session) {
+  std::array<std::uint32_t, kChambers + 1> standing{};  // the board's first
+  std::uint32_t anywhere = 0;
+  for (unsigned place = 0; place <= kChambers; ++place) {
+    const auto sub = static_cast<std::uint8_t>(place == 0 ? kChambers + 1 : place);
+    standing[place] = session.read<std::uint32_t>(object::kStandingFaults, sub);
+    anywhere |= standing[place];
+  }
+  std::vector<FaultEntry> faults;
+  for (; anywhere != 0; anywhere &= anywhere - 1) {
+    const auto fault = static_cast<unsigned>(std::countr_zero(anywhere));
+    const auto row =
+        session.read<std::uint32_t>(object::kFaultReactions, static_cast<std::uint8_t>(fault + 1));
+    for (unsigned place = 0; place <= kChambers; ++place) {
+      if ((standing[place] >> fault & 1U) != 0)
+        faults.push_back({static_cast<std::uint16_t>(row & 0xFFFFU), place});
+    }
+  }
+  return faults;
 }
 
 std::vector<FaultEntry> read_fault_history(Session& session) {

@@ -76,8 +76,10 @@ std::string fault_name(const FaultEntry& fault);
 /// "6300h no valid model, chamber 2".
 std::string fault_text(const FaultEntry& fault);
 
-/// The standing fault; empty when there is none.
+/// The most urgent of the standing faults; empty when there is none.
 std::optional<FaultEntry> read_fault(Session& session);
+/// All of them by urgency, of a fault first the board's: objects 2831h and 2830h.
+std::vector<FaultEntry> read_standing_faults(Session& session);
 /// Object 1003h, the newest first.
 std::vector<FaultEntry> read_fault_history(Session& session);
 

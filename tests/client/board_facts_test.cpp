@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <deque>
 #include <limits>
+#include <string>
 #include <vector>
 
 #include "host-sim/client/references.hpp"
@@ -22,6 +23,7 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::ContainsRegex;
+using ::testing::ElementsAre;
 using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -107,6 +109,22 @@ TEST(Faults, AreReadWithTheirChamberAndNamedFromTheFirmwaresTable) {
   EXPECT_EQ(fault_name({0x6300, 0}), "stored set damaged or stored set cannot be written");
   session.write<std::uint8_t>(object::kErrorHistoryIndex, 0, 0);
   EXPECT_FALSE(read_fault(session)->placed) << "the history that said which chamber is gone";
+}
+
+TEST(Faults, ThatStandTogetherAreReadByUrgencyOfABoardFirst) {
+  using plenum::safety::Fault;
+  using plenum::safety::only;
+  BoardOnBus world;
+  Session session(world, 5);
+  EXPECT_THAT(read_standing_faults(session), IsEmpty());
+  world.image.standing_faults[2] = only(Fault::over_pressure) | only(Fault::no_model);
+  world.image.standing_faults[7] = only(Fault::no_model);
+  world.image.standing_faults.back() = only(Fault::stored_set_lost) | only(Fault::emergency_stop);
+  std::vector<std::string> texts;
+  for (const FaultEntry& fault : read_standing_faults(session)) texts.push_back(fault_text(fault));
+  EXPECT_THAT(texts, ElementsAre("9000h emergency stop", "8302h over-pressure, chamber 3",
+                                 "6300h no valid model, chamber 3", "6300h no valid model, chamber 8",
+                                 "6300h stored set damaged or stored set cannot be written"));
 }
 
 // CiA 301 asks for the vendor's id alone.

@@ -130,7 +130,7 @@ class Looking(BoardCommands):
 
     def test_faults_of_a_board_without_one(self):
         self.assertIn("no fault stands", self.done("faults"))
-        self.assertEqual(self.json_of("faults"), {"fault": None, "history": [], "history_cleared": False})
+        self.assertEqual(self.json_of("faults"), {"fault": None, "standing": [], "history": [], "history_cleared": False})
 
     def test_reset_wants_to_know_what(self):
         self.refused(2, "reset", says=["nothing", "--fault", "--restart", "--communication"])

@@ -1,4 +1,4 @@
-// Object 2830h (own): what the board does about each of its faults, as the supervisor has it.
+// Objects 2830h and 2831h (own): what the board does about each of its faults, as the supervisor has it, and which of them stand.
 //
 // Read only: a reaction belongs to the proof that no fault lets a chamber go on unwatched (safety/README.md), and is
 // no setting.
@@ -21,12 +21,23 @@ inline Abort read_fault_reaction(const Device&, Place at, std::uint32_t& bits) n
   return Abort::none;
 }
 
+inline Abort read_standing_faults(const Device& device, Place at, std::uint32_t& bits) noexcept {
+  bits = device.image.standing_faults[at.sub - std::size_t{1}];
+  return Abort::none;
+}
+
 inline constexpr Entry kFaultRows[] = {
-    highest<safety::kFaults>(0x2830, kOnce, "Fault reactions, the most urgent first"),
-    value(0x2830, {1, safety::kFaults}, kOnce,
+    highest<safety::kFaults>(object::kFaultReactions, kOnce, "Fault reactions, the most urgent first"),
+    value(object::kFaultReactions, {1, safety::kFaults}, kOnce,
           "Code; byte 2: 0 none, 1 hold, 2 safe, 3 vent; byte 3: bit 0 of a chamber, bit 1 clears by itself; "
           "fault",
           unsigned32, constant, no, kAny, read_fault_reaction),
+    highest<config::kChambers + 1>(object::kStandingFaults, kOnce,
+                                   "Standing faults, bit k - 1 that of 2830h:k"),
+    value(object::kStandingFaults, {1, config::kChambers}, kOnce, "At a chamber; faults", unsigned32,
+          read_only, transmit, kAny, read_standing_faults),
+    value(object::kStandingFaults, config::kChambers + 1, kOnce, "At the board; faults", unsigned32,
+          read_only, transmit, kAny, read_standing_faults),
 };
 
 }  // namespace plenum::canopen::dictionary

@@ -92,6 +92,23 @@ TEST(Board, FullTransmitQueueDelaysAnEmergencyButNeverLosesIt) {
   EXPECT_EQ(emergencies.front().code, 0x9000);
 }
 
+TEST(Board, TellsOfEachFaultInTheTickInWhichItRises) {
+  Bench bench;
+  bench.go_active(300.0);
+  bench.take();
+  force(bench, 4, 0.0F);
+  bench.tick();
+  force(bench, 1, 7.5F);
+  bench.digital.inputs.emergency_stop = true;
+  bench.tick();
+  bench.tick();
+  using Code = std::pair<unsigned, unsigned>;
+  std::vector<Code> told;
+  for (const auto& emergency : bench.take_emergencies()) told.emplace_back(emergency.code, emergency.chamber);
+  EXPECT_THAT(told, ElementsAre(Code{0xFF05, 5}, Code{0x9000, 0}, Code{0x8302, 2}, Code{0x9000, 0}));
+  EXPECT_EQ(bench.image().error_code, 0x9000);
+}
+
 TEST(Board, RefusedUploadOrCommitNeverDisturbsTheActiveModel) {
   // The twin gets no upload: bit for bit the same commands are wanted.
   Bench bench, twin;

@@ -1,4 +1,4 @@
-// NMT, heartbeat, SYNC and emergencies.
+// NMT, heartbeat and SYNC.
 #include <gtest/gtest.h>
 
 #include "tests/firmware/canopen/bench.hpp"
@@ -147,56 +147,6 @@ TEST(Network, ListensToTheSyncIdentifierItIsGiven) {
   EXPECT_EQ(bench.image.setpoint_count, 1U);
 }
 
-TEST(Emergency, IsSentOnceForEachChange) {
-  Bench bench;
-  bench.image.error_code = 0x8302;
-  bench.image.error_register = 0x20;
-  bench.image.fault_chamber = 3;
-  bench.tick(3);
-  EXPECT_EQ(bench.drain(), Frames{"085 02 83 21 03 00 00 00 00"});
-  bench.image.error_code = 0x3412;
-  bench.image.fault_chamber = 0;
-  bench.tick(3);
-  EXPECT_EQ(bench.drain(), Frames{"085 12 34 21 00 00 00 00 00"});
-  bench.image.error_code = 0;
-  bench.image.error_register = 0;
-  bench.tick(3);
-  EXPECT_EQ(bench.drain(), Frames{"085 00 00 00 00 00 00 00 00"});
-}
-
-TEST(Emergency, StandsInRegisterCodeAndHistoryAtTheSameMoment) {
-  Bench bench;
-  for (const std::uint16_t code : {std::uint16_t{0x8302}, std::uint16_t{0x3412}}) {
-    bench.image.error_code = code;
-    bench.image.fault_chamber = 1;
-    bench.tick();
-  }
-  bench.drain();
-  EXPECT_EQ(bench.answer("605 40 01 10 00 00 00 00 00"), "585 4F 01 10 00 01 00 00 00");
-  EXPECT_EQ(bench.answer("605 40 4E 60 00 00 00 00 00"), "585 4B 4E 60 00 12 34 00 00");
-  EXPECT_EQ(bench.answer("605 40 03 10 00 00 00 00 00"), "585 4F 03 10 00 02 00 00 00");
-  EXPECT_EQ(bench.answer("605 40 03 10 01 00 00 00 00"), "585 43 03 10 01 12 34 01 00") << "newest first";
-  EXPECT_EQ(bench.answer("605 40 03 10 02 00 00 00 00"), "585 43 03 10 02 02 83 01 00");
-  EXPECT_EQ(bench.answer("605 2F 03 10 00 00 00 00 00"), "585 60 03 10 00 00 00 00 00");
-  EXPECT_EQ(bench.answer("605 40 03 10 00 00 00 00 00"), "585 4F 03 10 00 00 00 00 00");
-}
-
-TEST(Emergency, IsToldOnceMoreAfterTheBootUpMessageAndStandsOnceInTheHistory) {
-  Bench bench;
-  bench.image.error_code = 0x8250;
-  bench.image.error_register = 0x11;
-  bench.tick();
-  bench.drain();
-  for (const char* reset : {"000 82 05", "000 81 05"}) {
-    bench.send(reset);
-    bench.tick(2);
-    EXPECT_EQ(bench.drain(), (Frames{"705 00", "085 50 82 11 00 00 00 00 00"})) << reset;
-    EXPECT_EQ(bench.answer("605 40 01 10 00 00 00 00 00"), "585 4F 01 10 00 11 00 00 00") << reset;
-    EXPECT_EQ(bench.answer("605 40 03 10 00 00 00 00 00"), "585 4F 03 10 00 01 00 00 00") << reset;
-    EXPECT_EQ(bench.answer("605 40 03 10 01 00 00 00 00"), "585 43 03 10 01 50 82 00 00") << reset;
-  }
-}
-
 TEST(Emergency, TellsOfPdosAndSyncsThatDoNotFitForTenSecondsFromTheLastOn) {
   Bench bench(true);
   const auto lasts = [&](const char* frame, const Flag ProcessImage::*told) {
@@ -220,44 +170,6 @@ TEST(Emergency, TellsOfPdosAndSyncsThatDoNotFitForTenSecondsFromTheLastOn) {
   EXPECT_FALSE(bench.image.pdo_short || bench.image.pdo_long) << "refused for a value, not for its length";
   bench.answer("605 2F 19 10 00 0A 00 00 00");
   lasts("080", &ProcessImage::sync_misfits);
-}
-
-TEST(Emergency, HistoryKeepsTheLastEight) {
-  Bench bench;
-  for (std::uint16_t code = 1; code <= 10; ++code) {
-    bench.image.error_code = code;
-    bench.tick();
-    bench.drain();
-  }
-  EXPECT_EQ(bench.answer("605 40 03 10 00 00 00 00 00"), "585 4F 03 10 00 08 00 00 00");
-  EXPECT_EQ(bench.answer("605 40 03 10 08 00 00 00 00"), "585 43 03 10 08 03 00 00 00");
-}
-
-TEST(Emergency, IsKeptBackWhileStoppedAndNotLost) {
-  Bench bench;
-  bench.send("000 02 05");
-  bench.image.error_code = 0x5000;
-  bench.tick(5);
-  EXPECT_EQ(bench.drain(), Frames{});
-  bench.send("000 01 05");
-  bench.tick();
-  EXPECT_EQ(bench.drain()[0], "085 00 50 01 00 00 00 00 00");
-}
-
-TEST(Emergency, IsSentOnceForEachBusOffAndStandsOnceInTheHistory) {
-  Bench bench;
-  const Frames told{"085 40 81 11 00 00 00 00 00"};
-  bench.image.error_register = 0x10;
-  for (int i = 0; i < 3; ++i) {
-    bench.image.bus_off = true;
-    bench.image.error_code = 0x8140;
-    bench.tick(3);
-    EXPECT_EQ(bench.drain(), told) << "bus-off " << i;
-    bench.image.bus_off = false;
-    bench.tick(3);
-    EXPECT_EQ(bench.drain(), Frames{}) << "back on the bus " << i;
-  }
-  EXPECT_EQ(bench.answer("605 40 03 10 00 00 00 00 00"), "585 4F 03 10 00 01 00 00 00");
 }
 
 TEST(Emergency, IsNotSentForABusOffThatIsNoError) {

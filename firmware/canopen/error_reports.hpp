@@ -1,0 +1,38 @@
+// What a node says of its errors: the emergency message and the history 1003h.
+//
+// The most urgent error is told when it changes, also to none. Every other fault is told once when it has risen, behind it, and
+// then the most urgent again: the last message is always of what 604Eh shows. What finds the ring full is told in a later tick,
+// unless it has gone by then.
+//
+// Source: CiA 301, 7.2.7 (emergency object), 7.5.2.4 (pre-defined error field).
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "firmware/canopen/communication.hpp"
+#include "firmware/canopen/transmit_queue.hpp"
+
+namespace plenum::canopen {
+
+class ErrorReports {
+ public:
+  /// Once a tick in which the node may speak.
+  void step(Device& device, TransmitQueue& queue) noexcept;
+
+  /// A master that has just heard of the node knows of no error that stands.
+  void tell_again() noexcept { untold_ = true; }
+
+ private:
+  bool tell(const ErrorState& error, Device& device, TransmitQueue& queue) noexcept;
+  bool tell_most_urgent(Device& device, TransmitQueue& queue) noexcept;
+  bool is_told(const ErrorState& error) const noexcept;
+  bool tell_others(Device& device, TransmitQueue& queue) noexcept;
+
+  StandingFaults told_{};  ///< of those that stand
+  ErrorState reported_;    ///< the error of the last message
+  bool off_bus_ = false;   ///< as of the last report
+  bool untold_ = false;  ///< the most urgent: its message may have been lost with the bus, or is not the last
+};
+
+}  // namespace plenum::canopen
