@@ -37,18 +37,49 @@ class Boxed final : public CoreModel {
 
   Tick tick(const Box& box) const override {
     Rounded::largest = largest_;
-    const auto made = model_.step(
-        taken_over(box.pressure_kPa), taken_over(box.command_V),
-        {.volume_mL = taken_over(box.volume_mL), .volume_rate_mL_s = taken_over(box.speed_mL_s)}, Rounded(1));
+    return tick_of(model_.step(taken_over(box.pressure_kPa), taken_over(box.command_V),
+                               motion(box.volume_mL, box.speed_mL_s), Rounded(1)));
+  }
+
+  Shares opening(const Bounds& command_V) const override {
+    Rounded::largest = largest_;
+    const auto open = model_.opening(taken_over(command_V));
+    return {
+        .first = bounds(open.first), .second = bounds(open.second), .third = {}, .largest = Rounded::largest};
+  }
+
+  Shares moving(const Bounds& volume_mL, const Bounds& speed_mL_s) const override {
+    Rounded::largest = 0;
+    const auto moves = model_.moving(motion(volume_mL, speed_mL_s));
+    return {.first = bounds(moves.first),
+            .second = bounds(moves.second),
+            .third = bounds(moves.third),
+            .largest = Rounded::largest};
+  }
+
+  Tick step(const Bounds& pressure_kPa, const Shares& open, const Shares& moves) const override {
+    Rounded::largest = 0;
+    return tick_of(model_.step(taken_over(pressure_kPa),
+                               {.first = taken_over(open.first), .second = taken_over(open.second)},
+                               {.first = taken_over(moves.first),
+                                .second = taken_over(moves.second),
+                                .third = taken_over(moves.third)},
+                               Rounded(1)));
+  }
+
+  std::size_t parameters() const override { return Model::kParameters; }
+
+ private:
+  static plenum::control::ChamberMotion motion(const Bounds& volume_mL, const Bounds& speed_mL_s) {
+    return {.volume_mL = taken_over(volume_mL), .volume_rate_mL_s = taken_over(speed_mL_s)};
+  }
+  static Tick tick_of(const plenum::control::Prediction& made) {
     return {.end_kPa = bounds(made.end_kPa),
             .mean_kPa = bounds(made.mean_kPa),
             .error_kPa = std::max(made.end_kPa.error(), made.mean_kPa.error()),
             .largest = Rounded::largest};
   }
 
-  std::size_t parameters() const override { return Model::kParameters; }
-
- private:
   Model model_;
   double largest_ = 0;
 };

@@ -23,10 +23,20 @@ struct Tick {
   double largest = 0;        ///< magnitude of any number on the way, the model's tables included
 };
 
+/// What a command does to the valve, or a motion to the pressure: control::Opening, without a third, or control::Moving.
+struct Shares {
+  Bounds first, second, third;
+  double largest = 0;  ///< magnitude of any number on the way
+};
+
 class CoreModel {
  public:
   virtual ~CoreModel() = default;
   virtual Tick tick(const Box& box) const = 0;
+  /// The same in three: its command, its motion, and what the pressure makes of both.
+  virtual Shares opening(const Bounds& command_V) const = 0;
+  virtual Shares moving(const Bounds& volume_mL, const Bounds& speed_mL_s) const = 0;
+  virtual Tick step(const Bounds& pressure_kPa, const Shares& open, const Shares& moves) const = 0;
   /// So many of a set, from the first, are the chamber's, the last two the supply's and the ambient pressure.
   virtual std::size_t parameters() const = 0;
 };

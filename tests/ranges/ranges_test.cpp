@@ -1,12 +1,17 @@
-// That the range of Q31.32 suffices: for every admissible parameter set of the 9-parameter model.
+// That the range of Q31.32 suffices: for every admissible parameter set of the 9-parameter model and its repaired form.
 //
-// In one box g(x) = x/sqrt(x^2 + 1) comes out as if both x were different numbers. So the box is split along what x is made of,
-// c2, c3 and the command, until each x is known to a factor; all others stay whole. c1 enters by u - c1 alone: its ends do.
+// A tick is taken in three, as the core takes it: what the command does to the valve, what the motion does to the rates, and what
+// the pressure makes of both. The first two need one box, the whole one. From one to the next two closed forms are handed on that
+// intervals lose: x/sqrt(x^2 + 1) lies within -1 and 1, and k is above 0 (config::validate()). In the third the exponent's two
+// parts, r = (a + c5 v')/(1 + c6 v), are split until it is known to a factor; all else stays whole.
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <ostream>
 #include <random>
+#include <span>
 #include <vector>
 
 #include "firmware/config/model_image.hpp"
@@ -20,106 +25,156 @@ namespace {
 using plenum::config::ModelKind;
 using rounding::Bounds;
 using rounding::Box;
+using rounding::Shares;
 
 /// What a number of Q31.32 can be.
 constexpr double kRange = 2147483648.0;
 
-enum : std::size_t { c1, c2, c3 };
+Bounds point(float value) {
+  return {static_cast<double>(value), static_cast<double>(value)};
+}
+std::vector<Bounds> points(std::span<const float> values) {
+  std::vector<Bounds> of;
+  std::transform(values.begin(), values.end(), std::back_inserter(of), point);
+  return of;
+}
 
-std::vector<Bounds> admissible() {
+std::vector<Bounds> admissible(ModelKind kind) {
   std::vector<Bounds> bounds;
-  for (const plenum::config::ParameterSpec& one : plenum::config::parameter_schema(ModelKind::tassa9))
+  for (const plenum::config::ParameterSpec& one : plenum::config::parameter_schema(kind))
     bounds.push_back({static_cast<double>(one.low), static_cast<double>(one.high)});
   return bounds;
 }
 
 /// [0, nearest], and from there on by a factor each.
-std::vector<Bounds> by_factors(double nearest, double farthest, double factor) {
+std::vector<Bounds> by_factors(double nearest, double farthest) {
+  constexpr double kFactor = 1.5;
   std::vector<Bounds> parts{{0.0, nearest}};
   while (parts.back().high < farthest)
-    parts.push_back({parts.back().high, std::min(farthest, parts.back().high * factor)});
+    parts.push_back({parts.back().high, std::min(farthest, parts.back().high * kFactor)});
   return parts;
 }
 
 /// Two and a half times the largest supply; a cubic metre; what a cylinder of a litre does in a second and more.
-constexpr Bounds kPressure_kPa{0, 5000}, kVolume_mL{0, 1e6}, kSpeed_mL_s{-1500, 1500};
+constexpr Bounds kPressure_kPa{0, 5000}, kVolume_mL{0, 1e6}, kSpeed_mL_s{-1500, 1500}, kCommand_V{0, 10};
 
-double largest(const Bounds& speed_mL_s) {
-  constexpr double kFactor = 1.5;
-  std::vector<Bounds> box = admissible();
-  const std::vector<Bounds> distances_V = by_factors(0.01, 8.0, kFactor);
-  const std::vector<Bounds> of_c2 = by_factors(box[c2].low, box[c2].high, kFactor);
-  const std::vector<Bounds> of_c3 = by_factors(1e-4, box[c3].high, kFactor);
-  double found = 0;
-  for (const double end_V : {box[c1].low, box[c1].high}) {
-    const double sign = end_V < 5 ? 1 : -1;
-    const double reach_V = std::max(end_V, 10 - end_V);
-    for (const Bounds& distance_V : distances_V) {
-      const double near_V = end_V + sign * distance_V.low, far_V = end_V + sign * distance_V.high;
-      const Box states{.pressure_kPa = kPressure_kPa,
-                       .command_V = {std::min(near_V, far_V), std::max(near_V, far_V)},
-                       .volume_mL = kVolume_mL,
-                       .speed_mL_s = speed_mL_s};
-      for (std::size_t i = 1; i < of_c2.size(); ++i) {
-        const auto visit = [&](const Bounds& c3_part) {
-          std::vector<Bounds> part = box;
-          part[c1] = {end_V, end_V};
-          part[c2] = of_c2[i];
-          part[c3] = c3_part;
-          found = std::max(found, rounding::core_model("tassa9", part)->tick(states).largest);
-        };
-        for (const Bounds& c3_part : of_c3) visit(c3_part);
-        // config::validate(): the argument of g rises over the command range
-        visit({std::max(box[c3].low, -of_c2[i].high / (3 * reach_V * reach_V)), 0.0});
+struct Kind {
+  ModelKind kind;
+  const char* name;
+  Bounds Shares::*gain;   ///< of its moving(): c7 h/(1 + c6 v)
+  Bounds Shares::*moved;  ///< c5 v' h/(1 + c6 v)
+};
+std::ostream& operator<<(std::ostream& out, const Kind& kind) {
+  return out << kind.name;
+}
+
+class Ranges : public ::testing::TestWithParam<Kind> {
+ protected:
+  std::unique_ptr<rounding::CoreModel> all() const {
+    return rounding::core_model(GetParam().name, admissible(GetParam().kind));
+  }
+};
+
+/// s within ambient and supply, and what rounding adds to g; k above 0.
+Shares tightened(Shares open, const std::vector<Bounds>& sets) {
+  const Bounds &ambient_kPa = sets[sets.size() - 2],
+               &supply_kPa = sets[sets.size() - 3];  // a dead time follows
+  const double margin_kPa = supply_kPa.high * 0x1p-26;
+  open.first = {std::max(open.first.low, ambient_kPa.low - margin_kPa),
+                std::min(open.first.high, supply_kPa.high + margin_kPa)};
+  open.second.low = std::max(open.second.low, 0.0);
+  return open;
+}
+
+TEST_P(Ranges, OfATickAreHeldByFixedPointForEveryAdmissibleParameterSet) {
+  const auto [kind, name, gain, moved] = GetParam();
+  const auto model = all();
+  const Shares whole_open = model->opening(kCommand_V);
+  EXPECT_LT(whole_open.largest, kRange);
+  const Shares whole_moves = model->moving(kVolume_mL, kSpeed_mL_s);
+  EXPECT_LT(whole_moves.largest, kRange);
+  EXPECT_GT(whole_moves.largest, kRange / 10)
+      << "there is no bit to spare: the scale of TickPerVolume uses them";
+
+  Shares open = tightened(whole_open, admissible(kind)), moves = whole_moves;
+  double largest = 0;
+  const Bounds of_moved = whole_moves.*moved;
+  ASSERT_EQ(of_moved.low, -of_moved.high);
+  for (const Bounds& of_gain : by_factors(1e-3, (whole_moves.*gain).high)) {
+    for (const Bounds& opening_V : by_factors(1e-3, open.second.high)) {
+      for (const Bounds& size : by_factors(0.01, of_moved.high)) {
+        for (const Bounds& part : {size, Bounds{-size.high, -size.low}}) {
+          moves.*gain = of_gain;
+          moves.*moved = part;
+          Shares at = open;
+          at.second = opening_V;
+          largest = std::max(largest, model->step(kPressure_kPa, at, moves).largest);
+        }
       }
     }
   }
-  return found;
+  EXPECT_LT(largest, kRange);
+  EXPECT_GT(largest, kPressure_kPa.high) << "they were not looked at";
 }
 
-TEST(Ranges, OfATickAreHeldByFixedPointForEveryAdmissibleParameterSet) {
-  const double found = largest(kSpeed_mL_s);
-  EXPECT_LT(found, kRange);
-  EXPECT_GT(found, kRange / 10) << "there is no bit to spare: the scale of TickPerVolume uses them";
+TEST_P(Ranges, AreLeftAtASpeedBeyondAnyChambers) {
+  EXPECT_GT(all()->moving(kVolume_mL, {-15000, 15000}).largest, kRange) << "the test above can fail";
 }
 
-TEST(Ranges, AreLeftAtASpeedBeyondAnyChambers) {
-  EXPECT_GT(largest({-15000, 15000}), kRange) << "the test above can fail";
+// What is handed on from the opening to the step, of sets as they may be.
+TEST_P(Ranges, OfAnOpeningAreTighterThanIntervalsTell) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> volts(0.0F, 10.0F);
+  const Shares open = tightened(all()->opening(kCommand_V), admissible(GetParam().kind));
+  for (int i = 0; i < 3000; ++i) {
+    const auto drawn = plenum::control::testing::draw_subject(random, GetParam().kind);
+    const Shares at =
+        rounding::core_model(GetParam().name, points({drawn.model.value.data(), drawn.model.count}))
+            ->opening(point(volts(random)));
+    ASSERT_GE(at.first.low, open.first.low);
+    ASSERT_LE(at.first.high, open.first.high);
+    ASSERT_GT(at.second.low, open.second.low);
+    ASSERT_LE(at.second.high, open.second.high);
+  }
 }
 
-// The instrument itself: what the core computes in double lies within what it computes for a box.
-TEST(Ranges, HoldWhatTheCoreComputes) {
+// The instrument itself: what the core computes in double lies within what it computes for a box, in one and in three.
+TEST_P(Ranges, HoldWhatTheCoreComputes) {
   std::mt19937 random(5);
   std::uniform_real_distribution<float> volts(0.0F, 10.0F);
-  const auto point = [](float value) {
-    return Bounds{static_cast<double>(value), static_cast<double>(value)};
-  };
   for (int i = 0; i < 3000; ++i) {
-    const plenum::control::testing::Subject drawn =
-        plenum::control::testing::draw_subject(random, ModelKind::tassa9);
+    const auto drawn = plenum::control::testing::draw_subject(random, GetParam().kind);
     const std::span parameters(drawn.model.value.data(), drawn.model.count);
     const float command_V = volts(random);
     const equivalence::Prediction exact =
-        equivalence::core_in_double(static_cast<std::uint16_t>(ModelKind::tassa9), parameters)
+        equivalence::core_in_double(static_cast<std::uint16_t>(GetParam().kind), parameters)
             ->step({.pressure_kPa = static_cast<double>(drawn.pressure_kPa),
                     .volume_mL = static_cast<double>(drawn.volume_mL),
                     .volume_rate_mL_s = static_cast<double>(drawn.volume_rate_mL_s)},
                    static_cast<double>(command_V));
-    std::vector<Bounds> points;
-    std::transform(parameters.begin(), parameters.end(), std::back_inserter(points), point);
-    const rounding::Tick found = rounding::core_model("tassa9", points)
-                                     ->tick({.pressure_kPa = point(drawn.pressure_kPa),
-                                             .command_V = point(command_V),
-                                             .volume_mL = point(drawn.volume_mL),
-                                             .speed_mL_s = point(drawn.volume_rate_mL_s)});
-    const double apart_kPa = found.error_kPa + 1e-9;  // series of its own, and the rounding of doubles
-    ASSERT_GE(exact.end_kPa, found.end_kPa.low - apart_kPa);
-    ASSERT_LE(exact.end_kPa, found.end_kPa.high + apart_kPa);
-    ASSERT_GE(exact.mean_kPa, found.mean_kPa.low - apart_kPa);
-    ASSERT_LE(exact.mean_kPa, found.mean_kPa.high + apart_kPa);
-    ASSERT_LT(found.end_kPa.high - found.end_kPa.low, 1e-6) << "of points, an interval is as good as one";
+    const auto model = rounding::core_model(GetParam().name, points(parameters));
+    const Box box{.pressure_kPa = point(drawn.pressure_kPa),
+                  .command_V = point(command_V),
+                  .volume_mL = point(drawn.volume_mL),
+                  .speed_mL_s = point(drawn.volume_rate_mL_s)};
+    for (const rounding::Tick& found :
+         {model->tick(box), model->step(box.pressure_kPa, model->opening(box.command_V),
+                                        model->moving(box.volume_mL, box.speed_mL_s))}) {
+      const double apart_kPa = found.error_kPa + 1e-9;  // series of its own, and the rounding of doubles
+      ASSERT_GE(exact.end_kPa, found.end_kPa.low - apart_kPa);
+      ASSERT_LE(exact.end_kPa, found.end_kPa.high + apart_kPa);
+      ASSERT_GE(exact.mean_kPa, found.mean_kPa.low - apart_kPa);
+      ASSERT_LE(exact.mean_kPa, found.mean_kPa.high + apart_kPa);
+      ASSERT_LT(found.end_kPa.high - found.end_kPa.low, 1e-6) << "of points, an interval is as good as one";
+    }
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(Kinds, Ranges,
+                         ::testing::Values(Kind{ModelKind::tassa9, "tassa9", &Shares::second, &Shares::third},
+                                           Kind{ModelKind::tassa9r, "tassa9r", &Shares::first,
+                                                &Shares::second}),
+                         ::testing::PrintToStringParamName());
 
 }  // namespace
 }  // namespace ranges
