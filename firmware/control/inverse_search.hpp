@@ -100,6 +100,13 @@ class InverseSearch {
             .by_V = law_.slope_kPa_V(of, response)};
   }
   Miss refine(Miss low, Miss high) const noexcept;
+  /// A crossing that is found between two commands, with what is left of its miss taken off along the slope: not where the search
+  /// happened to stop.
+  static Miss onto(const Miss& found, const Miss& low, const Miss& high) noexcept {
+    const Scalar to_V = found.command_V - found.kPa / found.by_V;
+    if (!(to_V > low.command_V && to_V < high.command_V)) return found;
+    return {.command_V = to_V, .kPa = Scalar(0), .by_V = found.by_V};
+  }
   Miss closest(Miss best, Miss other) const noexcept;
   std::size_t crossing(const AtNodes& miss_kPa, Scalar near_V) const noexcept;
   std::size_t beside(std::size_t node, bool above) const noexcept;
@@ -110,11 +117,17 @@ class InverseSearch {
   Scalar wanted_kPa_;
 };
 
-/// The zero of the miss between two commands at which its signs differ.
+/// The zero of the miss between two commands at which its signs differ. A command that comes as near where the slope has the other
+/// sign is not it: near the null the pressure may fall before it rises.
 template <class Law>
 typename InverseSearch<Law>::Miss InverseSearch<Law>::refine(Miss low, Miss high) const noexcept {
+  const bool rises = high.kPa > low.kPa;
+  const auto serves = [rises](const Miss& here) noexcept {
+    return numeric::abs(here.kPa) <= kCrossing_kPa &&
+           (rises ? !(here.by_V < Scalar(0)) : !(here.by_V > Scalar(0)));
+  };
   Miss best = numeric::abs(low.kPa) < numeric::abs(high.kPa) ? low : high;
-  if (numeric::abs(best.kPa) <= kCrossing_kPa) return best;
+  if (serves(best)) return onto(best, low, high);
   // First the zero of the cubic that has the commands of both ends and the slopes there, as a function of the
   // miss; slopes that would make it turn back are limited (Fritsch and Carlson 1980).
   const Scalar width_V = high.command_V - low.command_V;
@@ -133,7 +146,7 @@ typename InverseSearch<Law>::Miss InverseSearch<Law>::refine(Miss low, Miss high
   for (int i = 0; i < kRefinements; ++i) {
     const Miss here = miss(command_V);
     if (numeric::abs(here.kPa) < numeric::abs(best.kPa)) best = here;
-    if (numeric::abs(best.kPa) <= kCrossing_kPa) break;
+    if (serves(here)) return onto(here, low, high);
     const bool as_low = (here.kPa > Scalar(0)) == (low.kPa > Scalar(0));
     const Miss& ahead = as_low ? high : low;
     const Scalar step_V = -here.kPa / here.by_V;
@@ -158,7 +171,8 @@ typename InverseSearch<Law>::Miss InverseSearch<Law>::refine(Miss low, Miss high
 }
 
 /// No command tabulated crosses the target. `best` comes nearest, and the miss shrinks from there towards
-/// `other`, where it is larger again: an extremum between the two comes closer, or crosses.
+/// `other`, where it is larger again: an extremum between the two comes closer, or crosses. Then the target is met on either side
+/// of it, on one of them where the pressure rises.
 template <class Law>
 typename InverseSearch<Law>::Miss InverseSearch<Law>::closest(Miss best, Miss other) const noexcept {
   Miss near = best;
@@ -167,7 +181,9 @@ typename InverseSearch<Law>::Miss InverseSearch<Law>::closest(Miss best, Miss ot
     const Scalar share = numeric::clamp(near.by_V / (near.by_V - other.by_V), Scalar(0.1), Scalar(0.9));
     const Miss here = miss(near.command_V + share * (other.command_V - near.command_V));
     if ((here.kPa < Scalar(0)) != (best.kPa < Scalar(0))) {
-      return here.command_V < near.command_V ? refine(here, near) : refine(near, here);
+      const bool onwards = near.command_V < other.command_V;
+      return here.kPa < Scalar(0) ? refine(here, onwards ? other : near)
+                                  : refine(onwards ? near : other, here);
     }
     if (numeric::abs(here.kPa) < numeric::abs(best.kPa)) best = here;
     ((here.by_V > Scalar(0)) == (near.by_V > Scalar(0)) ? near : other) = here;
