@@ -41,6 +41,15 @@ void require_between(const trace::Recording& recording, std::string_view column,
   }
 }
 
+void require_rising_time(const trace::Recording& recording, std::string_view column) {
+  const std::vector<double>& t = recording[column];
+  for (std::size_t row = 1; row < t.size(); ++row) {
+    if (t[row] > t[row - 1]) continue;
+    throw trace::InputError(fmt::format("{}: row {}, column {}: {:g} after {:g}, expected time to rise",
+                                        recording.name, row + 1, column, t[row], t[row - 1]));
+  }
+}
+
 void require_absolute_pressure(const trace::Recording& recording, std::string_view column,
                                double ambient_Pa) {
   constexpr double kLeastAbsolute = 0.5;  // of the ambient pressure

@@ -42,6 +42,8 @@ trace::Recording read_bench(const std::string& command, const std::string& file,
 /// and says that `expected` was expected.
 void require_between(const trace::Recording& recording, std::string_view column, double low, double high,
                      const std::string& expected);
+/// Sees that the times of a column rise, evenly or not. Throws trace::InputError that names the first row that does not.
+void require_rising_time(const trace::Recording& recording, std::string_view column);
 /// Sees that the column may be absolute pressure: neither gauge pressure nor of another unit. Throws as above.
 void require_absolute_pressure(const trace::Recording& recording, std::string_view column, double ambient_Pa);
 

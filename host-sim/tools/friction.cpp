@@ -17,7 +17,6 @@
 #include "host-sim/tools/figures.hpp"
 #include "host-sim/tools/output.hpp"
 #include "host-sim/tools/report_file.hpp"
-#include "host-sim/trace/input_error.hpp"
 
 namespace plenum::host::tools {
 namespace {
@@ -57,15 +56,6 @@ struct Pulled {
   double rms_N = 0.0;           ///< of the held-out rows
   double frictionless_N = 0.0;  ///< theirs, of pressure and force zero alone
 };
-
-void require_rising_time(const trace::Recording& log, std::string_view column) {
-  const std::vector<double>& t = log[column];
-  for (std::size_t row = 1; row < t.size(); ++row) {
-    if (t[row] > t[row - 1]) continue;
-    throw trace::InputError(fmt::format("{}: row {}, column {}: {:g} after {:g}, expected time to rise",
-                                        log.name, row + 1, column, t[row], t[row - 1]));
-  }
-}
 
 std::vector<double> scaled_column(const trace::Recording& log, std::string_view column, double factor,
                                   double offset = 0.0) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <system_error>
 #include <utility>
 
 #include "host-sim/trace/csv.hpp"
@@ -32,6 +33,17 @@ Recording read_recording(const std::filesystem::path& path, const std::vector<st
     if (wanted(table.names[i])) recording.columns.emplace(table.names[i], std::move(table.columns[i]));
   }
   return recording;
+}
+
+bool has_columns(const std::filesystem::path& path, const std::vector<std::string>& columns) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return false;  // what is read from a pipe is gone
+  std::vector<std::string> notices;
+  const NumberTable table = parse_numbers(
+      read_whole_file(path), path.string(), [](std::string_view) { return false; }, &notices);
+  return std::all_of(columns.begin(), columns.end(), [&](const std::string& name) {
+    return std::find(table.names.begin(), table.names.end(), name) != table.names.end();
+  });
 }
 
 double period_s(const Recording& recording) {

@@ -4,8 +4,9 @@ import html
 import json
 import math
 import re
+from pathlib import Path
 
-from command import CommandTest, run
+from command import TOP, CommandTest, run
 
 
 class Orifice(CommandTest):
@@ -87,6 +88,56 @@ class Orifice(CommandTest):
         tight = self.log("tight.csv", lambda t: self.SUPPLY_PA * math.exp(-1e-3 * t))
         self.refused(3, "orifice", tight, says=["tight.csv", "pressure ratios from", "--thin-plate"])
         self.refused(2, "orifice", tight, "--from", "7", says=["tight.csv", "--from 7", "3 or more"])
+
+    LEAKS = Path(TOP).resolve() / "tests" / "data" / "leak_zillen"
+
+    def sealed(self, name, header="t_s,p_bar", time=lambda t: t, scale=1e-5):
+        """Its stamps are uneven, as of a recorder that is late at times."""
+        rows = [f"{time(t)},{scale * (self.SUPPLY_PA * math.exp(-self.RATE_1_S * t) - 101325):.9g}"
+                for t in (0.1 * k + (0.04 if k % 7 == 3 else 0) for k in range(60))]
+        return self.write(name, header + "\n" + "\n".join(rows) + "\n")
+
+    def test_a_sealed_vessel_is_known_by_its_columns_and_shows_what_needs_no_volume(self):
+        leak = self.sealed("sealed.csv")
+        text = self.done("orifice", "--thin-plate", leak)
+        self.assertIn("sealed.csv: discharge, 5.94 s, ", text)
+        self.assertRegex(text, r"sonic_conductance +- not told: the file holds no volume; --volume gives it\n")
+        answer = json.loads(self.done("orifice", "--thin-plate", "--report", "sealed.html", "--json", "-", leak))["orifices"][0]
+        self.assertEqual([answer[name] for name in ("command_V", "volume_m3", "sonic_conductance_dm3_s_bar")], [None] * 3)
+        self.assertAlmostEqual(answer["parameters"]["choked_rate_1_s"]["value"], self.RATE_1_S, delta=1e-6)
+        self.assertNotIn("area_m2", answer["parameters"])
+        page = html.unescape((self.folder / "sealed.html").read_text(encoding="utf-8"))
+        self.assertIn("Sonic conductance not told: the file holds no volume", page)
+
+    def test_a_sealed_vessel_of_known_volume_shows_what_a_chamber_of_that_volume_does(self):
+        answers = [json.loads(self.done("orifice", "--thin-plate", "--json", "-", *how))["orifices"][0]
+                   for how in ([self.emptying("chamber.csv")], [self.sealed("sealed.csv"), "--volume", 1e6 * self.VOLUME_M3])]
+        chamber, sealed = [[of["volume_m3"], of["sonic_conductance_dm3_s_bar"], of["parameters"]["area_m2"]["value"]] for of in answers]
+        for of_chamber, of_sealed in zip(chamber, sealed):
+            self.assertAlmostEqual(of_sealed / of_chamber, 1.0, delta=1e-5)
+        together = json.loads(self.done("orifice", "--thin-plate", "--json", "-", "sealed.csv", "chamber.csv"))["orifices"]
+        self.assertEqual([of["file"] for of in together], ["chamber.csv", "sealed.csv"])
+
+    def test_measured_leaks_are_taken_as_they_were_recorded(self):
+        porous = json.loads(self.done("orifice", "--from", "5.204", "--exponent", 1, "--most-subsonic-index", 10, "--json", "-",
+                                      self.LEAKS / "Ultimaker_020.csv"))["orifices"][0]
+        self.assertLess(porous["mean_absolute_error_kPa"], 2.5)
+        held = self.plenum("orifice", self.LEAKS / "Ultimaker_020.csv")
+        self.assertEqual((held.returncode, held.stderr), (0, "plenum orifice: Ultimaker_020.csv: hardly falls at first; "
+                                                            "--from 5.204 leaves out what is before its leak\n"))
+        tight = [self.LEAKS / f"{name}.csv" for name in ("Aluminium", "Formlabs", "Prusa", "Ultimaker_006", "Ultimaker_010")]
+        self.refused(3, "orifice", *tight, says=["Aluminium.csv", "pressure ratios from", "--thin-plate"])
+        found = json.loads(self.done("orifice", "--thin-plate", "--exponent", 1, "--json", "-", *tight))["orifices"]
+        for name, of in zip(tight, found):
+            self.assertEqual(of["file"], name.name)
+            self.assertTrue(of["parameters"]["choked_rate_1_s"]["identified"], name)
+
+    def test_a_sealed_vessel_that_is_none_is_refused_in_one_line(self):
+        self.refused(2, "orifice", self.sealed("back.csv", time=lambda t: min(t, 3)), says=["back.csv", "row 32, column t_s", "expected time to rise"])
+        self.refused(2, "orifice", self.sealed("kPa.csv", scale=1e-3), says=["kPa.csv", "row 1, column p_bar", "expected bar above ambient"])
+        self.refused(2, "orifice", self.sealed("below.csv", scale=-1e-5), says=["below.csv", "row 1, column p_bar", "expected bar above ambient"])
+        self.refused(2, "orifice", self.sealed("header.csv", header="t_s,pressure_bar"), says=["header.csv", "time_s"])
+        self.refused(2, "orifice", self.emptying("chamber.csv"), "--volume", 200, says=["--volume", "chamber.csv has its own", "volume_m3"])
 
 
 if __name__ == "__main__":

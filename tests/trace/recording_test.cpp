@@ -42,6 +42,14 @@ TEST_F(RecordingFile, HoldsTheColumnsThatWereAskedForWhateverTheirOrder) {
   EXPECT_DOUBLE_EQ(period_s(read), 0.5);
 }
 
+TEST_F(RecordingFile, IsKnownByTheColumnsThatItsHeaderNames) {
+  const auto file = holding("t_s, p_bar ,remark\n0,7.5,fed\n");
+  EXPECT_TRUE(has_columns(file, {"p_bar", "t_s"}));
+  EXPECT_FALSE(has_columns(file, {"p_bar", "time_s"}));
+  EXPECT_FALSE(has_columns("/dev/null", {}));  // no regular file
+  EXPECT_FALSE(has_columns("missing.csv", {}));
+}
+
 TEST_F(RecordingFile, NamesTheFileWithoutItsFolder) {
   EXPECT_EQ(read_recording(holding("a\n1\n"), {"a"}, {}, notices_).name, path_.filename().string());
 }

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <stdexcept>
 
@@ -49,11 +51,33 @@ VesselRecord block_means(const VesselRecord& record, std::size_t rows) {
   return averaged(record, "block_means", rows, rows);
 }
 
+VesselRecord rows_of(const VesselRecord& record, std::size_t first, std::size_t last) {
+  if (first > last || last > record.time_s.size())
+    throw std::invalid_argument(fmt::format("rows_of: {} to {}, expected rows of the record's {}", first,
+                                            last, record.time_s.size()));
+  const auto of = [&](const std::vector<double>& x) {
+    return std::vector<double>(x.begin() + static_cast<std::ptrdiff_t>(first),
+                               x.begin() + static_cast<std::ptrdiff_t>(last));
+  };
+  return {record.flow, of(record.time_s), of(record.vessel_Pa), of(record.far_Pa)};
+}
+
 VesselRecord steady_far_side(VesselRecord record) {
   if (record.far_Pa.empty()) return record;
   const double sum = std::accumulate(record.far_Pa.begin(), record.far_Pa.end(), 0.0);
   record.far_Pa.assign(record.far_Pa.size(), sum / static_cast<double>(record.far_Pa.size()));
   return record;
+}
+
+double noise_deviation(const std::vector<double>& signal) {
+  if (signal.size() < 3)
+    throw std::invalid_argument(fmt::format("noise_deviation: {} values, expected 3 or more", signal.size()));
+  std::vector<double> second;
+  for (std::size_t i = 1; i + 1 < signal.size(); ++i)
+    second.push_back(std::abs(signal[i + 1] - 2.0 * signal[i] + signal[i - 1]));
+  const auto middle = second.begin() + static_cast<std::ptrdiff_t>(second.size() / 2);
+  std::nth_element(second.begin(), middle, second.end());
+  return *middle / (0.6745 * std::sqrt(6.0));
 }
 
 RateRecord differentiated(const VesselRecord& record) {

@@ -29,10 +29,17 @@ VesselRecord moving_average(const VesselRecord& record, std::size_t window);
 /// Throws std::invalid_argument for a block of 0 or longer than the record.
 VesselRecord block_means(const VesselRecord& record, std::size_t rows);
 
+/// Rows `first` to before `last`. Throws std::invalid_argument unless first <= last, no more than the record has.
+VesselRecord rows_of(const VesselRecord& record, std::size_t first, std::size_t last);
+
 /// The record with its far pressure replaced by the mean: for a supply that is steady but for the sensor's
 /// noise. A free run takes the far pressure as exact, and at the cracking ratio, where the flow has a corner,
 /// a noisy one pumps the vessel up to its crests.
 VesselRecord steady_far_side(VesselRecord record);
+
+/// The standard deviation of white noise on a smooth signal [unit of the signal], by its second differences, whose median is
+/// deaf to the few rows of a step. Throws std::invalid_argument for fewer than three values.
+double noise_deviation(const std::vector<double>& signal);
 
 /// A record with the rate of change of the vessel's pressure; the first and the last row are lost.
 struct RateRecord {

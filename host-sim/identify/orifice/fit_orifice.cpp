@@ -39,15 +39,6 @@ plant::EllipsePort port_of(const double* z) {
   return {std::exp(z[kLogRate]), z[kCritical], z[kCracking], z[kIndex]};
 }
 
-// Of white noise on a smooth signal, by its second differences; the median is deaf to the few rows of a step.
-double noise_Pa(const std::vector<double>& x) {
-  std::vector<double> second;
-  for (std::size_t i = 1; i + 1 < x.size(); ++i) second.push_back(std::abs(x[i + 1] - 2.0 * x[i] + x[i - 1]));
-  const auto middle = second.begin() + static_cast<std::ptrdiff_t>(second.size() / 2);
-  std::nth_element(second.begin(), middle, second.end());
-  return *middle / (0.6745 * std::sqrt(6.0));
-}
-
 double mean_of_tenth(const std::vector<double>& x, bool last) {
   const std::size_t n = std::max<std::size_t>(x.size() / 10, 1);
   const std::size_t from = last ? x.size() - n : 0;
@@ -59,7 +50,7 @@ double mean_of_tenth(const std::vector<double>& x, bool last) {
 void require_motion(const VesselRecord& record) {
   const double moved_Pa = mean_of_tenth(record.vessel_Pa, true) - mean_of_tenth(record.vessel_Pa, false);
   const double forward_Pa = record.flow == Flow::kCharge ? moved_Pa : -moved_Pa;
-  const double noise = noise_Pa(record.vessel_Pa);
+  const double noise = noise_deviation(record.vessel_Pa);
   const char* what = record.flow == Flow::kCharge ? "charge" : "discharge";
   if (std::abs(forward_Pa) <= kLeastMove * noise)
     throw CannotIdentify(
@@ -223,6 +214,13 @@ OrificeParameter times(OrificeParameter log_value, double factor) {
 }
 
 }  // namespace
+
+OrificeFitOptions held_at_thin_plate(OrificeFitOptions options) {
+  options.cracking_ratio = 1.0;
+  options.critical_ratio = 0.528;
+  options.subsonic_index = 0.5;
+  return options;
+}
 
 OrificeFit fit_orifice(const VesselRecord& record, const Vessel& vessel, const OrificeFitOptions& options) {
   validate(record, std::max(kLeastRows, options.moving_average_rows + kLeastRows));

@@ -38,6 +38,10 @@ struct OrificeFitOptions {
   double most_area_m2 = 1e-2;              ///< A lies in 0 .. this, where the volume is known
 };
 
+/// `options` with the flow's shape held at a thin plate's (a = 1, b = 0.528, beta = 1/2): what is left of a vessel whose
+/// pressure ratio hardly changes is k.
+OrificeFitOptions held_at_thin_plate(OrificeFitOptions options = {});
+
 /// The standard error is infinite where the record does not see the parameter. The far pressure counts as exact and the errors
 /// as white: true of the pressure fit where the model holds, an order of magnitude of the rate fit, whose filter ties
 /// neighbours together.

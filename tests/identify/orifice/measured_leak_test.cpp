@@ -2,46 +2,19 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
-#include <fstream>
-#include <sstream>
 #include <string>
 #include <tuple>
 #include <vector>
 
 #include "host-sim/identify/orifice/fit_orifice.hpp"
-#include "host-sim/trace/csv.hpp"
+#include "host-sim/identify/orifice/vessel_run.hpp"
+#include "tests/identify/orifice/leak_records.hpp"
 
 namespace plenum::host::identify::orifice {
 namespace {
 
-constexpr double kAtmosphere_Pa = 101325.0;  // not recorded with the data
-
-// From the row where the vessel has lost 3 % of its greatest pressure (before, it is still fed) where it
-// loses that.
-VesselRecord leak(const std::string& name) {
-  const std::string file = PLENUM_SOURCE_DIR "/tests/data/leak_zillen/" + name + ".csv";
-  std::ifstream stream(file);
-  std::stringstream text;
-  text << stream.rdbuf();
-  const trace::NumberTable table =
-      trace::parse_numbers(text.str(), file, [](std::string_view) { return true; });
-  const std::vector<double>& time_s = table.columns[trace::column_of(table, "t_s", file)];
-  const std::vector<double>& gauge_bar = table.columns[trace::column_of(table, "p_bar", file)];
-  const double fed_bar = 0.97 * *std::max_element(gauge_bar.begin(), gauge_bar.end());
-  std::size_t first = 0;
-  if (gauge_bar.back() < fed_bar) {
-    for (std::size_t i = 0; i < gauge_bar.size(); ++i) {
-      if (gauge_bar[i] > fed_bar) first = i + 1;
-    }
-  }
-  VesselRecord record{.flow = Flow::kDischarge, .time_s = {}, .vessel_Pa = {}, .far_Pa = {}};
-  for (std::size_t i = first; i < time_s.size(); ++i) {
-    record.time_s.push_back(time_s[i]);
-    record.vessel_Pa.push_back(kAtmosphere_Pa + 1e5 * gauge_bar[i]);
-    record.far_Pa.push_back(kAtmosphere_Pa);
-  }
-  return record;
-}
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
 
 const Vessel kUnknownVolume{.flow_exponent = 1.0};
 
@@ -78,8 +51,7 @@ TEST(MeasuredLeak, TightVesselsShowTheirRateAndNoFlowShape) {
   for (const char* name : {"Aluminium", "Prusa", "Formlabs", "Ultimaker_006", "Ultimaker_010"}) {
     const VesselRecord record = leak(name);
     EXPECT_THROW(fit_orifice(record, kUnknownVolume), CannotIdentify) << name;
-    const OrificeFit fit = fit_orifice(
-        record, kUnknownVolume, {.cracking_ratio = 1.0, .critical_ratio = 0.528, .subsonic_index = 0.5});
+    const OrificeFit fit = fit_orifice(record, kUnknownVolume, held_at_thin_plate());
     EXPECT_TRUE(fit.choked_rate_1_s.identified) << name;
     EXPECT_LT(fit.mean_absolute_error_Pa, 500.0) << name;
     slowest = std::min(slowest, fit.choked_rate_1_s.value);
@@ -87,6 +59,57 @@ TEST(MeasuredLeak, TightVesselsShowTheirRateAndNoFlowShape) {
   }
   EXPECT_GT(slowest, 2e-5);
   EXPECT_LT(fastest, 1e-4);
+}
+
+// Changes in mbar since the first row; where the others began was not recorded.
+TEST(RepeatedLeak, FirstOfTheReconnectedTestsIsTheRecordOfUltimaker006) {
+  const trace::Recording whole = leak_file("Ultimaker_006", {"t_s", "p_bar"});
+  const trace::Recording tests = leak_file("repeated/reconnected", {"t_s", "test_1_mbar"});
+  for (std::size_t i = 0; i < tests.rows; ++i)
+    ASSERT_NEAR(1e3 * (whole["p_bar"][i] - whole["p_bar"].front()), tests["test_1_mbar"][i], 1e-9)
+        << "row " << i;
+}
+
+// Changes in mbar since the first row, from where Ultimaker_006 began.
+VesselRecord repeated(const std::string& name, int test) {
+  const std::string column = "test_" + std::to_string(test) + "_mbar";
+  const trace::Recording file = leak_file("repeated/" + name, {"t_s", column});
+  VesselRecord record{Flow::kDischarge, file["t_s"], file[column],
+                      std::vector<double>(file.rows, kLeakAtmosphere_Pa)};
+  const double start_Pa = leak("Ultimaker_006").vessel_Pa.front();
+  for (double& p : record.vessel_Pa) p = start_Pa + 100.0 * p;
+  return record;
+}
+
+TEST(RepeatedLeak, IsForetoldByItsFirstTestBetterThanNoLeakWouldBe) {
+  const VesselRecord first = repeated("reconnected", 1);
+  const OrificeFit fit = fit_orifice(first, kUnknownVolume, held_at_thin_plate());
+  const std::vector<double> run = free_run(fit.port_1_s(), first, first.vessel_Pa.front());
+  const std::vector<double> no_leak(run.size(), run.front());
+  for (const int test : {2, 3}) {
+    const VesselRecord again = repeated("reconnected", test);
+    EXPECT_LT(mean_absolute_error(run, again.vessel_Pa), 0.5 * mean_absolute_error(no_leak, again.vessel_Pa))
+        << "test " << test;
+  }
+}
+
+// So that what a fit says of k is of one connection, and its standard error is not what the next will differ by.
+TEST(RepeatedLeak, DiffersBetweenConnectionsByFarMoreThanItsStandardError) {
+  const OrificeParameter k =
+      fit_orifice(repeated("reconnected", 1), kUnknownVolume, held_at_thin_plate()).choked_rate_1_s;
+  for (const int test : {2, 3}) {
+    const OrificeParameter again =
+        fit_orifice(repeated("reconnected", test), kUnknownVolume, held_at_thin_plate()).choked_rate_1_s;
+    EXPECT_GT(again.value - k.value, 5.0 * (again.standard_error + k.standard_error)) << "test " << test;
+  }
+}
+
+// Of three tests of a vessel that nobody touched.
+TEST(RepeatedLeak, ThatLosesLessThanTenTimesTheNoiseIsNotFitted) {
+  for (const int test : {1, 2})
+    EXPECT_THAT([&] { fit_orifice(repeated("rerun", test), kUnknownVolume, held_at_thin_plate()); },
+                ThrowsMessage<CannotIdentify>(HasSubstr("no excitation")))
+        << "test " << test;
 }
 
 }  // namespace
