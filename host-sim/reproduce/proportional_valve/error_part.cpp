@@ -3,6 +3,7 @@
 #include <cmath>
 #include <string>
 
+#include "host-sim/identify/orifice/filter.hpp"
 #include "host-sim/identify/orifice/vessel_run.hpp"
 #include "host-sim/reproduce/proportional_valve/parts.hpp"
 #include "host-sim/reproduce/samples.hpp"
@@ -84,14 +85,6 @@ report::XyChart mae_chart(const char* channel, const IdentifiedValve& valve, std
   return chart;
 }
 
-// The first `rows` rows.
-VesselRecord cut(const VesselRecord& record, std::size_t rows) {
-  const auto first = [rows](const std::vector<double>& x) {
-    return std::vector<double>(x.begin(), x.begin() + static_cast<std::ptrdiff_t>(rows));
-  };
-  return {record.flow, first(record.time_s), first(record.vessel_Pa), first(record.far_Pa)};
-}
-
 // Channel A at 5.4 V, the square wave too fast by more and more.
 struct ShortHolds {
   std::vector<double> held_s;
@@ -107,7 +100,7 @@ ShortHolds short_holds() {
   ShortHolds holds;
   for (int i = 2; i <= kHolds; ++i) {
     const VesselRecord record =
-        cut(experiment.record, experiment.record.time_s.size() * static_cast<std::size_t>(i) / kHolds);
+        rows_of(experiment.record, 0, experiment.record.time_s.size() * static_cast<std::size_t>(i) / kHolds);
     const OrificeFit fit = fit_orifice(record, papers_vessel(series.flow), {.pressure_fit = false});
     holds.held_s.push_back(record.time_s.back());
     holds.mae_kPa.push_back(1e-3 * fit.mean_absolute_error_Pa);
