@@ -14,10 +14,6 @@ using namespace equivalence;
 using plenum::config::ModelKind;
 
 constexpr std::array kKinds = {ModelKind::tassa9, ModelKind::tassa9r, ModelKind::greybox};
-constexpr double kConverterStep_V = 10.0 / 65536;
-
-constexpr double kMostSteps = 2;  // between the commands of both
-
 /// Of many states, the largest differences and the share of commands that are farther apart than they may be [%].
 class Compared {
  public:
@@ -52,11 +48,14 @@ int main() {
   constexpr unsigned kChambers = 20;
   using plenum::bench::print;
   Compared built, admissible;
-  double loop_ratio = 0;
+  double loop_ratio = 0, parted = 0, ticks = 0;
   for (const ModelKind kind : kKinds) {
     for_each_state(kind, 77, kModels, kStates, built);
     for_each_admissible_state(kind, 77, kModels, kStates, admissible);
-    loop_ratio = std::max(loop_ratio, compare_loops(kind, kChambers).worst_ratio);
+    const Loops loops = compare_loops(kind, kChambers);
+    loop_ratio = std::max(loop_ratio, loops.worst_ratio);
+    parted += loops.parted;
+    ticks += loops.ticks;
   }
   print({.name = "fixed.prediction_error_percent_span",
          .value = built.prediction_percent(),
@@ -73,5 +72,6 @@ int main() {
   print({.name = "fixed.commands_apart_percent_any_admissible",
          .value = admissible.commands_apart_percent(),
          .unit = "%"});
+  print({.name = "fixed.closed_loop_commands_apart_percent", .value = 100.0 * parted / ticks, .unit = "%"});
   print({.name = "fixed.closed_loop_rmse_ratio", .value = loop_ratio, .unit = "x", .target = 1.01});
 }

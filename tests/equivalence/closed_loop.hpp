@@ -1,4 +1,5 @@
-// The regulator in closed loop in fixed point and in double, each with a model of every kind, on a chamber that is neither.
+// The regulator in closed loop in fixed point and in double, each with a model of every kind, each on a chamber of its own that is
+// neither, with the same noise.
 #pragma once
 
 #include <algorithm>
@@ -16,9 +17,17 @@
 
 namespace equivalence {
 
-/// RMS tracking error [kPa] of 60 s on a sum of sines, the volume swinging by a quarter, with noise on both sensors: of the chamber that has
+constexpr double kConverterStep_V = 10.0 / 65536;
+constexpr double kMostSteps = 2;  ///< between the commands of both
+
+struct Course {
+  double rms_kPa = 0;  ///< tracking error, once it has settled
+  std::vector<double> command_V;
+};
+
+/// 60 s on a sum of sines, the volume swinging by a quarter, with noise on both sensors: of the chamber that has
 /// these parameters of the 9-parameter model, and the compression that it leaves out.
-inline double tracking_rms_kPa(Core& core, const std::array<float, 12>& parameters, unsigned seed) {
+inline Course track(Core& core, const std::array<float, 12>& parameters, unsigned seed) {
   constexpr int kTicks = 6000, kSettled = 200;
   constexpr double kMean_mL = 150.0;
   std::mt19937 random(seed);
@@ -31,17 +40,20 @@ inline double tracking_rms_kPa(Core& core, const std::array<float, 12>& paramete
   const auto volume_mL = [](double t_s) {
     return kMean_mL * (1.0 + 0.25 * std::sin(2.0 * std::numbers::pi * 0.8 * t_s));
   };
+  Course course;
   double measured_kPa = chamber.pressure_kPa, measured_mL = kMean_mL, squares = 0;
   for (int k = 0; k < kTicks; ++k) {
     const double t_s = 0.01 * k;
     const double command_V = core.regulate(measured_kPa, measured_mL, wanted_kPa(t_s));
+    course.command_V.push_back(command_V);
     const double before_mL = volume_mL(t_s), after_mL = volume_mL(t_s + 0.01);
     const double middle_mL = 0.5 * (before_mL + after_mL);
     measured_kPa = chamber.tick(command_V, middle_mL, (after_mL - before_mL) / 0.01) + 0.3 * noise(random);
     measured_mL = middle_mL + 0.05 * noise(random);
     if (k >= kSettled) squares += std::pow(chamber.pressure_kPa - wanted_kPa(t_s), 2);
   }
-  return std::sqrt(squares / (kTicks - kSettled));
+  course.rms_kPa = std::sqrt(squares / (kTicks - kSettled));
+  return course;
 }
 
 /// The model of a kind that a chamber like those of an MPYE valve may be given: its own parameters, those but for c4, or conductances and
@@ -73,8 +85,9 @@ inline std::vector<float> model_of(plenum::config::ModelKind kind, const std::ar
 }
 
 struct Loops {
-  double worst_ratio = 0;    ///< of the RMS tracking errors, fixed over double
-  double worst_rms_kPa = 0;  ///< in double
+  double worst_ratio = 0;     ///< of the RMS tracking errors, fixed over double
+  double worst_rms_kPa = 0;   ///< in double
+  int ticks = 0, parted = 0;  ///< in which the commands are more than kMostSteps apart
 };
 
 /// Of so many chambers about one of an MPYE valve.
@@ -87,10 +100,14 @@ inline Loops compare_loops(plenum::config::ModelKind kind, unsigned chambers) {
     for (const std::size_t varied : {1U, 2U, 5U, 6U, 7U, 8U}) chamber[varied] *= within(random);
     const std::vector<float> model = model_of(kind, chamber);
     const auto number = static_cast<std::uint16_t>(kind);
-    const double fixed_kPa = tracking_rms_kPa(*core_in_fixed(number, model), chamber, i);
-    const double exact_kPa = tracking_rms_kPa(*core_in_double(number, model), chamber, i);
-    of.worst_ratio = std::max(of.worst_ratio, fixed_kPa / exact_kPa);
-    of.worst_rms_kPa = std::max(of.worst_rms_kPa, exact_kPa);
+    const Course fixed = track(*core_in_fixed(number, model), chamber, i);
+    const Course exact = track(*core_in_double(number, model), chamber, i);
+    of.worst_ratio = std::max(of.worst_ratio, fixed.rms_kPa / exact.rms_kPa);
+    of.worst_rms_kPa = std::max(of.worst_rms_kPa, exact.rms_kPa);
+    for (std::size_t k = 0; k < exact.command_V.size(); ++k) {
+      ++of.ticks;
+      of.parted += std::fabs(fixed.command_V[k] - exact.command_V[k]) > kMostSteps * kConverterStep_V ? 1 : 0;
+    }
   }
   return of;
 }

@@ -42,14 +42,13 @@ TEST_P(OfKind, PredictsATickOfAnyAdmissibleModelWithinTwoHundredthsOfAPercentOfI
 }
 
 TEST_P(OfKind, CommandsWithinTwoStepsOfTheConverter) {
-  constexpr double kStep_V = 10.0 / 65536;
   int compared = 0;
   for_each_state(GetParam(), 32, kModels, kStates, [&](const Asked& asked) {
     const Inverse got = asked.fixed.inverse(asked.from, asked.target_kPa, asked.command_V);
     const Inverse want = asked.exact.inverse(asked.from, asked.target_kPa, asked.command_V);
     if (!commands_matter(asked, got.command_V, want.command_V)) return;
     ++compared;
-    ASSERT_NEAR(got.command_V, want.command_V, 2 * kStep_V)
+    ASSERT_NEAR(got.command_V, want.command_V, kMostSteps * kConverterStep_V)
         << "from " << asked.from.pressure_kPa << " to " << asked.target_kPa << " near " << asked.command_V;
   });
   EXPECT_GT(compared, kModels * kStates / 4) << "states in which the command matters";
@@ -105,6 +104,7 @@ TEST_P(OfKind, TracksInClosedLoopWithinAPercentOfDouble) {
   const Loops loops = compare_loops(GetParam(), 8);
   EXPECT_LT(loops.worst_rms_kPa, 5) << "it follows its reference, or the ratio would say nothing";
   EXPECT_LT(loops.worst_ratio, 1.01);
+  EXPECT_LE(loops.parted, loops.ticks / 10'000) << "ticks in which the commands part";
 }
 
 INSTANTIATE_TEST_SUITE_P(Fixed, OfKind,
