@@ -100,13 +100,6 @@ class InverseSearch {
             .by_V = law_.slope_kPa_V(of, response)};
   }
   Miss refine(Miss low, Miss high) const noexcept;
-  /// A crossing that is found between two commands, with what is left of its miss taken off along the slope: not where the search
-  /// happened to stop.
-  static Miss onto(const Miss& found, const Miss& low, const Miss& high) noexcept {
-    const Scalar to_V = found.command_V - found.kPa / found.by_V;
-    if (!(to_V > low.command_V && to_V < high.command_V)) return found;
-    return {.command_V = to_V, .kPa = Scalar(0), .by_V = found.by_V};
-  }
   Miss closest(Miss best, Miss other) const noexcept;
   std::size_t crossing(const AtNodes& miss_kPa, Scalar near_V) const noexcept;
   std::size_t beside(std::size_t node, bool above) const noexcept;
@@ -127,7 +120,7 @@ typename InverseSearch<Law>::Miss InverseSearch<Law>::refine(Miss low, Miss high
            (rises ? !(here.by_V < Scalar(0)) : !(here.by_V > Scalar(0)));
   };
   Miss best = numeric::abs(low.kPa) < numeric::abs(high.kPa) ? low : high;
-  if (serves(best)) return onto(best, low, high);
+  if (serves(best)) return best;
   // First the zero of the cubic that has the commands of both ends and the slopes there, as a function of the
   // miss; slopes that would make it turn back are limited (Fritsch and Carlson 1980).
   const Scalar width_V = high.command_V - low.command_V;
@@ -146,7 +139,6 @@ typename InverseSearch<Law>::Miss InverseSearch<Law>::refine(Miss low, Miss high
   for (int i = 0; i < kRefinements; ++i) {
     const Miss here = miss(command_V);
     if (numeric::abs(here.kPa) < numeric::abs(best.kPa)) best = here;
-    if (serves(here)) return onto(here, low, high);
     const bool as_low = (here.kPa > Scalar(0)) == (low.kPa > Scalar(0));
     const Miss& ahead = as_low ? high : low;
     const Scalar step_V = -here.kPa / here.by_V;
@@ -156,6 +148,7 @@ typename InverseSearch<Law>::Miss InverseSearch<Law>::refine(Miss low, Miss high
     if (inside && numeric::abs((ahead.by_V - here.by_V) * part * step_V) <= Scalar(2) * kCrossing_kPa) {
       return {.command_V = command_V + step_V, .kPa = Scalar(0), .by_V = here.by_V};
     }
+    if (serves(here)) return here;
     Scalar next_V = command_V + step_V;
     if (!inside) next_V = ahead.command_V - ahead.kPa / ahead.by_V;
     const bool still_inside =
@@ -180,10 +173,10 @@ typename InverseSearch<Law>::Miss InverseSearch<Law>::closest(Miss best, Miss ot
     // The zero of the slope, by secants.
     const Scalar share = numeric::clamp(near.by_V / (near.by_V - other.by_V), Scalar(0.1), Scalar(0.9));
     const Miss here = miss(near.command_V + share * (other.command_V - near.command_V));
-    if ((here.kPa < Scalar(0)) != (best.kPa < Scalar(0))) {
+    if ((here.kPa > Scalar(0)) != (best.kPa > Scalar(0))) {
       const bool onwards = near.command_V < other.command_V;
-      return here.kPa < Scalar(0) ? refine(here, onwards ? other : near)
-                                  : refine(onwards ? near : other, here);
+      return here.kPa > Scalar(0) ? refine(onwards ? near : other, here)
+                                  : refine(here, onwards ? other : near);
     }
     if (numeric::abs(here.kPa) < numeric::abs(best.kPa)) best = here;
     ((here.by_V > Scalar(0)) == (near.by_V > Scalar(0)) ? near : other) = here;
@@ -247,7 +240,7 @@ Inverse InverseSearch<Law>::find(Scalar near_V) const noexcept {
   } else {
     const std::size_t nearest = nearest_node(miss_kPa, miss_kPa[0] > Scalar(0));
     found = at_node(nearest);
-    const bool short_of = found.kPa < Scalar(0);
+    const bool short_of = !(found.kPa > Scalar(0));
     const std::size_t other = beside(nearest, (found.by_V > Scalar(0)) == short_of);
     if (other != nearest && found.by_V != Scalar(0)) found = closest(found, at_node(other));
     saturated = numeric::abs(found.kPa) > kCrossing_kPa && (found.kPa < Scalar(0)) == short_of;

@@ -139,7 +139,12 @@ void expect_the_rising_branch(const ModelOf& model_of) {
               .end_kPa;
       if (!is_met_twice(static_cast<float>(end_kPa))) continue;
       ++at_commands;
-      falling_at_commands += inverse(end_kPa).by_command_kPa_V < -0.5F ? 1 : 0;
+      const Inverse got = inverse(end_kPa);
+      falling_at_commands += got.by_command_kPa_V < -0.5F ? 1 : 0;
+      const Scalar reached_kPa =
+          model.step(chamber.pressure_kPa, got.command_V, motion_of(chamber), 1.0F).end_kPa;
+      EXPECT_NEAR(real(reached_kPa), real(end_kPa), 2e-3 + 1e-5 * std::fabs(real(end_kPa)))
+          << "set " << i << ", at " << got.command_V << " V";
     }
   }
   EXPECT_GT(anywhere, 30);

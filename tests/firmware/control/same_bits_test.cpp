@@ -88,7 +88,7 @@ TEST(SameBits, OfTheNineParameterModelOnEveryArchitecture) {
     model.configure(scalars(parameters), 0.0F, 10.0F);
     crc = crc_of(model, random, crc);
   }
-  EXPECT_EQ(crc, of_scalar(0xD40D4C83U, 0x4C694ABBU)) << std::hex << "found " << crc;
+  EXPECT_EQ(crc, of_scalar(0xD40D4C83U, 0x9D924544U)) << std::hex << "found " << crc;
 }
 
 TEST(SameBits, OfTheRepairedFormOnEveryArchitecture) {
@@ -102,7 +102,7 @@ TEST(SameBits, OfTheRepairedFormOnEveryArchitecture) {
     model.configure(scalars(without_c4), 0.0F, 10.0F);
     crc = crc_of(model, random, crc);
   }
-  EXPECT_EQ(crc, of_scalar(0xFF03B533U, 0x3AA727CCU)) << std::hex << "found " << crc;
+  EXPECT_EQ(crc, of_scalar(0x12990278U, 0x561A160DU)) << std::hex << "found " << crc;
 }
 
 TEST(SameBits, OfTheGreyBoxModelOnEveryArchitecture) {
