@@ -1,14 +1,12 @@
 // What a node says of its errors: the emergency message and the history 1003h.
 //
 // The most urgent error is told when it changes, also to none. Every other fault is told once when it has risen, behind it, and
-// then the most urgent again: the last message is always of what 604Eh shows. What finds the ring full is told in a later tick,
-// unless it has gone by then.
+// then the most urgent again: the last message is always of what 604Eh shows. So is the newest entry of 1003h when it has come.
+// What finds the ring full is told in a later tick, unless it has gone by then. A fault that clears by itself is told once while a
+// more urgent one stands, however often it comes: it may flicker.
 //
 // Source: CiA 301, 7.2.7 (emergency object), 7.5.2.4 (pre-defined error field).
 #pragma once
-
-#include <array>
-#include <cstdint>
 
 #include "firmware/canopen/communication.hpp"
 #include "firmware/canopen/transmit_queue.hpp"
@@ -23,10 +21,11 @@ class ErrorReports {
   /// A master that has just heard of the node knows of no error that stands.
   void tell_again() noexcept { untold_ = true; }
 
+  static constexpr int kMostATick = 8;  ///< of the less urgent ones
+
  private:
   bool tell(const ErrorState& error, Device& device, TransmitQueue& queue) noexcept;
   bool tell_most_urgent(Device& device, TransmitQueue& queue) noexcept;
-  bool is_told(const ErrorState& error) const noexcept;
   bool tell_others(Device& device, TransmitQueue& queue) noexcept;
 
   StandingFaults told_{};  ///< of those that stand

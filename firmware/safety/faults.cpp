@@ -88,9 +88,6 @@ constexpr FaultSet all_where(Predicate predicate) {
 constexpr FaultSet kLatched = all_where([](const FaultSpec& row) { return row.clears == Clears::by_reset; });
 constexpr FaultSet kVenting = all_where([](const FaultSpec& row) { return row.reaction == Reaction::vent; });
 
-/// The table ends behind these. A bit beyond comes of a flag in which one has flipped.
-constexpr FaultSet kAll = all_where([](const FaultSpec&) { return true; });
-
 constexpr FaultSet next(const config::Twice<FaultSet>& standing, FaultSet causes, bool reset) noexcept {
   return causes | (reset ? FaultSet{0} : (standing | standing.second()) & kLatched);
 }
@@ -105,15 +102,19 @@ const FaultSpec& spec(Fault fault) noexcept {
   return kFaultSpecs[static_cast<std::size_t>(fault)];
 }
 
+FaultSet clearing_by_themselves() noexcept {
+  return kAllFaults & ~kLatched;
+}
+
 FaultReport FaultRegister::step(const ChamberFaults& chamber_causes, FaultSet board_causes,
                                 bool reset) noexcept {
   FaultSet causes = board_causes;
   for (const FaultSet of_chamber : chamber_causes) causes |= of_chamber;
-  const FaultSet upset = (causes & ~kAll) != 0 ? only(Fault::memory_upset) : FaultSet{0};
-  board_ = next(board_, (board_causes & kAll) | upset, reset);
+  const FaultSet upset = (causes & ~kAllFaults) != 0 ? only(Fault::memory_upset) : FaultSet{0};
+  board_ = next(board_, (board_causes & kAllFaults) | upset, reset);
   FaultSet anywhere = board_;
   for (std::size_t c = 0; c < config::kChambers; ++c) {
-    chamber_[c] = next(chamber_[c], chamber_causes[c] & kAll, reset);
+    chamber_[c] = next(chamber_[c], chamber_causes[c] & kAllFaults, reset);
     anywhere |= chamber_[c];
   }
   FaultReport report;

@@ -51,6 +51,9 @@ inline constexpr std::size_t kFaults = 27;
 using FaultSet = std::uint32_t;
 static_assert(kFaults <= 32);
 
+/// The table ends behind these. A bit beyond comes of a flag in which one has flipped.
+inline constexpr FaultSet kAllFaults = (FaultSet{1} << kFaults) - 1;
+
 constexpr FaultSet only(Fault fault) noexcept {
   return FaultSet{1} << static_cast<unsigned>(fault);
 }
@@ -96,6 +99,8 @@ struct FaultSpec {
 /// The whole table, in the order of Fault.
 std::span<const FaultSpec, kFaults> fault_table() noexcept;
 const FaultSpec& spec(Fault fault) noexcept;
+/// Those that clear with their cause.
+FaultSet clearing_by_themselves() noexcept;
 
 /// What stands at the end of a tick.
 struct FaultReport {

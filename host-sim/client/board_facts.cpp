@@ -182,14 +182,17 @@ std::string fault_text(const FaultEntry& fault) {
 std::optional<FaultEntry> read_fault(Session& session) {
   const auto code = session.read<std::uint16_t>(object::kErrorCode, 0);
   if (code == 0) return std::nullopt;
-  // the newest line of the history says which chamber, as long as it is about this fault
-  const std::vector<FaultEntry> history = read_fault_history(session);
-  const auto same =
-      std::find_if(history.begin(), history.end(), [&](const auto& one) { return one.code == code; });
-  return same == history.end() ? FaultEntry{code, 0, false} : *same;
+  const auto of_code = [code](const std::vector<FaultEntry>& faults) -> std::optional<FaultEntry> {
+    const auto same =
+        std::find_if(faults.begin(), faults.end(), [code](const auto& one) { return one.code == code; });
+    return same == faults.end() ? std::nullopt : std::optional(*same);
+  };
+  if (const auto standing = of_code(read_standing_faults(session))) return standing;
+  // of a board that has been asked between two ticks, or knows no 2831h, the newest line that is about this fault
+  return of_code(read_fault_history(session)).value_or(FaultEntry{code, 0, false});
 }
 
-std::vector<FaultEntry> read_standing_faults(Session& session) {
+std::vector<FaultEntry> read_standing_faults(Session& session) try {
   std::array<std::uint32_t, kChambers + 1> standing{};  // the board's first
   std::uint32_t anywhere = 0;
   for (unsigned place = 0; place <= kChambers; ++place) {
@@ -208,6 +211,9 @@ std::vector<FaultEntry> read_standing_faults(Session& session) {
     }
   }
   return faults;
+} catch (const SdoAbort& abort) {
+  if (abort.code != static_cast<std::uint32_t>(canopen::Abort::no_object)) throw;
+  return {};
 }
 
 std::vector<FaultEntry> read_fault_history(Session& session) {

@@ -78,7 +78,7 @@ std::string fault_text(const FaultEntry& fault);
 
 /// The most urgent of the standing faults; empty when there is none.
 std::optional<FaultEntry> read_fault(Session& session);
-/// All of them by urgency, of a fault first the board's: objects 2831h and 2830h.
+/// All of them by urgency, of a fault first the board's: objects 2831h and 2830h. Empty for a board that has none of these.
 std::vector<FaultEntry> read_standing_faults(Session& session);
 /// Object 1003h, the newest first.
 std::vector<FaultEntry> read_fault_history(Session& session);

@@ -41,7 +41,10 @@ void print(const Output& output, const std::vector<client::FaultEntry>& faults, 
 int run(const Options& options) {
   BoardAccess access(options.board);
   client::Session& session = access.session();
-  const auto standing = client::read_standing_faults(session);
+  auto standing = client::read_standing_faults(session);
+  if (standing.empty()) {  // or the board does not tell
+    if (const auto fault = client::read_fault(session)) standing.push_back(*fault);
+  }
   const auto history = client::read_fault_history(session);
   print(options.output, standing, "stands now: ");
   if (standing.empty()) options.output.print("no fault stands\n");

@@ -31,9 +31,9 @@ class VesselInput {
   trace::RigDescription rig() const { return logs_.rig(); }
   void print_assumed(const Output& output) const { logs_.print_assumed(output); }
 
-  /// Each file from --from to --to, logs of chambers before sealed vessels. Which kind it is, its header says: `t_s` and `p_bar` (gauge) are a sealed
-  /// vessel's, whose far side is the ambient pressure. Of a log, the first row is left out where its pressure is still of
-  /// the command before. Throws trace::InputError, and CannotIdentify where command or volume change.
+  /// Each file from --from to --to, logs of chambers before sealed vessels. Which kind it is, its header says: `t_s` and `p_bar`
+  /// (gauge) are a sealed vessel's, whose far side is the ambient pressure. Of a log, the first row is left out where its pressure
+  /// is still of the command before. Throws trace::InputError, and CannotIdentify where command or volume change.
   std::vector<VesselLog> read(const trace::RigDescription& rig) const;
 
  private:

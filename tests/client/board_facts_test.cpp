@@ -127,6 +127,24 @@ TEST(Faults, ThatStandTogetherAreReadByUrgencyOfABoardFirst) {
                                  "6300h stored set damaged or stored set cannot be written"));
 }
 
+TEST(Faults, OfOneCodeAtTwoChambersTheMostUrgentIsTheFirst) {
+  using plenum::safety::Fault;
+  using plenum::safety::only;
+  BoardOnBus world;
+  Session session(world, 5);
+  world.image.standing_faults[5] = world.image.standing_faults[7] = only(Fault::no_model);
+  world.image.error_code = 0x6300;
+  world.image.fault_chamber = 6;
+  world.run_ticks(2);
+  EXPECT_EQ(read_fault(session)->chamber, 6U);
+}
+
+TEST(Faults, OfABoardThatDoesNotTellWhichStandAreNone) {
+  ScriptedLink link({"585 80 31 28 09 00 00 02 06"});
+  Session session(link, 5);
+  EXPECT_THAT(read_standing_faults(session), IsEmpty());
+}
+
 // CiA 301 asks for the vendor's id alone.
 TEST(Identity, OfANodeThatStatesItsVendorOnlyIsThat) {
   ScriptedLink link({"585 43 18 10 01 34 12 00 00", "585 80 18 10 02 11 00 09 06",

@@ -178,8 +178,8 @@ TEST(DataSheet, TellsARecordOfEachChamber) {
 
 TEST(DataSheet, TellsAnArrayAndADomain) {
   EXPECT_TRUE(says("[1010]\nParameterName=Store parameters\nObjectType=0x8\nSubNumber=4\n\n"));
-  EXPECT_TRUE(says("[1003]\nParameterName=Pre-defined error field\nObjectType=0x8\nSubNumber=9\n\n"));
-  EXPECT_TRUE(says("[1003sub8]\nParameterName=Error 8\nObjectType=0x7\nDataType=0x0007\nAccessType=ro\n"));
+  EXPECT_TRUE(says("[1003]\nParameterName=Pre-defined error field\nObjectType=0x8\nSubNumber=33\n\n"));
+  EXPECT_TRUE(says("[1003sub20]\nParameterName=Error 32\nObjectType=0x7\nDataType=0x0007\nAccessType=ro\n"));
   EXPECT_TRUE(
       says("[2117]\nParameterName=Staged model image, chamber 8\nObjectType=0x2\nDataType=0x000F\n"
            "AccessType=wo\n\n"));

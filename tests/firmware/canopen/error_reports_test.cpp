@@ -8,6 +8,7 @@ namespace plenum::canopen {
 namespace {
 
 using safety::Fault;
+using safety::FaultSet;
 using safety::only;
 using ::testing::Contains;
 using ::testing::Each;
@@ -87,15 +88,15 @@ TEST(Emergency, IsToldOnceMoreAfterTheBootUpMessageAndStandsOnceInTheHistory) {
   }
 }
 
-TEST(Emergency, HistoryKeepsTheLastEight) {
+TEST(Emergency, HistoryKeepsTheLastThirtyTwo) {
   Bench bench;
-  for (std::uint16_t code = 1; code <= 10; ++code) {
+  for (std::uint16_t code = 1; code <= 34; ++code) {
     bench.image.error_code = code;
     bench.tick();
     bench.drain();
   }
-  EXPECT_EQ(bench.answer("605 40 03 10 00 00 00 00 00"), "585 4F 03 10 00 08 00 00 00");
-  EXPECT_EQ(bench.answer("605 40 03 10 08 00 00 00 00"), "585 43 03 10 08 03 00 00 00");
+  EXPECT_EQ(bench.answer("605 40 03 10 00 00 00 00 00"), "585 4F 03 10 00 20 00 00 00");
+  EXPECT_EQ(bench.answer("605 40 03 10 20 00 00 00 00"), "585 43 03 10 20 03 00 00 00");
 }
 
 TEST(Emergency, IsKeptBackWhileStoppedAndNotLost) {
@@ -183,6 +184,47 @@ TEST(Emergency, TellsOfManyThatRiseInOneTickInSeveralTheMostUrgentFirstAndLast) 
       EXPECT_THAT(frames, Contains(text_of(frame)));
     }
   }
+}
+
+TEST(Emergency, OfAFaultThatFlickersUnderAMoreUrgentOneIsSentOnce) {
+  Bench bench;
+  bench.image.standing_faults[kBoard] = only(Fault::bus_off);
+  told(bench);
+  for (int i = 0; i < 10; ++i) {
+    bench.image.standing_faults[kBoard] = only(Fault::bus_off) | only(Fault::can_overrun);
+    const Frames now = told(bench);
+    EXPECT_EQ(now.size(), i == 0 ? 2U : 0U);
+    bench.image.standing_faults[kBoard] = only(Fault::bus_off);
+    EXPECT_EQ(told(bench), Frames{});
+  }
+  EXPECT_EQ(bench.answer("605 40 03 10 00 00 00 00 00"), "585 4F 03 10 00 02 00 00 00");
+  bench.image.standing_faults[kBoard] = 0;
+  told(bench);
+  bench.image.standing_faults[kBoard] = only(Fault::can_overrun);
+  EXPECT_EQ(told(bench).size(), 1U) << "by itself, it is told";
+}
+
+TEST(Emergency, OfWhatRisesTogetherTheMostUrgentIsTheNewestEntryOfTheHistory) {
+  Bench bench;
+  bench.image.standing_faults[kBoard] = only(Fault::emergency_stop);
+  for (std::size_t c = 0; c < config::kChambers; ++c)
+    bench.image.standing_faults[c] = only(Fault::pressure_stale);
+  told(bench);
+  EXPECT_EQ(bench.answer("605 40 03 10 01 00 00 00 00"), "585 43 03 10 01 00 90 00 00");
+}
+
+TEST(Emergency, TellsOfTwoFaultsOfOneCodeEach) {
+  Bench bench;
+  bench.image.standing_faults[kBoard] = only(Fault::stored_set_lost);
+  told(bench);
+  bench.image.standing_faults[kBoard] |= only(Fault::store_failing);
+  EXPECT_EQ(told(bench).size(), 2U);
+}
+
+TEST(Emergency, IsOfNoFaultWhereABitHasFlippedBeyondTheLast) {
+  Bench bench;
+  bench.image.standing_faults[3] = FaultSet{1} << 31U;
+  EXPECT_EQ(told(bench), Frames{});
 }
 
 TEST(Emergency, OfALessUrgentFaultThatHasGoneBeforeItCouldBeToldIsNotSent) {
