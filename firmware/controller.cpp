@@ -157,8 +157,8 @@ Outputs Controller::step(const Inputs& inputs) noexcept {
   image_.error_code = report.code;
   image_.error_register = report.error_register;
   image_.fault_chamber = report.chamber;
-  for (std::size_t c = 0; c < config::kChambers; ++c) image_.standing_faults[c] = faults_.standing(c);
-  image_.standing_faults[config::kChambers] = faults_.standing_on_board();
+  for (std::size_t c = 0; c < config::kChambers; ++c) image_.standing_faults[c + 1] = faults_.standing(c);
+  image_.standing_faults[0] = faults_.standing_on_board();
   image_.bus_off = inputs.can == ports::CanState::bus_off;
   image_.supply_Pa = config::supply_kPa(settings_.board(), inputs.supply.mean_V) * config::kPascal_per_kPa;
   ++image_.tick_count;

@@ -8,6 +8,8 @@
 // Source: CiA 301, 7.2.7 (emergency object), 7.5.2.4 (pre-defined error field).
 #pragma once
 
+#include <cstdint>
+
 #include "firmware/canopen/communication.hpp"
 #include "firmware/canopen/transmit_queue.hpp"
 
@@ -25,8 +27,7 @@ class ErrorReports {
 
  private:
   bool tell(const ErrorState& error, Device& device, TransmitQueue& queue) noexcept;
-  bool tell_most_urgent(Device& device, TransmitQueue& queue) noexcept;
-  bool tell_others(Device& device, TransmitQueue& queue) noexcept;
+  bool tell_others(std::uint8_t error_register, Device& device, TransmitQueue& queue) noexcept;
 
   StandingFaults told_{};  ///< of those that stand
   ErrorState reported_;    ///< the error of the last message

@@ -23,7 +23,7 @@ enum class ControlMode : std::int8_t {
   pressure_closed_loop = 4,
 };
 
-/// At each chamber, and last those of the board.
+/// Of the board, and of each chamber at its number from 1, as an emergency counts them.
 using StandingFaults = std::array<safety::FaultSet, config::kChambers + 1>;
 
 struct ChamberImage {

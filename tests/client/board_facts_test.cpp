@@ -117,9 +117,9 @@ TEST(Faults, ThatStandTogetherAreReadByUrgencyOfABoardFirst) {
   BoardOnBus world;
   Session session(world, 5);
   EXPECT_THAT(read_standing_faults(session), IsEmpty());
-  world.image.standing_faults[2] = only(Fault::over_pressure) | only(Fault::no_model);
-  world.image.standing_faults[7] = only(Fault::no_model);
-  world.image.standing_faults.back() = only(Fault::stored_set_lost) | only(Fault::emergency_stop);
+  world.image.standing_faults[3] = only(Fault::over_pressure) | only(Fault::no_model);
+  world.image.standing_faults[8] = only(Fault::no_model);
+  world.image.standing_faults.front() = only(Fault::stored_set_lost) | only(Fault::emergency_stop);
   std::vector<std::string> texts;
   for (const FaultEntry& fault : read_standing_faults(session)) texts.push_back(fault_text(fault));
   EXPECT_THAT(texts, ElementsAre("9000h emergency stop", "8302h over-pressure, chamber 3",
@@ -132,7 +132,7 @@ TEST(Faults, OfOneCodeAtTwoChambersTheMostUrgentIsTheFirst) {
   using plenum::safety::only;
   BoardOnBus world;
   Session session(world, 5);
-  world.image.standing_faults[5] = world.image.standing_faults[7] = only(Fault::no_model);
+  world.image.standing_faults[6] = world.image.standing_faults[8] = only(Fault::no_model);
   world.image.error_code = 0x6300;
   world.image.fault_chamber = 6;
   world.run_ticks(2);

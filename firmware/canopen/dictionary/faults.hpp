@@ -21,8 +21,9 @@ inline Abort read_fault_reaction(const Device&, Place at, std::uint32_t& bits) n
   return Abort::none;
 }
 
+/// The board's, of no chamber, come last.
 inline Abort read_standing_faults(const Device& device, Place at, std::uint32_t& bits) noexcept {
-  bits = device.image.standing_faults[at.sub - std::size_t{1}];
+  bits = device.image.standing_faults[at.sub % device.image.standing_faults.size()];
   return Abort::none;
 }
 

@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tests/firmware/canopen/bench.hpp"
 
 namespace plenum::canopen {
@@ -13,23 +15,17 @@ using safety::only;
 using ::testing::Contains;
 using ::testing::Each;
 
-constexpr std::size_t kBoard = config::kChambers;
+constexpr std::size_t kBoard = 0;
 
-/// As the controller has it: the most urgent, at the board first, and the register of all.
+/// As the controller has it.
 void show(ProcessImage& image) {
-  image.error_code = 0;
-  image.error_register = 0;
-  image.fault_chamber = 0;
-  for (const safety::FaultSpec& fault : safety::fault_table()) {
-    for (std::size_t place = 0; place <= kBoard; ++place) {
-      const std::size_t at = place == 0 ? kBoard : place - 1;
-      if (!holds(image.standing_faults[at], fault.fault)) continue;
-      image.error_register |= fault.error_register;
-      if (image.error_code != 0) continue;
-      image.error_code = fault.code;
-      image.fault_chamber = static_cast<std::uint8_t>(place);
-    }
-  }
+  safety::ChamberFaults chambers{};
+  std::copy(image.standing_faults.begin() + 1, image.standing_faults.end(), chambers.begin());
+  const safety::FaultReport report =
+      safety::FaultRegister{}.step(chambers, image.standing_faults[kBoard], false);
+  image.error_code = report.code;
+  image.error_register = report.error_register;
+  image.fault_chamber = report.chamber;
 }
 
 Frames told(Bench& bench) {
@@ -128,11 +124,11 @@ TEST(Emergency, IsSentOnceForEachBusOffAndStandsOnceInTheHistory) {
 
 TEST(Emergency, TellsOfALessUrgentFaultAndThenOfTheMostUrgentAgain) {
   Bench bench;
-  bench.image.standing_faults[2] = only(Fault::over_pressure);
+  bench.image.standing_faults[3] = only(Fault::over_pressure);
   EXPECT_EQ(told(bench), Frames{"085 02 83 21 03 00 00 00 00"});
   bench.image.standing_faults[kBoard] = only(Fault::heartbeat_lost);
   EXPECT_EQ(told(bench), (Frames{"085 30 81 31 00 00 00 00 00", "085 02 83 31 03 00 00 00 00"}));
-  bench.image.standing_faults[6] = only(Fault::over_pressure);
+  bench.image.standing_faults[7] = only(Fault::over_pressure);
   EXPECT_EQ(told(bench), (Frames{"085 02 83 31 07 00 00 00 00", "085 02 83 31 03 00 00 00 00"}));
   EXPECT_EQ(told(bench), Frames{}) << "each once";
   // all that stands, and each once in the history
@@ -166,7 +162,7 @@ TEST(Emergency, TellsOfManyThatRiseInOneTickInSeveralTheMostUrgentFirstAndLast) 
   constexpr std::array kFaults{Fault::pressure_stale, Fault::position_stale, Fault::no_model,
                                Fault::model_residual};
   for (std::size_t c = 0; c < config::kChambers; ++c)
-    for (const Fault fault : kFaults) bench.image.standing_faults[c] |= only(fault);
+    for (const Fault fault : kFaults) bench.image.standing_faults[c + 1] |= only(fault);
   Frames frames;
   int ticks = 0;
   for (Frames now = told(bench); !now.empty(); now = told(bench), ++ticks) {
@@ -208,7 +204,7 @@ TEST(Emergency, OfWhatRisesTogetherTheMostUrgentIsTheNewestEntryOfTheHistory) {
   Bench bench;
   bench.image.standing_faults[kBoard] = only(Fault::emergency_stop);
   for (std::size_t c = 0; c < config::kChambers; ++c)
-    bench.image.standing_faults[c] = only(Fault::pressure_stale);
+    bench.image.standing_faults[c + 1] = only(Fault::pressure_stale);
   told(bench);
   EXPECT_EQ(bench.answer("605 40 03 10 01 00 00 00 00"), "585 43 03 10 01 00 90 00 00");
 }
@@ -223,18 +219,19 @@ TEST(Emergency, TellsOfTwoFaultsOfOneCodeEach) {
 
 TEST(Emergency, IsOfNoFaultWhereABitHasFlippedBeyondTheLast) {
   Bench bench;
-  bench.image.standing_faults[3] = FaultSet{1} << 31U;
-  EXPECT_EQ(told(bench), Frames{});
+  bench.image.standing_faults[4] = FaultSet{1} << 31U;
+  bench.tick();
+  EXPECT_EQ(bench.drain(), Frames{});
 }
 
 TEST(Emergency, OfALessUrgentFaultThatHasGoneBeforeItCouldBeToldIsNotSent) {
   Bench bench;
-  bench.image.standing_faults[0] = only(Fault::over_pressure);
+  bench.image.standing_faults[1] = only(Fault::over_pressure);
   told(bench);
   bench.send("000 02 05");
-  bench.image.standing_faults[1] = only(Fault::model_drift);
+  bench.image.standing_faults[2] = only(Fault::model_drift);
   EXPECT_EQ(told(bench), Frames{}) << "stopped";
-  bench.image.standing_faults[1] = 0;
+  bench.image.standing_faults[2] = 0;
   bench.send("000 01 05");
   const Frames later = told(bench);
   EXPECT_THAT(later, Each(::testing::Not(::testing::HasSubstr("085 0B FF"))));
