@@ -87,27 +87,18 @@ Part at_rest(const trace::NamedLog& of, Part asked) {
   return asked;
 }
 
-std::vector<double> rows_of(const std::vector<double>& column, const Part& part) {
-  return {column.begin() + static_cast<std::ptrdiff_t>(part.first),
-          column.begin() + static_cast<std::ptrdiff_t>(part.last)};
-}
-
 orifice::VesselRecord record_of(const trace::Log& log, const trace::RigDescription& rig, const Part& part) {
-  orifice::VesselRecord record;
-  record.time_s = rows_of(log.time_s, part);
+  const bool fills = log.pressure_Pa[part.last - 1] > log.pressure_Pa[part.first];
+  const bool from_measured = fills && !log.supply_Pa.empty();
+  orifice::VesselRecord record{.flow = fills ? orifice::Flow::kCharge : orifice::Flow::kDischarge,
+                               .time_s = log.time_s,
+                               .vessel_Pa = log.pressure_Pa,
+                               .far_Pa = log.supply_Pa};
   for (double& t_s : record.time_s) t_s -= 0.5 * log.pressure_average_s;  // of which a row is the mean
-  record.vessel_Pa = rows_of(log.pressure_Pa, part);
-  const bool fills = record.vessel_Pa.back() > record.vessel_Pa.front();
-  record.flow = fills ? orifice::Flow::kCharge : orifice::Flow::kDischarge;
-  if (!fills) {
-    record.far_Pa.assign(record.vessel_Pa.size(), rig.ambient.pressure_Pa);
-  } else if (log.supply_Pa.empty()) {
-    record.far_Pa.assign(record.vessel_Pa.size(), rig.supply.pressure_Pa);
-  } else {
-    record.far_Pa = rows_of(log.supply_Pa, part);
-    record = orifice::steady_far_side(std::move(record));
-  }
-  return record;
+  if (!from_measured)
+    record.far_Pa.assign(log.time_s.size(), fills ? rig.supply.pressure_Pa : rig.ambient.pressure_Pa);
+  record = orifice::rows_of(record, part.first, part.last);
+  return from_measured ? orifice::steady_far_side(std::move(record)) : record;
 }
 
 /// Where a vessel begins to fall that was held before: where it has lost 3 % of its gauge pressure, if that took over twice as
@@ -155,7 +146,8 @@ VesselLog VesselInput::of_chamber(const trace::NamedLog& of, const trace::RigDes
           .record = record_of(of.log, rig, part),
           .period_s = of.log.period_s,
           .command_V = of.log.command_V[part.first],
-          .volume_m3 = mean(rows_of(of.log.volume_m3, part))};
+          .volume_m3 = mean({of.log.volume_m3.begin() + static_cast<std::ptrdiff_t>(part.first),
+                             of.log.volume_m3.begin() + static_cast<std::ptrdiff_t>(part.last)})};
 }
 
 VesselLog VesselInput::of_sealed(const std::string& file, const trace::RigDescription& rig) const {

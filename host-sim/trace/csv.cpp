@@ -104,6 +104,28 @@ bool looks_like_utf16(std::string_view text) {
          text.substr(0, 2).find('\0') != std::string_view::npos;
 }
 
+/// Takes the header off the front of `text`.
+std::vector<std::string> take_header(std::string_view& text, std::string_view file) {
+  if (looks_like_utf16(text)) {
+    throw InputError(fmt::format("{}: looks like UTF-16, expected UTF-8", file));
+  }
+  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+  if (text.empty()) throw InputError(fmt::format("{}: empty, expected a header row", file));
+  bool ended = false;
+  const std::string_view header = take_line(text, ended);
+  if (header.starts_with('#')) {
+    throw InputError(fmt::format("{}: header: '{}' is a comment, expected the names of the columns", file,
+                                 legible(header)));
+  }
+  std::vector<std::string> names = parse_header(header);
+  if (const auto at = names.front().find_first_of(";\t"); names.size() == 1 && at != std::string::npos) {
+    throw InputError(
+        fmt::format("{}: header: columns are separated by {}, expected commas, and decimal points in numbers",
+                    file, names.front()[at] == ';' ? "semicolons" : "tabs"));
+  }
+  return names;
+}
+
 /// For steps of time of which so many are off the usual one.
 std::string remedy(std::ptrdiff_t off, std::size_t steps, bool longer) {
   constexpr double kFewLost = 0.01;  // of the steps; where more are off, the stamps jitter
@@ -132,28 +154,16 @@ std::size_t column_of(const NumberTable& table, std::string_view name, std::stri
   return static_cast<std::size_t>(found - table.names.begin());
 }
 
+std::vector<std::string> column_names(std::string_view text, std::string_view file) {
+  return take_header(text, file);
+}
+
 NumberTable parse_numbers(std::string_view text, std::string_view file,
                           const std::function<bool(std::string_view name)>& wanted,
                           std::vector<std::string>* notices) {
-  if (looks_like_utf16(text)) {
-    throw InputError(fmt::format("{}: looks like UTF-16, expected UTF-8", file));
-  }
-  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
-  if (text.empty()) throw InputError(fmt::format("{}: empty, expected a header row", file));
   NumberTable table;
-  bool ended = false;
-  const std::string_view header = take_line(text, ended);
-  if (header.starts_with('#')) {
-    throw InputError(fmt::format("{}: header: '{}' is a comment, expected the names of the columns", file,
-                                 legible(header)));
-  }
-  table.names = parse_header(header);
+  table.names = take_header(text, file);
   const std::size_t width = table.names.size();
-  if (const auto at = table.names.front().find_first_of(";\t"); width == 1 && at != std::string::npos) {
-    throw InputError(
-        fmt::format("{}: header: columns are separated by {}, expected commas, and decimal points in numbers",
-                    file, table.names.front()[at] == ';' ? "semicolons" : "tabs"));
-  }
   table.columns.resize(width);
   std::vector<char> keep(width);
   const auto expected_rows = static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
@@ -174,6 +184,7 @@ NumberTable parse_numbers(std::string_view text, std::string_view file,
   }
   // Empty lines at the end are no rows; elsewhere one is a row without cells.
   while (text.find_first_not_of(" \t\r\n") != std::string_view::npos) {
+    bool ended = false;
     std::string_view line = take_line(text, ended);
     const std::size_t row = table.rows + 1;
     if (!ended) {

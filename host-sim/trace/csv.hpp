@@ -19,6 +19,9 @@ struct NumberTable {
 /// Position of `name` in the header; throws InputError naming the column when it is missing.
 std::size_t column_of(const NumberTable& table, std::string_view name, std::string_view file);
 
+/// The names in the header of `text`, in its order. Throws InputError as parse_numbers() does of a header.
+std::vector<std::string> column_names(std::string_view text, std::string_view file);
+
 /// Parses `text`. `wanted(name)` says which columns are numbers to be kept; the others need not be numbers.
 ///
 /// A byte-order mark, CRLF line ends, spaces round a cell, a cell in double quotes (RFC 4180, of one line) and empty lines at

@@ -11,6 +11,13 @@
 #include "host-sim/trace/whole_file.hpp"
 
 namespace plenum::host::trace {
+namespace {
+
+bool among(const std::vector<std::string>& names, std::string_view name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+}  // namespace
 
 const std::vector<double>& Recording::operator[](std::string_view column) const {
   const auto found = columns.find(column);
@@ -21,9 +28,6 @@ const std::vector<double>& Recording::operator[](std::string_view column) const 
 
 Recording read_recording(const std::filesystem::path& path, const std::vector<std::string>& required,
                          const std::vector<std::string>& optional, std::vector<std::string>& notices) {
-  const auto among = [](const std::vector<std::string>& names, std::string_view name) {
-    return std::find(names.begin(), names.end(), name) != names.end();
-  };
   const auto wanted = [&](std::string_view name) { return among(required, name) || among(optional, name); };
   const std::string file = path.string();
   NumberTable table = parse_numbers(read_whole_file(path), file, wanted, &notices);
@@ -38,12 +42,9 @@ Recording read_recording(const std::filesystem::path& path, const std::vector<st
 bool has_columns(const std::filesystem::path& path, const std::vector<std::string>& columns) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) return false;  // what is read from a pipe is gone
-  std::vector<std::string> notices;
-  const NumberTable table = parse_numbers(
-      read_whole_file(path), path.string(), [](std::string_view) { return false; }, &notices);
-  return std::all_of(columns.begin(), columns.end(), [&](const std::string& name) {
-    return std::find(table.names.begin(), table.names.end(), name) != table.names.end();
-  });
+  const std::vector<std::string> names = column_names(read_whole_file(path), path.string());
+  return std::all_of(columns.begin(), columns.end(),
+                     [&](const std::string& name) { return among(names, name); });
 }
 
 double period_s(const Recording& recording) {

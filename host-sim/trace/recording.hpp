@@ -24,7 +24,7 @@ struct Recording {
 Recording read_recording(const std::filesystem::path& path, const std::vector<std::string>& required,
                          const std::vector<std::string>& optional, std::vector<std::string>& notices);
 
-/// Whether `path` is a regular file whose header names these columns. Throws InputError as parse_numbers().
+/// Whether `path` is a regular file whose header names these columns. Throws InputError as column_names().
 bool has_columns(const std::filesystem::path& path, const std::vector<std::string>& columns);
 
 /// The period of its column time_s [s]. Throws InputError as uniform_period_s().
