@@ -14,6 +14,7 @@ using namespace equivalence;
 using plenum::config::ModelKind;
 
 constexpr std::array kKinds = {ModelKind::tassa9, ModelKind::tassa9r, ModelKind::greybox};
+
 /// Of many states, the largest differences and the share of commands that are farther apart than they may be [%].
 class Compared {
  public:
