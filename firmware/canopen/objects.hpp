@@ -13,8 +13,9 @@ namespace plenum::canopen {
 
 inline constexpr std::size_t kRpdos = 4;
 inline constexpr std::size_t kTpdos = 12;
-inline constexpr std::size_t kMappable = 8;      ///< objects in one PDO
-inline constexpr std::size_t kErrorHistory = 32;  ///< entries of 1003h: what began is not lost behind what followed from it
+inline constexpr std::size_t kMappable = 8;  ///< objects in one PDO
+inline constexpr std::size_t kErrorHistory =
+    32;  ///< entries of 1003h: what began is not lost behind what followed from it
 
 /// Largest DOMAIN that crosses the bus [bytes].
 inline constexpr std::size_t kMaxDomainBytes = config::kMaxSetBytes;
