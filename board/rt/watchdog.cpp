@@ -3,10 +3,13 @@
 #include <fcntl.h>
 #include <linux/watchdog.h>
 #include <sys/ioctl.h>
-#include <systemd/sd-daemon.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <charconv>
+#include <cstddef>
+#include <cstdlib>
 #include <cstring>
 #include <stdexcept>
 
@@ -16,9 +19,24 @@ namespace {
 constexpr std::uint64_t kSecond_ns = 1'000'000'000;
 constexpr std::uint64_t kFeedings = 3;  // in the time allowed
 
+/// Of the environment; empty: it is not there.
+std::string_view environment(const char* name) noexcept {
+  const char* const value = std::getenv(name);
+  return value == nullptr ? std::string_view{} : value;
+}
+
+/// 0: none.
+std::uint64_t number(std::string_view text) noexcept {
+  std::uint64_t value = 0;
+  std::from_chars(text.data(), text.data() + text.size(), value);
+  return value;
+}
+
+/// As sd_watchdog_enabled(3) has it: what is allowed to another process is not this one's.
 std::uint64_t interval_ns() noexcept {
-  std::uint64_t allowed_us = 0;
-  return ::sd_watchdog_enabled(0, &allowed_us) > 0 ? allowed_us * 1000 / kFeedings : 0;
+  const std::string_view process = environment("WATCHDOG_PID");
+  if (!process.empty() && number(process) != static_cast<std::uint64_t>(::getpid())) return 0;
+  return number(environment("WATCHDOG_USEC")) * 1000 / kFeedings;
 }
 
 /// kTimeout_s, or what the driver has instead; 0: it says none, and errno why.
@@ -30,18 +48,29 @@ int timeout_of(int watchdog) noexcept {
 
 }  // namespace
 
-ServiceManager::ServiceManager() noexcept : feeding_(interval_ns()) {}
-
-void ServiceManager::ticked(std::uint64_t now_ns, std::uint32_t tick_count) noexcept {
-  if (!ready_) {
-    ready_ = true;
-    ::sd_notify(0, "READY=1");
-  }
-  if (feeding_.due(now_ns, tick_count)) ::sd_notify(0, "WATCHDOG=1");
+ServiceManager::ServiceManager() noexcept : feeding_(interval_ns()) {
+  const std::string_view name = environment("NOTIFY_SOCKET");
+  if (name.empty() || name.size() >= sizeof address_.sun_path) return;
+  address_.sun_family = AF_UNIX;
+  name.copy(address_.sun_path, name.size());
+  if (name[0] == '@') address_.sun_path[0] = '\0';  // in no folder
+  length_ = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + name.size());
+  socket_ = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
 }
 
-void ServiceManager::stopping() noexcept {
-  ::sd_notify(0, "STOPPING=1");
+ServiceManager::~ServiceManager() {
+  if (socket_ >= 0) ::close(socket_);
+}
+
+void ServiceManager::ticked(std::uint64_t now_ns, std::uint32_t tick_count) noexcept {
+  if (socket_ < 0) return;
+  if (!ready_) ready_ = tell("READY=1");
+  if (feeding_.due(now_ns, tick_count)) tell("WATCHDOG=1");
+}
+
+bool ServiceManager::tell(std::string_view state) noexcept {
+  return ::sendto(socket_, state.data(), state.size(), MSG_DONTWAIT | MSG_NOSIGNAL,
+                  reinterpret_cast<const sockaddr*>(&address_), length_) >= 0;
 }
 
 HardwareWatchdog::HardwareWatchdog(const std::filesystem::path& device) : device_(device.string()) {

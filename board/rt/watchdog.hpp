@@ -1,9 +1,13 @@
 // Who starts the program, or the whole machine, anew when the ticks stop: systemd (WatchdogSec), and the hardware's watchdog.
 #pragma once
 
+#include <sys/socket.h>
+#include <sys/un.h>
+
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <string_view>
 
 namespace plenum::board::rt {
 
@@ -26,17 +30,27 @@ class FeedingTime {
   std::uint32_t fed_at_tick_ = 0;  ///< no tick has been done
 };
 
-/// The service manager, by sd_notify. Without one (NOTIFY_SOCKET is not set) all of it does nothing.
+/// The service manager, by the protocol of sd_notify(3). Without one (NOTIFY_SOCKET is not set) all of it does nothing. Not by
+/// sd_notify() itself, which waits for a manager that does not read: no tick may.
 class ServiceManager {
  public:
   /// Feeds three times in the time that WatchdogSec allows.
   ServiceManager() noexcept;
+  ~ServiceManager();
+  ServiceManager(const ServiceManager&) = delete;
+  ServiceManager& operator=(const ServiceManager&) = delete;
 
-  /// After each tick. The first one says that the service is ready.
+  /// After each tick. The first one that the manager takes says that the service is ready.
   void ticked(std::uint64_t now_ns, std::uint32_t tick_count) noexcept;
-  void stopping() noexcept;
+  void stopping() noexcept { tell("STOPPING=1"); }
 
  private:
+  /// False: it was not taken.
+  bool tell(std::string_view state) noexcept;
+
+  sockaddr_un address_{};  ///< the manager's
+  socklen_t length_ = 0;
+  int socket_ = -1;  ///< there is no manager
   FeedingTime feeding_;
   bool ready_ = false;
 };

@@ -94,6 +94,17 @@ class ServiceManagerTest : public testing::Test {
     ::close(socket_);
   }
 
+  /// As many messages as it holds unread.
+  void fill() const {
+    sockaddr_un address{};
+    socklen_t length = sizeof address;
+    ASSERT_EQ(::getsockname(socket_, reinterpret_cast<sockaddr*>(&address), &length), 0);
+    const int other = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+    while (::sendto(other, "x", 1, 0, reinterpret_cast<const sockaddr*>(&address), length) == 1) continue;
+    EXPECT_EQ(errno, EAGAIN);
+    ::close(other);
+  }
+
   std::vector<std::string> said() const {
     std::vector<std::string> all;
     std::array<char, 64> text{};
@@ -126,6 +137,33 @@ TEST_F(ServiceManagerTest, IsNotFedWhenItDoesNotAskForIt) {
   ServiceManager manager;
   manager.ticked(1'000'000, 1);
   EXPECT_THAT(said(), ElementsAre("READY=1"));
+}
+
+TEST_F(ServiceManagerTest, IsNotFedForAnotherProcess) {
+  ::setenv("WATCHDOG_PID", "1", 1);
+  ServiceManager manager;
+  manager.ticked(1'000'000, 1);
+  EXPECT_THAT(said(), ElementsAre("READY=1"));
+}
+
+// a tick that waited here would hang the test
+TEST_F(ServiceManagerTest, OneThatDoesNotReadKeepsNoTickAndIsToldWhenItReadsAgain) {
+  ServiceManager manager;
+  fill();
+  manager.ticked(1'000'000, 1);
+  said();
+  manager.ticked(1'000'001, 2);
+  EXPECT_THAT(said(), ElementsAre("READY=1"));
+  manager.ticked(1'100'000, 3);
+  EXPECT_THAT(said(), ElementsAre("WATCHDOG=1"));
+}
+
+TEST(ServiceManager, OneThatIsNotThereIsNotMissed) {
+  ::setenv("NOTIFY_SOCKET", "/nowhere/notify", 1);
+  ServiceManager manager;
+  manager.ticked(1'000'000, 1);
+  manager.stopping();
+  ::unsetenv("NOTIFY_SOCKET");
 }
 
 TEST(HardwareWatchdog, ADeviceThatIsNoneIsNamed) {
