@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 #include <poll.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -30,6 +32,7 @@
 #include "board/range_check.hpp"
 #include "board/resting_volts.hpp"
 #include "board/rt/events.hpp"
+#include "board/rt/real_time.hpp"
 #include "board/say.hpp"
 #include "firmware/board.hpp"
 #include "firmware/canopen/lss.hpp"
@@ -265,11 +268,36 @@ unsigned stated_kbit(const config::BoardFile& board) {
       static_cast<std::size_t>(std::countr_zero(board.settings.node.bit_rates)));
 }
 
+/// What the kernel counts a device among, as "watchdog"; empty: it is none, or the kernel does not say.
+std::string subsystem_of(const struct stat& device) {
+  if (!S_ISCHR(device.st_mode)) return {};
+  std::error_code unknown;
+  const std::filesystem::path link =
+      fmt::format("/sys/dev/char/{}:{}/subsystem", major(device.st_rdev), minor(device.st_rdev));
+  return std::filesystem::read_symlink(link, unknown).filename().string();
+}
+
 /// Looks without touching: a watchdog that is opened is armed.
 std::string check_watchdog(const std::filesystem::path& path) {
-  if (::access(path.c_str(), W_OK) == 0) return path.string();
-  throw std::runtime_error(
-      fmt::format("{}: {}, expected a device that can be written", path.string(), std::strerror(errno)));
+  const auto refuse = [&](const std::string& found) {
+    throw std::runtime_error(
+        fmt::format("{}: {}, expected a watchdog that can be written", path.string(), found));
+  };
+  struct stat device {};
+  if (::stat(path.c_str(), &device) != 0 || ::access(path.c_str(), W_OK) != 0) refuse(std::strerror(errno));
+  const std::string subsystem = subsystem_of(device);
+  // /dev/watchdog, the first one's older name, is counted among the miscellaneous
+  if (subsystem != "watchdog" && subsystem != "misc")
+    refuse(subsystem.empty() ? "is no device that the kernel lists"
+                             : "is one of its " + subsystem + " devices");
+  return path.string();
+}
+
+/// By going there: what is checked does no more on it than this.
+std::string check_processor(int cpu) {
+  const std::string refusal = rt::run_on(cpu);
+  if (!refusal.empty()) throw std::runtime_error(refusal);
+  return fmt::format("{}", cpu);
 }
 
 bool lies_in(const std::filesystem::path& path, const std::filesystem::path& folder) {
@@ -310,6 +338,7 @@ bool check(const config::BoardFile& board) {
   check_output(board, page);
   page.attempt("store", [&] { return check_store(board.store); });
   if (!board.watchdog.empty()) page.attempt("watchdog", [&] { return check_watchdog(board.watchdog); });
+  if (const auto cpu = board.real_time.cpu) page.attempt("processor", [&] { return check_processor(*cpu); });
   return page.all_good();
 }
 

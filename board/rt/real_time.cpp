@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <cstring>
 #include <span>
+#include <utility>
 
 namespace plenum::board::rt {
 namespace {
@@ -49,6 +50,14 @@ std::string refused(const std::string& what, const std::string& expected) {
 
 }  // namespace
 
+std::string run_on(int cpu) {
+  cpu_set_t only;
+  CPU_ZERO(&only);
+  CPU_SET(static_cast<std::size_t>(cpu), &only);
+  if (::sched_setaffinity(0, sizeof only, &only) == 0) return {};
+  return refused("real_time.cpu = " + std::to_string(cpu), "a processor of this machine");
+}
+
 std::vector<std::string> enter_real_time(int priority, std::optional<int> cpu) {
   std::vector<std::string> refusals;
   ::mallopt(M_TRIM_THRESHOLD, -1);
@@ -56,13 +65,8 @@ std::vector<std::string> enter_real_time(int priority, std::optional<int> cpu) {
   if (!lock_memory())
     refusals.push_back(refused("memory cannot be locked", "CAP_IPC_LOCK, or LimitMEMLOCK=infinity"));
   touch_stack();
-  if (cpu) {
-    cpu_set_t only;
-    CPU_ZERO(&only);
-    CPU_SET(static_cast<std::size_t>(*cpu), &only);
-    if (::sched_setaffinity(0, sizeof only, &only) != 0)
-      refusals.push_back(refused("real_time.cpu = " + std::to_string(*cpu), "a processor of this machine"));
-  }
+  if (std::string refusal = cpu ? run_on(*cpu) : std::string(); !refusal.empty())
+    refusals.push_back(std::move(refusal));
   const sched_param parameters{.sched_priority = priority};
   if (priority > 0 && ::sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &parameters) != 0)
     refusals.push_back(

@@ -137,6 +137,18 @@ class WithoutDevices(NoDevices):
         for own in self.folder, self.folder.parent:
             self.assertEqual(store(STATE_DIRECTORY=str(own)), f"ok    store          {self.folder}")
 
+    def test_check_tells_a_watchdog_from_another_device_and_a_processor_from_none(self):
+        for path, found in (("/nowhere/watchdog0", "No such file or directory"), ("/dev/null", "is one of its mem devices"),
+                            (self.board, "is no device that the kernel lists")):
+            self.board.write_text(BOARD.format(folder=self.folder, interface=self.interface) + f'watchdog = "{path}"\n', encoding="utf-8")
+            said = run("--config", str(self.board), "--check").stdout.splitlines()[-1]
+            self.assertEqual(said, f"FAIL  watchdog       {path}: {found}, expected a watchdog that can be written")
+        here = min(os.sched_getaffinity(0))
+        for cpu, says in (here, f"ok    processor      {here}"), (1023, "FAIL  processor      real_time.cpu = 1023: Invalid argument, "
+                                                                        "expected a processor of this machine"):
+            self.board.write_text(BOARD.format(folder=self.folder, interface=self.interface) + f"cpu = {cpu}\n", encoding="utf-8")
+            self.assertEqual(run("--config", str(self.board), "--check").stdout.splitlines()[-1], says)
+
     def test_check_makes_nothing(self):
         run("--config", str(self.board), "--check")
         self.assertEqual(list(self.folder.iterdir()), [self.board])
