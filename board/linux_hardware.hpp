@@ -54,13 +54,12 @@ class LinuxHardware final : public Hardware {
 
   Drivers drivers() noexcept;
   rt::Events& events() noexcept { return *events_; }
-  /// The guard of the outputs stands.
-  bool guarded() const noexcept { return guard_.stands(); }
 
   void begin() noexcept override;
   bool gather() noexcept override;
   bool scans_ready() const noexcept override;
   void look_at_stop() noexcept override { stop_.look(); }
+  bool guarded() const noexcept override { return guard_.stands(); }
   void ticked(std::uint64_t now_ns, std::uint32_t tick_count) noexcept override;
   void make_safe() noexcept override;
   void rest_at(std::size_t chamber, float command_V) noexcept override;

@@ -34,9 +34,10 @@ void Plenumd::run() noexcept {
 }
 
 bool Plenumd::step() noexcept {
-  const rt::Happened happened = events_.wait(
-      pace_.deadline_ns(), waits_ < kWaits ? rt::WaitFor::anything : rt::WaitFor::moment_or_stop);
-  if (happened.stop) return false;
+  const rt::Happened happened =
+      events_.wait(pace_.deadline_ns(hardware_.scans_ready()),
+                   waits_ < kWaits ? rt::WaitFor::anything : rt::WaitFor::moment_or_stop);
+  if (happened.stop || (happened.child && !hardware_.guarded())) return false;
   ++waits_;
   if (happened.emergency_stop) hardware_.look_at_stop();
   const std::uint64_t now_ns = events_.now_ns();

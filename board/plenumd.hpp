@@ -4,7 +4,7 @@
 //       emergency stop:  valve power off at once
 //       scans:           taken into the sums of the tick
 //       tick due?   yes: frames, tick, a piece of storing, watchdogs, bus     no: frames
-//       SIGTERM:         outputs safe, what is being stored is finished, end
+//       SIGTERM, or the guard has ended:  outputs safe, what is being stored is finished, end
 //
 // One thread, no heap, no exception while a bus is there. Everything beyond the firmware's ports is Events and Hardware, so
 // that a test runs the very loop on a clock of its own.
@@ -30,6 +30,8 @@ class Hardware {
   virtual bool scans_ready() const noexcept = 0;
   /// The line of the emergency stop has changed.
   virtual void look_at_stop() noexcept = 0;
+  /// Somebody makes the outputs safe if the loop ends or falls silent.
+  virtual bool guarded() const noexcept = 0;
   /// A tick has been done, the `tick_count`-th: feeds watchdogs, tends the bus.
   virtual void ticked(std::uint64_t now_ns, std::uint32_t tick_count) noexcept = 0;
   /// Outputs at their safe values, valve power off.
@@ -54,11 +56,11 @@ class Plenumd {
   /// All must outlive it. `board` has been started.
   Plenumd(const config::RealTime& real_time, Board& board, rt::Events& events, Hardware& hardware) noexcept;
 
-  /// Until a signal asks to stop; the outputs are safe before the first tick and after the last.
+  /// Until a signal asks to stop, or the guard is lost; the outputs are safe before the first tick and after the last.
   void run() noexcept;
 
  private:
-  /// False: asked to stop.
+  /// False: asked to stop, or no guard stands any more.
   bool step() noexcept;
   void tick(const rt::Pace::Tick& tick, std::uint64_t now_ns) noexcept;
   void finish_storing() noexcept;

@@ -83,7 +83,10 @@ Happened KernelEvents::wait(std::uint64_t until_ns, WaitFor what) noexcept {
 
   Happened happened;
   signalfd_siginfo signal{};
-  happened.stop = has_come(polled_[kStop]) && ::read(polled_[kStop].fd, &signal, sizeof signal) > 0;
+  if (has_come(polled_[kStop]) && ::read(polled_[kStop].fd, &signal, sizeof signal) > 0) {
+    happened.child = signal.ssi_signo == SIGCHLD;
+    happened.stop = !happened.child;
+  }
   happened.frames = has_come(polled_[kFrames]);
   happened.emergency_stop = has_come(polled_[kEmergencyStop]);
   for (std::size_t i = kFirstScans; i < polled_.size(); ++i) happened.scans |= has_come(polled_[i]);

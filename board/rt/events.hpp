@@ -12,7 +12,8 @@ namespace plenum::board::rt {
 
 /// What ended a wait; none of them: the moment has come.
 struct Happened {
-  bool stop = false;  ///< SIGTERM, SIGINT, or a child that has ended or stopped: once a signal
+  bool stop = false;   ///< SIGTERM or SIGINT, once a signal
+  bool child = false;  ///< one has ended or was stopped: the guard, or one that this program was started with
   bool frames = false;
   bool scans = false;
   bool emergency_stop = false;  ///< its line has changed

@@ -9,7 +9,8 @@
 //
 // Latency is counted from the moment a tick was due. By the scans that is the earliest phase seen, one period on, which may
 // slip by kDrift: what is kept is how much later than its best a tick begins, whatever the two crystals are worth. A converter
-// slower than kDrift falls behind a whole period now and then, and that is an overrun in truth.
+// slower than kDrift falls behind a whole period now and then, and that is an overrun in truth. One that is faster than it was
+// said to be gains kAdvance a tick at most, and what it brings beyond is averaged, too: the model's tick is no shorter.
 //
 // Overrun: a tick that begins a period or more after it was due. The ones that went by are left out and counted.
 #pragma once
@@ -23,6 +24,8 @@ class Pace {
  public:
   /// By the scans: the rate of two crystals may differ by one part in kDrift.
   static constexpr std::uint64_t kDrift = 5000;
+  /// By the scans: a tick begins by one part in kAdvance of a period before it is due, and no sooner.
+  static constexpr std::uint64_t kAdvance = 100;
 
   struct Config {
     std::uint64_t period_ns = 10'000'000;
@@ -38,12 +41,13 @@ class Pace {
   Pace(const Config& config, std::uint64_t now_ns) noexcept
       : config_(config), due_ns_(now_ns + config.period_ns) {}
 
-  /// When the clock calls for a tick, whatever the scans do.
-  std::uint64_t deadline_ns() const noexcept {
-    return due_ns_ + (config_.by_scans && by_scans_now_ ? config_.period_ns / 2 : 0);
+  /// When the clock calls for a tick, if until then the scans stay as they are. `scans_ready`: a tick's worth of them has come.
+  std::uint64_t deadline_ns(bool scans_ready) const noexcept {
+    if (!by_scans_now_) return due_ns_;
+    return scans_ready ? due_ns_ - config_.period_ns / kAdvance : due_ns_ + config_.period_ns / 2;
   }
 
-  /// The tick that is to begin now; empty: none yet. `scans_ready`: a tick's worth of them has come.
+  /// The tick that is to begin now; empty: none yet.
   std::optional<Tick> due(std::uint64_t now_ns, bool scans_ready) noexcept;
 
  private:

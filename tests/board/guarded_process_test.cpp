@@ -196,7 +196,7 @@ TEST_F(GuardedProcess, AGuardThatHasEndedOrWasStoppedIsMissedByTheLoop) {
     rt::KernelEvents events(-1, {});
     EXPECT_TRUE(guard.stands());
     ASSERT_EQ(::kill(child_of(::getpid()), signal), 0);
-    do EXPECT_TRUE(events.wait(kNever_ns, rt::WaitFor::anything).stop);
+    do EXPECT_TRUE(events.wait(kNever_ns, rt::WaitFor::anything).child);
     while (guard.stands());
   }
 }

@@ -63,6 +63,7 @@ class FakeHardware final : public Hardware {
   }
   bool scans_ready() const noexcept override { return ready; }
   void look_at_stop() noexcept override { looked_at_tick.push_back(ticks.size()); }
+  bool guarded() const noexcept override { return guard; }
   void ticked(std::uint64_t now_ns, std::uint32_t tick_count) noexcept override {
     EXPECT_TRUE(begun) << "with scans of before the first tick";
     EXPECT_EQ(tick_count, ticks.size() + 1);
@@ -74,6 +75,7 @@ class FakeHardware final : public Hardware {
   void stopping() noexcept override { when_stopping(); }
 
   bool begun = false;
+  bool guard = true;
   bool ready = false;
   std::vector<std::uint64_t> ticks;  ///< when each was done [ns since the start]
   std::vector<std::size_t> looked_at_tick;
@@ -152,6 +154,23 @@ TEST_F(PlenumdTest, TheOutputsAreSafeBeforeTheFirstTickAndAfterTheLast) {
   events.stop_after(35);
   run(kClock);
   EXPECT_THAT(hardware.safe_at_tick, ElementsAre(0U, 3U));
+}
+
+TEST_F(PlenumdTest, AChildThatHasEndedEndsItOnlyIfItWasTheGuard) {
+  events.events.push_back({kStart + 13 * kMs, {.child = true}});
+  events.events.push_back({kStart + 25 * kMs, {.child = true}, [this] { hardware.guard = false; }});
+  events.stop_after(100);
+  run(kClock);
+  EXPECT_THAT(hardware.ticks, ElementsAre(10 * kMs, 20 * kMs));
+  EXPECT_THAT(hardware.safe_at_tick, ElementsAre(0U, 2U));
+}
+
+TEST_F(PlenumdTest, ScansThatComeBeforeTheirTimeWaitForTheTick) {
+  for (const std::uint64_t ms : {7U, 12U, 17U}) events.events.push_back({kStart + ms * kMs, {.scans = true}});
+  events.stop_after(18);
+  run(kAdc);
+  EXPECT_THAT(hardware.ticks, ElementsAre(7 * kMs, 16'902'000U))
+      << "a drift, and a hundredth of a tick before";
 }
 
 /// "save" to 1010h:1, at the third millisecond.

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 namespace plenum::board::rt {
 namespace {
 
@@ -17,7 +19,7 @@ TEST(PaceByClock, TicksAreDueAPeriodApartHoweverLateEachBegins) {
   std::uint64_t due_ns = kStart;
   for (const std::uint64_t late_ns : {0U, 900U, 70'000U, 9'999'999U, 0U}) {
     due_ns += kPeriod;
-    EXPECT_EQ(pace.deadline_ns(), due_ns);
+    EXPECT_EQ(pace.deadline_ns(true), due_ns);
     EXPECT_FALSE(pace.due(due_ns - 1, true)) << "scans call for nothing here";
     const auto tick = pace.due(due_ns + late_ns, false);
     ASSERT_TRUE(tick);
@@ -87,7 +89,7 @@ TEST(PaceByScans, WhenTheScansStayAwayTheClockStandsInHalfAPeriodLaterAndThenEve
   ASSERT_TRUE(pace.due(kStart + kPeriod, true));
   const std::uint64_t expected_ns = kStart + 2 * kPeriod + kSlip;
   std::uint64_t clock_ns = expected_ns + kPeriod / 2;
-  EXPECT_EQ(pace.deadline_ns(), clock_ns);
+  EXPECT_EQ(pace.deadline_ns(false), clock_ns);
   EXPECT_FALSE(pace.due(clock_ns - 1, false));
   const auto first = pace.due(clock_ns, false);
   ASSERT_TRUE(first);
@@ -106,14 +108,37 @@ TEST(PaceByScans, WhenTheScansStayAwayTheClockStandsInHalfAPeriodLaterAndThenEve
 TEST(PaceByScans, ScansThatComeAgainPaceTheTicksAgain) {
   Pace pace(kScans, kStart);
   ASSERT_TRUE(pace.due(kStart + kPeriod, true));
-  const std::uint64_t stood_in_ns = pace.deadline_ns();
+  const std::uint64_t stood_in_ns = pace.deadline_ns(false);
   ASSERT_TRUE(pace.due(stood_in_ns, false));
   // A tick's worth of scans takes less than a period to come, so that they are there before the clock calls.
   const std::uint64_t again_ns = stood_in_ns + kPeriod - 400'000;
   const auto again = pace.due(again_ns, true);
   ASSERT_TRUE(again);
   EXPECT_EQ(again->latency_ns, 0U);
-  EXPECT_EQ(pace.deadline_ns(), again_ns + kPeriod + kSlip + kPeriod / 2);
+  EXPECT_EQ(pace.deadline_ns(false), again_ns + kPeriod + kSlip + kPeriod / 2);
+}
+
+TEST(PaceByScans, AConverterTwiceAsFastAsItWasSaidToBeGainsAHundredthAndNoMore) {
+  Pace pace(kScans, kStart);
+  std::uint64_t scans_ns = kStart;
+  std::uint64_t now_ns = kStart;
+  bool ready = false;
+  int ticks = 0;
+  while (now_ns < kStart + 100 * kPeriod) {
+    const std::uint64_t deadline_ns = pace.deadline_ns(ready);
+    now_ns = std::min(scans_ns + kPeriod / 2, deadline_ns);  // as the loop waits
+    if (now_ns == scans_ns + kPeriod / 2) {
+      scans_ns = now_ns;
+      ready = true;
+    }
+    const auto tick = pace.due(now_ns, ready);
+    EXPECT_TRUE(tick || now_ns < deadline_ns) << "a wait that has ended for nothing";
+    if (!tick) continue;
+    EXPECT_EQ(tick->latency_ns, 0U);
+    ready = false;
+    ++ticks;
+  }
+  EXPECT_EQ(ticks, 101);
 }
 
 TEST(PaceByScans, AProcessThatWasStoppedFindsItsTicksMissedThoughScansWait) {
