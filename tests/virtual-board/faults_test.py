@@ -226,8 +226,11 @@ class BoardAndFaults(unittest.TestCase):
         self.assertEqual(self.bus_offs(), (offs + 1, restarts + 1))
         self.board.run(f"echo can0 >{BUS_OFF}; sleep 0.5")
         heard = self.board.run("cat /run/emergencies").splitlines()
-        told_ms = [float(row[1:18]) * 1000 - struck_us / 1000 for row in heard if f" {0x80 + NODE:03X}#4081" in row]
-        self.assertEqual(len(told_ms), 2, "8140h is told once for each bus-off")
+        codes = [row.split("#")[1][:4] for row in heard]
+        # behind a less urgent fault (8250h, when the PC's tool gives up) it is told again, as what 604Eh shows
+        risen = [row for row, code, before in zip(heard, codes, ["", *codes]) if code == "4081" and before in ("", "4081")]
+        self.assertEqual(len(risen), 2, f"8140h is told once for each bus-off: {heard}")
+        told_ms = [float(row[1:18]) * 1000 - struck_us / 1000 for row in risen]
         self.assertGreaterEqual(told_ms[0], RESTART_ms, "8140h was told off the bus [ms]")
         self.figures["8140h, after the bus-off"] = f"{told_ms[0]:8.1f} ms"
         self.assert_fault("8140h")
