@@ -245,30 +245,35 @@ void stage(Session& session, const OfChamber& uploads, double timeout_s) {
                             refusal(session, refused, reason(session, refused))));
 }
 
-void await_comparison(Session& session, const ModelUpload& upload) {
+/// Why the board doubts the model: a clause for a person; empty: it does not.
+std::string await_doubt(Session& session, const ModelUpload& upload) {
   const SetPhase found = phase_after(session, upload, SetPhase::checking, kCheckTimeout_s);
   if (found == SetPhase::checking) {
     throw Timeout(fmt::format("{}: the comparison with the model in force had no result within {} s",
                               where(session, upload), kCheckTimeout_s));
   }
-  if (found != SetPhase::doubted) return;
-  throw Refused(fmt::format("{}: model refused: {}; to be committed with force only", where(session, upload),
-                            refusal(session, upload, reason(session, upload))));
+  return found == SetPhase::doubted ? refusal(session, upload, reason(session, upload)) : std::string();
 }
 
 /// After the take-over; `crc_before` is of the image in force before it, 0: none.
 Comparison read_comparison(Session& session, const ModelUpload& upload, std::uint32_t crc_before,
                            Doubted doubted) {
   using Outcome = Comparison::Outcome;
+  using plenum::config::Trial;
   const std::uint16_t state = chamber_index(object::kSetState, upload.chamber);
-  if (crc_before == 0) return {.outcome = Outcome::no_model};
-  if (crc_before == plenum::config::trailing_crc(upload.image)) return {.outcome = Outcome::same};
-  const auto trial = static_cast<plenum::config::Trial>(session.read<std::uint8_t>(state, 9));
-  if (trial != plenum::config::Trial::passed)
-    return {.outcome = doubted == Doubted::force ? Outcome::not_awaited : Outcome::no_movement};
-  return {.outcome = Outcome::passed,
-          .rms_Pa = static_cast<double>(session.read<float>(state, 10)),
-          .before_rms_Pa = static_cast<double>(session.read<float>(state, 11))};
+  Comparison comparison;
+  if (crc_before == 0) return comparison;
+  comparison.outcome = Outcome::same;
+  if (crc_before == plenum::config::trailing_crc(upload.image)) return comparison;
+  const auto trial = static_cast<Trial>(session.read<std::uint8_t>(state, 9));
+  if (trial != Trial::passed && trial != Trial::worse) {
+    comparison.outcome = doubted == Doubted::force ? Outcome::not_awaited : Outcome::no_movement;
+    return comparison;
+  }
+  comparison.outcome = trial == Trial::passed ? Outcome::passed : Outcome::worse;
+  comparison.rms_Pa = static_cast<double>(session.read<float>(state, 10));
+  comparison.before_rms_Pa = static_cast<double>(session.read<float>(state, 11));
+  return comparison;
 }
 
 void await_take_over(Session& session, const ModelUpload& upload, double timeout_s) {
@@ -289,6 +294,7 @@ void await_take_over(Session& session, const ModelUpload& upload, double timeout
 }  // namespace
 
 std::string caveat_of(const Comparison& comparison) {
+  if (!comparison.doubt.empty()) return "taken by force: " + comparison.doubt;
   switch (comparison.outcome) {
     case Comparison::Outcome::no_model:
       return "not compared: the chamber had no model before";
@@ -298,6 +304,7 @@ std::string caveat_of(const Comparison& comparison) {
     case Comparison::Outcome::not_awaited:
       return "not compared with the model before: the commit was forced";
     case Comparison::Outcome::same:
+    case Comparison::Outcome::worse:
     case Comparison::Outcome::passed:
       break;
   }
@@ -330,16 +337,23 @@ std::vector<Comparison> Session::upload_models(std::span<const ModelUpload> uplo
   stage(*this, of_chamber, config_.state_timeout_s);
   const std::uint8_t mask = mask_of(of_chamber);
   std::vector<std::uint32_t> crcs;
+  std::array<std::string, kChambers> doubts;
   for (const ModelUpload* upload : of_chamber) {
     if (upload == nullptr) continue;
     crcs.push_back(plenum::config::trailing_crc(upload->image));
-    if (doubted == Doubted::refuse) await_comparison(*this, *upload);
+    if (doubted == Doubted::force) continue;
+    std::string& doubt = doubts[upload->chamber];
+    doubt = await_doubt(*this, *upload);
+    if (doubted == Doubted::refuse && !doubt.empty()) {
+      throw Refused(fmt::format("{}: model refused: {}; to be committed with force only",
+                                where(*this, *upload), doubt));
+    }
   }
   write(object::kCommit, 1, mask);
   write(object::kCommit, 2, plenum::config::commit_crc(crcs));
   try {
     write(object::kCommit, 3,
-          doubted == Doubted::force ? plenum::config::kForceKey : plenum::config::kCommitKey);
+          doubted == Doubted::refuse ? plenum::config::kCommitKey : plenum::config::kForceKey);
   } catch (const SdoAbort& abort) {
     throw Refused(fmt::format("node {}: commit of chambers {:02X}h refused (abort {:08X}h, {})", node_id_,
                               mask, abort.code, abort_text(abort.code)));
@@ -348,6 +362,7 @@ std::vector<Comparison> Session::upload_models(std::span<const ModelUpload> uplo
   for (const ModelUpload& upload : uploads) {
     await_take_over(*this, upload, config_.state_timeout_s);
     comparisons.push_back(read_comparison(*this, upload, crc_before[upload.chamber], doubted));
+    comparisons.back().doubt = doubts[upload.chamber];
   }
   return comparisons;
 }

@@ -52,17 +52,23 @@ struct Comparison {
     same,         ///< it is the model that was in force before
     no_movement,  ///< its log, if there is one, has too little movement of the pressure to tell two models apart
     not_awaited,  ///< the commit was forced before there was a result
+    worse,        ///< and was accepted
     passed
   };
   Outcome outcome = Outcome::no_model;
-  double rms_Pa = 0.0;         ///< of the new model's prediction; when passed
+  double rms_Pa = 0.0;         ///< of the new model's prediction; when passed or worse
   double before_rms_Pa = 0.0;  ///< likewise
+  std::string doubt;  ///< why the board doubted a model that was accepted: a clause; empty: it did not
 };
 /// A clause for a person; empty where there is nothing to see to.
 std::string caveat_of(const Comparison& comparison);
 
 /// What becomes of a model that the board doubts: it predicts worse than the one in force, or is of another valve.
-enum class Doubted { refuse, force };
+enum class Doubted {
+  refuse,
+  accept,  ///< it is committed when the board has said why, and its Comparison tells
+  force    ///< it is committed at once: nobody learns whether the board would have doubted it
+};
 
 enum class SetpointFormat {
   millibar,  ///< RPDO1 and 2 as the board has them by default: 1 mbar a step, control word by RPDO3

@@ -29,7 +29,7 @@ Json versions_json(const client::Versions& versions) {
 
 Json comparison_json(const client::Comparison& comparison) {
   using Outcome = client::Comparison::Outcome;
-  const bool passed = comparison.outcome == Outcome::passed;
+  const bool compared = comparison.outcome == Outcome::passed || comparison.outcome == Outcome::worse;
   const auto name_of = [](Outcome outcome) {
     switch (outcome) {
       case Outcome::no_model:
@@ -40,15 +40,18 @@ Json comparison_json(const client::Comparison& comparison) {
         return "no log with movement";
       case Outcome::not_awaited:
         return "forced";
+      case Outcome::worse:
+        return "worse";
       case Outcome::passed:
         return "passed";
     }
     return "unknown";
   };
-  return {{"compared", passed},
+  return {{"compared", compared},
           {"outcome", name_of(comparison.outcome)},
-          {"rms_Pa", passed ? Json(comparison.rms_Pa) : Json(nullptr)},
-          {"before_rms_Pa", passed ? Json(comparison.before_rms_Pa) : Json(nullptr)}};
+          {"rms_Pa", compared ? Json(comparison.rms_Pa) : Json(nullptr)},
+          {"before_rms_Pa", compared ? Json(comparison.before_rms_Pa) : Json(nullptr)},
+          {"doubt", comparison.doubt.empty() ? Json(nullptr) : Json(comparison.doubt)}};
 }
 
 namespace {

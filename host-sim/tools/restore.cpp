@@ -94,7 +94,7 @@ int run(const Options& options) {
   std::vector<client::Comparison> comparisons;
   if (!options.settings_only && !backup.models.empty()) {
     comparisons = session.upload_models(backup.models,
-                                        options.force ? client::Doubted::force : client::Doubted::refuse);
+                                        options.force ? client::Doubted::accept : client::Doubted::refuse);
     client::await_stored(session);
   }
   const StopSignal until_whole;  // a first Ctrl-C does not leave a board with its PDOs off

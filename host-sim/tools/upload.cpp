@@ -65,7 +65,7 @@ int run(const Options& options) {
   const ShownTransfers shown(board.session(), "uploading");
   client::require_compatible(board.session());
   const auto comparisons = board.session().upload_models(
-      uploads, options.force ? client::Doubted::force : client::Doubted::refuse);
+      uploads, options.force ? client::Doubted::accept : client::Doubted::refuse);
   // The session has read back and compared; what is left is that the board keeps them.
   client::await_stored(board.session());
   options.board.keep_rig();

@@ -65,7 +65,7 @@ class Looking(BoardCommands):
     def test_upload_tells_whether_the_board_compared_a_model_with_the_one_before(self):
         self.write("model-2.json", json.dumps(MODEL))
         first, = self.json_of("upload", "--store", "board", "model-2.json")["uploaded"]
-        self.assertEqual(first["comparison"], {"compared": False, "outcome": "no model before", "rms_Pa": None, "before_rms_Pa": None})
+        self.assertEqual(first["comparison"], {"compared": False, "outcome": "no model before", "rms_Pa": None, "before_rms_Pa": None, "doubt": None})
         self.assertNotIn("not compared", self.done("upload", "--store", "board", "model-2.json"), "the same again")
         self.write("other.json", json.dumps(MODEL | {"parameters": MODEL["parameters"] | {"c7_per_V_s": 41}}))
         self.assertRegex(self.done("upload", "--store", "board", "other.json"),

@@ -27,6 +27,7 @@ using config::Trial;
 using telemetry::kLogTicks;
 using telemetry::Recorder;
 using testing::HasSubstr;
+using testing::StartsWith;
 using testing::ThrowsMessage;
 using Values = std::array<float, 12>;
 namespace object = canopen::object;
@@ -395,6 +396,20 @@ TEST(ShadowRunOnABoard, TakesAWorseModelByForce) {
   EXPECT_EQ(bench.session.download_model(2), worse);
 }
 
+TEST(ShadowRunOnABoard, TellsWhoAcceptsWhatItDoubtsWhyItDoes) {
+  using host::client::Doubted;
+  Bench bench;
+  record_steps(bench);
+  const auto taken = bench.session.upload_model(2, image_of(scaled(kC7, 0.5F)), Doubted::accept);
+  EXPECT_EQ(bench.session.download_model(2), image_of(scaled(kC7, 0.5F)));
+  EXPECT_EQ(taken.outcome, host::client::Comparison::Outcome::worse);
+  EXPECT_GT(taken.rms_Pa, 5.0 * taken.before_rms_Pa);
+  EXPECT_THAT(host::client::caveat_of(taken), StartsWith("taken by force: it predicts the board's log"));
+  const auto back = bench.session.upload_model(2, image_of(kValve, 100), Doubted::accept);
+  EXPECT_EQ(back.outcome, host::client::Comparison::Outcome::passed);
+  EXPECT_EQ(host::client::caveat_of(back), "");
+}
+
 TEST(ShadowRunOnABoard, IsToldToWhoUploadsAlsoWhereItHadNothingToCompareBy) {
   using Outcome = host::client::Comparison::Outcome;
   Bench bench;
@@ -441,8 +456,9 @@ TEST(ShadowRunOnABoard, RefusesAModelOfAnotherValve) {
   EXPECT_THAT([&] { bench.session.upload_model(1, image_of(kValve, 4711)); },
               ThrowsMessage<host::client::Refused>(HasSubstr("valve 4711, the board has 815")));
   bench.session.upload_model(1, image_of(kValve, 815));
-  bench.session.upload_model(1, image_of(kValve, 4711), host::client::Doubted::force);
+  const auto taken = bench.session.upload_model(1, image_of(kValve, 4711), host::client::Doubted::accept);
   EXPECT_EQ(bench.session.download_model(1), image_of(kValve, 4711));
+  EXPECT_THAT(host::client::caveat_of(taken), HasSubstr("valve 4711, the board has 815"));
 }
 
 TEST(ShadowRunOnABoard, LeavesTheCommandsAsTheyWouldBeWithoutIt) {
