@@ -105,6 +105,7 @@ class World final : public board::rt::Events, public board::Hardware {
   bool gather() noexcept override { return false; }
   bool scans_ready() const noexcept override { return false; }
   void look_at_stop() noexcept override {}
+  bool guarded() const noexcept override { return true; }
   void ticked(std::uint64_t, std::uint32_t) noexcept override { ticked_ = true; }
   void make_safe() noexcept override {}
   void rest_at(std::size_t, float) noexcept override {}
