@@ -86,7 +86,15 @@ class NoDevices(unittest.TestCase):
         self.folder = Path(folder.name)
         self.board = self.folder / "board.toml"
         self.interface = f"none{os.getpid()}"  # a second run of this test is no second plenumd
-        self.board.write_text(BOARD.format(folder=self.folder, interface=self.interface), encoding="utf-8")
+        self.describe()
+
+    def describe(self, folder=None, more=""):
+        """Writes board.toml, with this store and `more` of [real_time]."""
+        self.board.write_text(BOARD.format(folder=folder or self.folder, interface=self.interface) + more, encoding="utf-8")
+
+    def last_checked(self, **environment):
+        """The last line of --check."""
+        return run("--config", str(self.board), "--check", **environment).stdout.splitlines()[-1]
 
     def start(self, **more):
         """The program, and the socket of its service manager."""
@@ -124,30 +132,26 @@ class WithoutDevices(NoDevices):
     def test_check_refuses_a_store_that_could_not_be_opened(self):
         (self.folder / "slot-a.bin").mkdir()
         for folder in self.folder, self.board, Path("/dev/null"):
-            self.board.write_text(BOARD.format(folder=folder, interface=self.interface), encoding="utf-8")
-            said = run("--config", str(self.board), "--check").stdout.splitlines()[-1]
-            self.assertRegex(said, rf"^FAIL  store +store:{folder}\S*: .*, expected a folder")
+            self.describe(folder)
+            self.assertRegex(self.last_checked(), rf"^FAIL  store +store:{folder}\S*: .*, expected a folder")
 
     def test_check_says_what_the_service_needs_for_a_store_outside_of_its_own_folder(self):
-        def store(**environment):
-            return run("--config", str(self.board), "--check", **environment).stdout.splitlines()[-1]
         needs = f"the service needs a line ReadWritePaths={self.folder} (systemctl edit plenumd)"
-        self.assertEqual(store(), f"ok    store          {self.folder}, outside of /var/lib/plenum: {needs}")
-        self.assertEqual(store(STATE_DIRECTORY=f"{self.folder}-"), f"ok    store          {self.folder}, outside of {self.folder}-: {needs}")
+        self.assertEqual(self.last_checked(), f"ok    store          {self.folder}, outside of /var/lib/plenum: {needs}")
+        self.assertEqual(self.last_checked(STATE_DIRECTORY=f"{self.folder}-"), f"ok    store          {self.folder}, outside of {self.folder}-: {needs}")
         for own in self.folder, self.folder.parent:
-            self.assertEqual(store(STATE_DIRECTORY=str(own)), f"ok    store          {self.folder}")
+            self.assertEqual(self.last_checked(STATE_DIRECTORY=str(own)), f"ok    store          {self.folder}")
 
     def test_check_tells_a_watchdog_from_another_device_and_a_processor_from_none(self):
         for path, found in (("/nowhere/watchdog0", "No such file or directory"), ("/dev/null", "is one of its mem devices"),
                             (self.board, "is no device that the kernel lists")):
-            self.board.write_text(BOARD.format(folder=self.folder, interface=self.interface) + f'watchdog = "{path}"\n', encoding="utf-8")
-            said = run("--config", str(self.board), "--check").stdout.splitlines()[-1]
-            self.assertEqual(said, f"FAIL  watchdog       {path}: {found}, expected a watchdog that can be written")
+            self.describe(more=f'watchdog = "{path}"\n')
+            self.assertEqual(self.last_checked(), f"FAIL  watchdog       {path}: {found}, expected a watchdog that can be written")
         here = min(os.sched_getaffinity(0))
         for cpu, says in (here, f"ok    processor      {here}"), (1023, "FAIL  processor      real_time.cpu = 1023: Invalid argument, "
                                                                         "expected a processor of this machine"):
-            self.board.write_text(BOARD.format(folder=self.folder, interface=self.interface) + f"cpu = {cpu}\n", encoding="utf-8")
-            self.assertEqual(run("--config", str(self.board), "--check").stdout.splitlines()[-1], says)
+            self.describe(more=f"cpu = {cpu}\n")
+            self.assertEqual(self.last_checked(), says)
 
     def test_check_makes_nothing(self):
         run("--config", str(self.board), "--check")

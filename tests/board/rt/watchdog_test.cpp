@@ -113,6 +113,12 @@ class ServiceManagerTest : public testing::Test {
     return all;
   }
 
+  std::vector<std::string> said_at_the_first_tick() const {
+    ServiceManager manager;
+    manager.ticked(1'000'000, 1);
+    return said();
+  }
+
  private:
   int socket_ = -1;
 };
@@ -134,16 +140,12 @@ TEST_F(ServiceManagerTest, IsToldReadyAtTheFirstTickAndFedThreeTimesInTheTimeAll
 
 TEST_F(ServiceManagerTest, IsNotFedWhenItDoesNotAskForIt) {
   ::unsetenv("WATCHDOG_USEC");
-  ServiceManager manager;
-  manager.ticked(1'000'000, 1);
-  EXPECT_THAT(said(), ElementsAre("READY=1"));
+  EXPECT_THAT(said_at_the_first_tick(), ElementsAre("READY=1"));
 }
 
 TEST_F(ServiceManagerTest, IsNotFedForAnotherProcess) {
   ::setenv("WATCHDOG_PID", "1", 1);
-  ServiceManager manager;
-  manager.ticked(1'000'000, 1);
-  EXPECT_THAT(said(), ElementsAre("READY=1"));
+  EXPECT_THAT(said_at_the_first_tick(), ElementsAre("READY=1"));
 }
 
 // a tick that waited here would hang the test
