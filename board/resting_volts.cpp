@@ -6,12 +6,12 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstdlib>
 #include <cstring>
 #include <new>
 #include <stdexcept>
 #include <string>
 
+#include "board/environment.hpp"
 #include "firmware/config/model_image.hpp"
 
 namespace plenum::board {
@@ -75,8 +75,7 @@ std::optional<RestingVolts::Volts> RestingVolts::left_in(const std::filesystem::
 }
 
 std::filesystem::path RestingVolts::runtime_folder() {
-  const char* const folder = std::getenv("RUNTIME_DIRECTORY");
-  return folder == nullptr ? "" : folder;
+  return environment("RUNTIME_DIRECTORY");
 }
 
 }  // namespace plenum::board

@@ -7,13 +7,13 @@
 
 #include <cerrno>
 #include <cstdint>
-#include <cstdlib>
 #include <cstring>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "board/drivers/slot_files.hpp"
+#include "board/environment.hpp"
 #include "firmware/config/crc32.hpp"
 
 namespace plenum::board::config {
@@ -89,8 +89,7 @@ BoardFile read_accepted(const std::filesystem::path& path) {
 }  // namespace
 
 std::filesystem::path state_folder() {
-  const char* const folder = std::getenv("STATE_DIRECTORY");
-  return folder == nullptr ? "" : folder;
+  return environment("STATE_DIRECTORY");
 }
 
 std::filesystem::path last_accepted_path(const std::filesystem::path& folder) {

@@ -9,21 +9,16 @@
 #include <cerrno>
 #include <charconv>
 #include <cstddef>
-#include <cstdlib>
 #include <cstring>
 #include <stdexcept>
+
+#include "board/environment.hpp"
 
 namespace plenum::board::rt {
 namespace {
 
 constexpr std::uint64_t kSecond_ns = 1'000'000'000;
 constexpr std::uint64_t kFeedings = 3;  // in the time allowed
-
-/// Of the environment; empty: it is not there.
-std::string_view environment(const char* name) noexcept {
-  const char* const value = std::getenv(name);
-  return value == nullptr ? std::string_view{} : value;
-}
 
 /// 0: none.
 std::uint64_t number(std::string_view text) noexcept {
