@@ -30,12 +30,12 @@ bool ErrorReports::tell_others(std::uint8_t error_register, Device& device, Tran
   for (; risen != 0; risen &= risen - 1) {
     const FaultSet fault = risen & (0U - risen);
     const std::uint16_t code = safety::fault_table()[static_cast<std::size_t>(std::countr_zero(risen))].code;
-    for (std::uint8_t chamber = 0; chamber < faults.size(); ++chamber) {
-      if ((faults[chamber] & ~told_[chamber] & fault) == 0) continue;
-      const ErrorState error{code, error_register, chamber};
+    for (std::size_t i = 0; i < faults.size(); ++i) {
+      if ((faults[i] & ~told_[i] & fault) == 0) continue;
+      const ErrorState error{code, error_register, static_cast<std::uint8_t>(i)};
       if (told == kMostATick || !tell(error, device, queue)) return told != 0;
       device.history.push(error);
-      told_[chamber] |= fault;
+      told_[i] |= fault;
       ++told;
     }
   }
