@@ -6,14 +6,15 @@
 namespace plenum {
 namespace {
 
+using config::CubicMetres;
 using config::kPascal_per_kPa;
+using config::Pascals;
+using config::Volts;
 
 /// From an estimate of the volume to its measurement, in ranges of the sensor: no motion takes the observer that far.
 constexpr float kFarthest = 10.0F;
 /// Weight of the newest tick in the mean of what the model misses: the last five seconds or so of regulation count.
-constexpr float kDriftForgetting = 1.0F / 512.0F;
-/// No model is taken to fit better: sensors are noisier on one day than on another.
-constexpr float kLeastFit_kPa = 0.2F;
+constexpr numeric::Scalar kDriftForgetting = numeric::Scalar(1.0F / 512.0F);
 /// So long a volume whose sensor is silent is taken to move on as it did.
 constexpr std::uint8_t kBridged_ticks = 4;
 constexpr numeric::Scalar kHalfTick_s = numeric::Scalar(0.5F * config::kTick_s);
@@ -32,6 +33,7 @@ void ChamberLoop::configure(const config::ChamberSettings& settings,
   limited.command_high_V = settings.command_high_V;
   regulator_.configure(limited);
   valve_delay_ticks_ = regulator.valve_delay_ticks;
+  allowed_ = {.low_V = settings.command_low_V, .high_V = settings.command_high_V};
   farthest_mL_ = kFarthest * numeric::abs(settings.volume_gain_mL_per_V *
                                           (settings.position_valid_high_V - settings.position_valid_low_V));
   settings_seal_ = config::sum_of_object(settings_);
@@ -52,11 +54,12 @@ void ChamberLoop::rest_by_settings() noexcept {
 
 std::uint64_t ChamberLoop::sum_of_constants() const noexcept {
   return volume_.sum_of_constants() + shaper_.sum_of_constants() + regulator_.sum_of_constants() +
-         config::sum_of_object(valve_delay_ticks_) + config::sum_of_object(farthest_mL_);
+         config::sum_of_object(valve_delay_ticks_) + config::sum_of_object(farthest_mL_) +
+         config::sum_of_object(allowed_);
 }
 
 std::uint64_t ChamberLoop::sum_of_paths() const noexcept {
-  return regulator_.sum_of_paths() + config::sum_of_object(fit_error_kPa_);
+  return regulator_.sum_of_paths() + config::sum_of_object(drift_limit_kPa_);
 }
 
 std::uint64_t ChamberLoop::sum_of_state() const noexcept {
@@ -100,8 +103,7 @@ void ChamberLoop::take_over(const config::ModelParameters& parameters) noexcept 
   const control::ModelPaths paths = control::paths_of(parameters, valve_delay_ticks_);
   regulator_.take_over(paths.valve, paths.sensor_lag_ticks, paths.supply);
   drift_kPa_ = 0;
-  fit_error_kPa_ =
-      parameters.fit_error_kPa > 0.0F ? numeric::max(parameters.fit_error_kPa, kLeastFit_kPa) : 0.0F;
+  drift_limit_kPa_ = safety::drift_limit_kPa(settings_, parameters.fit_error_kPa);
   paths_seal_ = sum_of_paths();
   if (pressure_seen_) {
     regulator_.go_on(pressure_now_kPa);  // no bump
@@ -154,12 +156,12 @@ void ChamberLoop::begin_anew() noexcept {
 
 void ChamberLoop::observe_pressure(const control::PressureModel& model) noexcept {
   const control::Regulator::Missed missed = regulator_.observe(model, pressure_kPa_, volume_.past());
-  residual_kPa_ = static_cast<float>(missed.residual_kPa);
+  residual_kPa_ = missed.residual_kPa;
   // At rest a chamber says little, and whoever excites it may be after another model.
   if (!was_regulating_) return;
-  const float missed_kPa = numeric::abs(static_cast<float>(missed.alone_kPa));
-  const float mean_kPa = drift_kPa_ + kDriftForgetting * (missed_kPa - drift_kPa_);
-  drift_kPa_ = numeric::is_finite(mean_kPa) ? mean_kPa : 0.0F;
+  const numeric::Scalar mean_kPa =
+      drift_kPa_ + kDriftForgetting * (numeric::abs(missed.alone_kPa) - drift_kPa_);
+  drift_kPa_ = numeric::is_finite(mean_kPa) ? mean_kPa : numeric::Scalar(0);
 }
 
 safety::FaultSet ChamberLoop::measure(const Measured& readings, bool regulation_asked,
@@ -173,7 +175,7 @@ safety::FaultSet ChamberLoop::measure(const Measured& readings, bool regulation_
                                 .position_fresh = readings.position.fresh,
                                 .residual_kPa = residual_kPa_,
                                 .drift_kPa = drift_kPa_,
-                                .fit_error_kPa = fit_error_kPa_,
+                                .drift_limit_kPa = drift_limit_kPa_,
                                 .command_V = command_V_,
                                 .driven = was_regulating_ || was_exciting_,
                                 .regulation_asked = regulation_asked,
@@ -210,20 +212,17 @@ float ChamberLoop::command(const Order& order, canopen::ChamberImage& image) noe
   }
   // Whatever has become of a setting, no converter is asked for more than it has; of no number for 0 V.
   driven = numeric::min(numeric::max(numeric::Scalar(0), driven), numeric::Scalar(config::kCommandSpan_V));
-  const auto command_V = static_cast<float>(driven);
-  // what the valve does, to learn nothing false
-  regulator_.sent(order.powered ? driven : numeric::Scalar(settings_.null_V));
-  command_V_ = order.powered ? command_V : settings_.null_V;
+  command_V_ = order.powered ? driven : numeric::Scalar(settings_.null_V);
+  regulator_.sent(command_V_);  // what the valve does, to learn nothing false
 
-  image.actual_Pa = pressure_kPa_ * kPascal_per_kPa;
-  image.volume_m3 =
-      static_cast<float>(motion_.volume_mL - motion_.volume_rate_mL_s * kHalfTick_s) * config::kM3_per_mL;
-  image.command_V = command_V;
-  image.feedback_V = command_V - image.feedforward_V;
-  image.residual_Pa = residual_kPa_ * kPascal_per_kPa;
-  image.drift_Pa = drift_kPa_ * kPascal_per_kPa;
+  image.actual_Pa = Pascals::of_core(pressure_kPa_);
+  image.volume_m3 = CubicMetres::of_core(motion_.volume_mL - motion_.volume_rate_mL_s * kHalfTick_s);
+  image.command_V = Volts::of_core(driven);
+  image.feedback_V = Volts::of_core(driven - image.feedforward_V.in_core());
+  image.residual_Pa = Pascals::of_core(residual_kPa_);
+  image.drift_Pa = Pascals::of_core(drift_kPa_);
   state_seal_ = sum_of_state();
-  return command_V;
+  return static_cast<float>(driven);
 }
 
 numeric::Scalar ChamberLoop::driven_V(const Order& order, canopen::ChamberImage& image) noexcept {
@@ -239,12 +238,11 @@ numeric::Scalar ChamberLoop::driven_V(const Order& order, canopen::ChamberImage&
 
   // What bounds the regulator and the excitation themselves are copies, which a flipped bit makes another range.
   const auto allowed = [this](numeric::Scalar command_V) noexcept {
-    return numeric::clamp(command_V, numeric::Scalar(settings_.command_low_V),
-                          numeric::Scalar(settings_.command_high_V));
+    return numeric::clamp(command_V, allowed_.low_V, allowed_.high_V);
   };
   if (regulating) return allowed(regulated_V(order, image));
   image.feedforward_V = settings_.null_V;
-  image.demand_Pa = pressure_kPa_ * kPascal_per_kPa;
+  image.demand_Pa = Pascals::of_core(pressure_kPa_);
   image.reference_Pa = image.demand_Pa;
   // The guard of the excitation lives on fresh pressures: without one the ports are shut.
   // Within limits that leave nothing they stay shut.
@@ -269,17 +267,17 @@ void ChamberLoop::begin_excitation(const Order& order) noexcept {
 
 numeric::Scalar ChamberLoop::regulated_V(const Order& order, canopen::ChamberImage& image) noexcept {
   const bool active = order.drive == safety::Drive::active;
-  const float setpoint_kPa = (active ? image.setpoint_Pa : image.hold_setpoint_Pa) / kPascal_per_kPa;
+  const numeric::Scalar setpoint_kPa =
+      numeric::thousandth(active ? image.setpoint_Pa : image.hold_setpoint_Pa);
   const control::ReferenceShaper::Reference& reference =
       shaper_.step(setpoint_kPa, active ? order.preview_ticks : std::uint8_t{0}, regulator_.ahead());
   const control::PressureModel& model = *known_.in_force();
   const bool open_loop = order.mode == canopen::ControlMode::pressure_open_loop;
   const control::Regulator::Command command = open_loop ? regulator_.feedforward(model, reference, motion_)
                                                         : regulator_.regulate(model, reference, motion_);
-  image.feedforward_V = static_cast<float>(command.feedforward_V);
-  image.demand_Pa =
-      numeric::clamp(setpoint_kPa, settings_.pressure_low_kPa, settings_.pressure_high_kPa) * kPascal_per_kPa;
-  image.reference_Pa = static_cast<float>(reference.kPa[0]) * kPascal_per_kPa;
+  image.feedforward_V = Volts::of_core(command.feedforward_V);
+  image.demand_Pa = Pascals::of_core(shaper_.demand_kPa());
+  image.reference_Pa = Pascals::of_core(reference.kPa[0]);
   return command.command_V;
 }
 

@@ -103,17 +103,22 @@ class ChamberLoop {
   std::uint64_t state_seal_ = 0;           ///< from one tick to the next
   numeric::Scalar valve_delay_ticks_ = 0;  ///< for a model that leaves it out
 
-  numeric::Scalar farthest_mL_ = 0;  ///< that a believed estimate of the volume is off its measurement
-  float pressure_kPa_ = 0;           ///< last usable measurement
-  control::ChamberMotion motion_;    ///< of the tick at hand
-  float residual_kPa_ = 0;
-  float drift_kPa_ = 0;             ///< 2210h:5
-  float fit_error_kPa_ = 0;         ///< of the model in force, as far as a drift goes
-  float command_V_ = 0;             ///< held over the tick just past
-  bool rests_by_settings_ = false;  ///< resting_ is settings_
-  bool has_commanded_ = false;      ///< an output stands, and no setting alone moves it
-  bool pressure_fresh_ = false;     ///< a usable measurement has come this tick
-  bool pressure_seen_ = false;      ///< a usable measurement has come since the start
+  struct Allowed {
+    numeric::Scalar low_V = 0;
+    numeric::Scalar high_V = 0;
+  };
+  Allowed allowed_;                   ///< the settings' range of commands
+  numeric::Scalar farthest_mL_ = 0;   ///< that a believed estimate of the volume is off its measurement
+  numeric::Scalar pressure_kPa_ = 0;  ///< last usable measurement
+  control::ChamberMotion motion_;     ///< of the tick at hand
+  numeric::Scalar residual_kPa_ = 0;
+  numeric::Scalar drift_kPa_ = 0;        ///< 2210h:5
+  numeric::Scalar drift_limit_kPa_ = 0;  ///< of the model in force
+  numeric::Scalar command_V_ = 0;        ///< held over the tick just past
+  bool rests_by_settings_ = false;       ///< resting_ is settings_
+  bool has_commanded_ = false;           ///< an output stands, and no setting alone moves it
+  bool pressure_fresh_ = false;          ///< a usable measurement has come this tick
+  bool pressure_seen_ = false;           ///< a usable measurement has come since the start
   bool volume_seen_ = false;
   std::uint8_t volume_unseen_ticks_ = 0;  ///< since it was measured
   bool was_regulating_ = false;

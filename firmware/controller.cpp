@@ -38,8 +38,8 @@ bool withdraw_spoilt_orders(canopen::ProcessImage& image) noexcept {
   for (canopen::ChamberImage& chamber : image.chamber) {
     if (chamber.setpoint_Pa.intact() && chamber.hold_setpoint_Pa.intact()) continue;
     intact = false;
-    chamber.setpoint_Pa = 0.0F;  // the lowest that its limits allow
-    chamber.hold_setpoint_Pa = 0.0F;
+    chamber.setpoint_Pa = numeric::Scalar(0);  // the lowest that its limits allow
+    chamber.hold_setpoint_Pa = numeric::Scalar(0);
   }
   return intact;
 }

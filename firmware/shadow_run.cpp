@@ -3,23 +3,18 @@
 #include <algorithm>
 #include <bit>
 
-#include "firmware/config/units.hpp"
 #include "firmware/numeric/scalar.hpp"
 
 namespace plenum {
 namespace {
-
-float pressure_kPa(const telemetry::Row& row) noexcept {
-  return row.pressure_Pa / config::kPascal_per_kPa;
-}
 
 float square(float x) noexcept {
   return x * x;
 }
 
 bool usable(const telemetry::Row& row) noexcept {
-  return row.has(telemetry::row_flag::kMeasured) && numeric::is_finite(row.pressure_Pa) &&
-         numeric::is_finite(row.volume_m3);
+  return row.has(telemetry::row_flag::kMeasured) && numeric::is_finite(row.pressure_kPa) &&
+         numeric::is_finite(row.volume_mL);
 }
 
 std::uint8_t bit(std::size_t chamber) noexcept {
@@ -106,13 +101,11 @@ ShadowRun::Tick ShadowRun::tick_from(std::uint32_t number) const noexcept {
   const telemetry::Row& next = recorder_.row(number + 1, chamber_);
   const bool has_before = number != recorder_.begin() && row.has(telemetry::row_flag::kFollows);
   const telemetry::Row& before = has_before ? recorder_.row(number - 1, chamber_) : row;
-  const float from_mL = row.volume_m3 * config::kMl_per_m3;
-  const float to_mL = next.volume_m3 * config::kMl_per_m3;
   return {.before_V = before.command_V(),
           .command_V = row.command_V(),
-          .motion = {.volume_mL = 0.5F * (from_mL + to_mL),
-                     .volume_rate_mL_s = (to_mL - from_mL) / config::kTick_s},
-          .mean_kPa = pressure_kPa(next)};
+          .motion = {.volume_mL = 0.5F * (row.volume_mL + next.volume_mL),
+                     .volume_rate_mL_s = (next.volume_mL - row.volume_mL) / config::kTick_s},
+          .mean_kPa = next.pressure_kPa};
 }
 
 /// One tick of the log. Returns false at its end, also where the recorder has let go of it meanwhile (a new
@@ -123,7 +116,7 @@ bool ShadowRun::take_row() noexcept {
   const telemetry::Row& row = recorder_.row(next_, chamber_);
   const telemetry::Row& next = recorder_.row(next_ + 1, chamber_);
   if (usable(row) && usable(next) && next.has(telemetry::row_flag::kFollows)) {
-    follow(tick_from(next_), pressure_kPa(row));
+    follow(tick_from(next_), row.pressure_kPa);
   } else {
     followed_ = 0;
     stretch_ticks_ = 0;

@@ -101,7 +101,7 @@ struct Tpdo {
   bool sync_started = false;  ///< the SYNC of sync_start has come
   std::uint8_t sync_count = 0;
   std::uint32_t since_sent_us = 0;
-  std::array<std::uint8_t, 8> last{};
+  alignas(4) std::array<std::uint8_t, 8> last{};
 };
 
 /// What 2200h shows beside the controller's own counts. All of them wrap.

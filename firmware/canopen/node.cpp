@@ -145,8 +145,8 @@ void Node::forget_process() noexcept {
   device_.desk.forget_staged();
   device_.recorder.forget_orders();
   for (ChamberImage& chamber : image.chamber) {
-    chamber.setpoint_Pa = 0.0F;
-    chamber.hold_setpoint_Pa = 0.0F;
+    chamber.setpoint_Pa = numeric::Scalar(0);
+    chamber.hold_setpoint_Pa = numeric::Scalar(0);
   }
 }
 

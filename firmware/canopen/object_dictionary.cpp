@@ -165,10 +165,10 @@ Abort judge_value(const Entry& entry, std::uint32_t bits) noexcept {
   const bool is_real = entry.type == DataType::real32;
   if (is_real && !is_finite(bits)) return Abort::value_range;
   if (!entry.range.limited) return Abort::none;
-  const float number =
-      is_real ? std::bit_cast<float>(bits) : static_cast<float>(integer_value(entry.type, bits));
-  if (number > entry.range.high) return Abort::value_too_high;
-  return number < entry.range.low ? Abort::value_too_low : Abort::none;
+  const std::int32_t place = numeric::place_of(is_real ? std::bit_cast<float>(bits)
+                                                       : static_cast<float>(integer_value(entry.type, bits)));
+  if (place > numeric::place_of(entry.range.high)) return Abort::value_too_high;
+  return place < numeric::place_of(entry.range.low) ? Abort::value_too_low : Abort::none;
 }
 
 Abort write_object(Device& device, const Found& found, std::span<const std::uint8_t> bytes) noexcept {

@@ -11,6 +11,8 @@
 #include "firmware/config/limits.hpp"
 #include "firmware/config/record_store.hpp"
 #include "firmware/config/twice.hpp"
+#include "firmware/config/units.hpp"
+#include "firmware/numeric/scalar.hpp"
 #include "firmware/safety/faults.hpp"
 #include "firmware/telemetry/latency_histogram.hpp"
 
@@ -28,20 +30,20 @@ using StandingFaults = std::array<safety::FaultSet, config::kChambers + 1>;
 
 struct ChamberImage {
   // from the bus; 0: the lowest that the limits allow
-  config::Twice<float> setpoint_Pa{0.0F};       ///< 6380h / 2150h:1, absolute pressure
-  config::Twice<float> hold_setpoint_Pa{0.0F};  ///< 6394h
+  config::Twice<numeric::Scalar> setpoint_Pa{0};       ///< 6380h / 2150h:1, absolute pressure
+  config::Twice<numeric::Scalar> hold_setpoint_Pa{0};  ///< 6394h
   // to the bus
-  float actual_Pa = 0.0F;     ///< 6381h / 2150h:2, mean over the tick just past
-  float demand_Pa = 0.0F;     ///< 6390h, the set point that is followed, within the limits
-  float reference_Pa = 0.0F;  ///< 6391h, the set point after ramp and limits
-  float volume_m3 = 0.0F;     ///< 2150h:3
+  config::Pascals actual_Pa;      ///< 6381h / 2150h:2, mean over the tick just past
+  config::Pascals demand_Pa;      ///< 6390h, the set point that is followed, within the limits
+  config::Pascals reference_Pa;   ///< 6391h, the set point after ramp and limits
+  config::CubicMetres volume_m3;  ///< 2150h:3
   float position_V =
       0.0F;  ///< 2150h:4, mean at the position sensor's pin over the last tick in which a sample came
-  float command_V = 0.0F;      ///< 2210h:3, the command now held at the valve
-  float feedforward_V = 0.0F;  ///< 2210h:1
-  float feedback_V = 0.0F;     ///< 2210h:2
-  float residual_Pa = 0.0F;    ///< 2210h:4, measured minus predicted pressure of this tick
-  float drift_Pa = 0.0F;  ///< 2210h:5, mean magnitude of what the model alone misses of a tick's pressure
+  config::Volts command_V;      ///< 2210h:3, the command now held at the valve
+  config::Volts feedforward_V;  ///< 2210h:1
+  config::Volts feedback_V;     ///< 2210h:2
+  config::Pascals residual_Pa;  ///< 2210h:4, measured minus predicted pressure of this tick
+  config::Pascals drift_Pa;  ///< 2210h:5, mean magnitude of what the model alone misses of a tick's pressure
 
   friend bool operator==(const ChamberImage&, const ChamberImage&) noexcept = default;
 };
@@ -75,10 +77,10 @@ struct StoreImage {
   friend bool operator==(const StoreImage&, const StoreImage&) noexcept = default;
 };
 
-/// What a volume's code on the bus counts. A board without floating point would feel a division in every frame.
+/// What a volume's code on the bus counts. No frame is to wait for a division.
 struct VolumeCode {
   float lsb_m3 = kVolumeLsb_m3;  ///< 2228h:2
-  float per_m3 = 1.0F / kVolumeLsb_m3;
+  numeric::Scalar per_mL = numeric::Scalar(config::kM3_per_mL / kVolumeLsb_m3);
 
   friend bool operator==(const VolumeCode&, const VolumeCode&) noexcept = default;
 };

@@ -12,12 +12,13 @@ void ReferenceShaper::configure(const Config& config) noexcept {
 void ReferenceShaper::reset(Scalar pressure_kPa) noexcept {
   reference_.kPa.fill(pressure_kPa);
   latched_kPa_.fill(pressure_kPa);
+  newest_ = 0;
 }
 
 const ReferenceShaper::Reference& ReferenceShaper::step(Scalar setpoint_kPa, std::uint8_t preview_ticks,
                                                         std::size_t ahead) noexcept {
-  for (std::size_t i = kMaxPreview; i > 0; --i) latched_kPa_[i] = latched_kPa_[i - 1];
-  latched_kPa_[0] = numeric::clamp(setpoint_kPa, config_.low_kPa, config_.high_kPa);
+  newest_ = newest_ == 0 ? kKept - 1 : newest_ - 1;
+  latched_kPa_[newest_] = numeric::clamp(setpoint_kPa, config_.low_kPa, config_.high_kPa);
 
   // A set point with preview N is the reference N ticks after its own tick's start: the one for the end of the i-th tick
   // from now was latched N - i ticks ago. Without preview the newest set point is wanted as soon as can be: at this tick's
@@ -26,7 +27,7 @@ const ReferenceShaper::Reference& ReferenceShaper::step(Scalar setpoint_kPa, std
   std::array<Scalar, kMostAhead + 1>& kPa = reference_.kPa;
   kPa[0] = kPa[1];
   for (std::size_t i = 1; i <= ahead; ++i) {
-    const Scalar wanted_kPa = latched_kPa_[i < preview ? preview - i : 0];
+    const Scalar wanted_kPa = latched_kPa(i < preview ? preview - i : 0);
     kPa[i] = numeric::clamp(wanted_kPa, kPa[i - 1] - step_kPa_, kPa[i - 1] + step_kPa_);
   }
   return reference_;

@@ -46,19 +46,31 @@ class ReferenceShaper {
   /// end of `ahead` ticks, 1 to kMostAhead.
   const Reference& step(Scalar setpoint_kPa, std::uint8_t preview_ticks, std::size_t ahead) noexcept;
 
+  /// The newest set point, within the limits.
+  Scalar demand_kPa() const noexcept { return latched_kPa(0); }
+
   /// Of what configure() alone writes: config/seal.hpp.
   std::uint64_t sum_of_constants() const noexcept {
     return config::sum_of_object(config_) + config::sum_of_object(step_kPa_);
   }
   /// Of what the next step() goes on from.
   std::uint64_t sum_of_latched() const noexcept {
-    return config::sum_of_object(latched_kPa_) + config::sum_of_object(reference_.kPa[1]);
+    return config::sum_of_object(latched_kPa_) + std::uint64_t{newest_} +
+           config::sum_of_object(reference_.kPa[1]);
   }
 
  private:
+  static constexpr std::uint32_t kKept = kMaxPreview + 1;
+
+  Scalar latched_kPa(std::size_t ticks_ago) const noexcept {
+    const std::size_t at = newest_ + ticks_ago;
+    return latched_kPa_[at < kKept ? at : at - kKept];
+  }
+
   Config config_;
-  Scalar step_kPa_ = Scalar(1000);                     ///< what the ramp allows in a tick
-  std::array<Scalar, kMaxPreview + 1> latched_kPa_{};  ///< the newest first
+  Scalar step_kPa_ = Scalar(1000);           ///< what the ramp allows in a tick
+  std::array<Scalar, kKept> latched_kPa_{};  ///< a ring, from newest_ on backwards in time
+  std::uint32_t newest_ = 0;
   Reference reference_;
 };
 

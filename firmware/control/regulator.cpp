@@ -146,8 +146,9 @@ Regulator::Acting Regulator::stands(const PressureModel& model, Scalar pressure_
   Acting acting{.pressure_kPa = pressure_kPa,
                 .motion = motion,
                 .moves = {},
-                .line = line_,
+                .line = {},
                 .compressed = compressed(motion)};
+  if (line_.droops()) acting.line = line_;  // of another one nothing is asked
   acting.supplied(model, line_.supply());
   return acting;
 }

@@ -24,6 +24,13 @@ constexpr Fixed shifted_down(Fixed x) noexcept {
   return Fixed::from_raw((x.raw() >> kBits) + ((x.raw() & kHalf) != 0 ? 1 : 0));
 }
 
+/// x/1000 to an ulp, and 3e-10 of it.
+constexpr Fixed thousandth(Fixed x) noexcept {
+  constexpr int kBits = 9;
+  constexpr auto kOf = Fraction(static_cast<std::uint32_t>((std::uint64_t{1} << (32 + kBits)) / 1000 + 1));
+  return shifted_down<kBits>(x * kOf);
+}
+
 /// What decay() knows beforehand.
 struct DecayTable {
   static constexpr int kBits = 10;

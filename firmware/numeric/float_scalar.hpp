@@ -23,6 +23,10 @@ constexpr float near_ratio(float a, float b) noexcept {
   return a / b;
 }
 
+constexpr float thousandth(float x) noexcept {
+  return x / 1000.0F;
+}
+
 /// True for a number, false for infinities and not-a-number.
 constexpr bool is_finite(float x) noexcept {
   constexpr std::uint32_t kExponent = 0x7F800000U;

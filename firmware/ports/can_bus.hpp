@@ -8,11 +8,11 @@ namespace plenum::ports {
 
 /// A classic CAN 2.0 data or remote frame.
 struct CanFrame {
-  std::uint32_t id = 0;                ///< 11 bits, or 29 when `extended`
-  std::uint8_t length = 0;             ///< data length code, 0..8
-  bool extended = false;               ///< 29-bit identifier
-  bool remote = false;                 ///< remote transmission request (no data on the wire)
-  std::array<std::uint8_t, 8> data{};  ///< bytes beyond `length` are zero
+  std::uint32_t id = 0;                           ///< 11 bits, or 29 when `extended`
+  std::uint8_t length = 0;                        ///< data length code, 0..8
+  bool extended = false;                          ///< 29-bit identifier
+  bool remote = false;                            ///< remote transmission request (no data on the wire)
+  alignas(4) std::array<std::uint8_t, 8> data{};  ///< bytes beyond `length` are zero; copied by words
 
   friend bool operator==(const CanFrame&, const CanFrame&) = default;
 };

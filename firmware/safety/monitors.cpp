@@ -2,7 +2,7 @@
 
 #include <bit>
 
-#include "firmware/numeric/scalar.hpp"
+#include "firmware/numeric/nearest.hpp"
 
 namespace plenum::safety {
 namespace {
@@ -17,7 +17,13 @@ struct Signal {
 };
 
 Signal judge(float sensor_V, float valid_low_V, float valid_high_V) noexcept {
-  return {numeric::is_finite(sensor_V), sensor_V >= valid_low_V && sensor_V <= valid_high_V};
+  using numeric::place_of;
+  const std::int32_t place = place_of(sensor_V);
+  return {numeric::is_finite(sensor_V), place >= place_of(valid_low_V) && place <= place_of(valid_high_V)};
+}
+
+bool above(float value, float limit) noexcept {
+  return numeric::place_of(value) > numeric::place_of(limit);
 }
 
 // 0 ticks switch a check off.
@@ -25,7 +31,15 @@ bool lasts(std::uint16_t count, std::uint16_t limit_ticks) noexcept {
   return limit_ticks != 0 && count >= limit_ticks;
 }
 
+/// No model is taken to fit better: sensors are noisier on one day than on another.
+constexpr float kLeastFit_kPa = 0.2F;
+
 }  // namespace
+
+numeric::Scalar drift_limit_kPa(const config::ChamberSettings& settings, float fit_error_kPa) noexcept {
+  if (!(fit_error_kPa > 0.0F)) return 0;
+  return numeric::Scalar(settings.drift_alarm_ratio * numeric::max(fit_error_kPa, kLeastFit_kPa));
+}
 
 ChamberMonitor::Output ChamberMonitor::step(const config::ChamberSettings& settings,
                                             const Input& in) noexcept {
@@ -60,7 +74,8 @@ ChamberMonitor::Output ChamberMonitor::step(const config::ChamberSettings& setti
   lowest_V_ = stands_still ? numeric::min(lowest_V_, in.command_V) : in.command_V;
   highest_V_ = stands_still ? numeric::max(highest_V_, in.command_V) : in.command_V;
   const auto valve_moved = [&]() noexcept {
-    return highest_V_ - lowest_V_ > kStuckMoved * (settings.command_high_V - settings.command_low_V);
+    const float range_V = settings.command_high_V - settings.command_low_V;
+    return highest_V_ - lowest_V_ > numeric::Scalar(kStuckMoved * range_V);
   };
   out.causes |=
       if_so(lasts(still_.step(stands_still), settings.stuck_ticks) && valve_moved(), Fault::pressure_stuck);
@@ -70,18 +85,18 @@ ChamberMonitor::Output ChamberMonitor::step(const config::ChamberSettings& setti
   // pressure.
   if (in.pressure_fresh && pressure.finite) {
     out.pressure_kPa = config::pressure_kPa(settings, in.pressure_V);
-    const std::uint16_t count = over_pressure_.go_on(out.pressure_kPa > settings.over_pressure_kPa, in.ticks);
+    const std::uint16_t count =
+        over_pressure_.go_on(above(out.pressure_kPa, settings.over_pressure_kPa), in.ticks);
     over_pressure_tripped_ = count >= settings.over_pressure_ticks ||
-                             (over_pressure_tripped_ && out.pressure_kPa > settings.pressure_high_kPa);
+                             (over_pressure_tripped_ && above(out.pressure_kPa, settings.pressure_high_kPa));
   }
   out.causes |= if_so(over_pressure_tripped_, Fault::over_pressure);
 
   // Written so that a residual that is not a number counts as too large.
-  const bool residual_small = numeric::abs(in.residual_kPa) <= settings.residual_alarm_kPa;
+  const bool residual_small = numeric::abs(in.residual_kPa) <= numeric::Scalar(settings.residual_alarm_kPa);
   out.causes |= if_so(lasts(residual_.step(!residual_small), settings.residual_ticks), Fault::model_residual);
-  const float drift_limit_kPa = settings.drift_alarm_ratio * in.fit_error_kPa;
-  drifted_ =
-      drift_limit_kPa > 0.0F && in.drift_kPa > (drifted_ ? kDriftGone * drift_limit_kPa : drift_limit_kPa);
+  const numeric::Scalar limit_kPa = drifted_ ? kDriftGone * in.drift_limit_kPa : in.drift_limit_kPa;
+  drifted_ = in.drift_limit_kPa > numeric::Scalar(0) && in.drift_kPa > limit_kPa;
   out.causes |= if_so(drifted_, Fault::model_drift);
   out.causes |= if_so(in.regulation_asked && !in.model_ready, Fault::no_model);
   return out;

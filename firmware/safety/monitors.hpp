@@ -1,7 +1,8 @@
 // The checks that raise faults: one monitor a chamber, one for the board. They see causes; FaultRegister
 // remembers.
 //
-// They judge what the converters say, which may be no number at all: in float, whatever the core computes in.
+// They judge what the converters say, which may be no number at all, in float, whatever the core computes in; and by its bits, as
+// numeric/nearest.hpp has them.
 //
 // A limit of n ticks means: the cause is raised in the n-th tick on end. What lasts is counted in time, with the ticks that a late
 // board has left out; what must be seen several times, in ticks that there were. Counters saturate; no check divides, loops or
@@ -12,6 +13,7 @@
 #include <cstdint>
 
 #include "firmware/config/chamber_settings.hpp"
+#include "firmware/numeric/scalar.hpp"
 #include "firmware/safety/faults.hpp"
 
 namespace plenum::safety {
@@ -41,7 +43,11 @@ class TickCount {
 inline constexpr float kStuckMoved = 0.125F;
 
 /// A model has drifted until it misses less than this share of what raised the warning.
-inline constexpr float kDriftGone = 0.7F;
+inline constexpr numeric::Scalar kDriftGone = numeric::Scalar(0.7F);
+
+/// From where on a drift is told, of a model that missed so much of a tick's pressure when it was fitted; 0: that is not stated, and no
+/// drift is told.
+numeric::Scalar drift_limit_kPa(const config::ChamberSettings& settings, float fit_error_kPa) noexcept;
 
 class ChamberMonitor {
  public:
@@ -53,15 +59,15 @@ class ChamberMonitor {
         false;  ///< at the most that its converter can tell: whatever is above looks like it
     float position_V = 0.0F;
     bool position_fresh = false;
-    float residual_kPa =
-        0.0F;                ///< measured minus predicted, as known a tick ago; 0 while nothing is predicted
-    float drift_kPa = 0.0F;  ///< mean magnitude of what the model alone misses of a tick's pressure ...
-    float fit_error_kPa =
-        0.0F;  ///< ... and what it missed when it was fitted; 0: not stated, and no drift is told
-    float command_V = 0.0F;         ///< held over the tick
-    bool driven = false;            ///< regulated or excited over the tick
-    bool regulation_asked = false;  ///< 6040h asks for HOLD or ACTIVE
-    bool model_ready = false;       ///< this chamber has a model, or the control mode needs none
+    numeric::Scalar residual_kPa =
+        0;  ///< measured minus predicted, as known a tick ago; 0 while nothing is predicted
+    numeric::Scalar drift_kPa =
+        0;  ///< mean magnitude of what the model alone misses of a tick's pressure ...
+    numeric::Scalar drift_limit_kPa = 0;  ///< ... and from where on it is told: drift_limit_kPa(); 0: never
+    numeric::Scalar command_V = 0;        ///< held over the tick
+    bool driven = false;                  ///< regulated or excited over the tick
+    bool regulation_asked = false;        ///< 6040h asks for HOLD or ACTIVE
+    bool model_ready = false;             ///< this chamber has a model, or the control mode needs none
   };
   struct Output {
     FaultSet causes = 0;
@@ -76,7 +82,7 @@ class ChamberMonitor {
  private:
   TickCount pressure_stale_, position_stale_, over_pressure_, residual_;
   float pressure_before_V_ = 0.0F;
-  float lowest_V_ = 0.0F, highest_V_ = 0.0F;  ///< commands while it stood still
+  numeric::Scalar lowest_V_ = 0, highest_V_ = 0;  ///< commands while it stood still
   TickCount still_;
   bool over_pressure_tripped_ = false;
   bool drifted_ = false;

@@ -33,8 +33,9 @@ class Writer {
 
 }  // namespace
 
-std::uint16_t command_code(float command_V) noexcept {
-  return static_cast<std::uint16_t>(numeric::nearest_within(command_V * (1.0F / kCommandLsb_V), 0, 65535, 0));
+std::uint16_t command_code(numeric::Scalar command_V) noexcept {
+  constexpr auto kCodes_per_V = numeric::Scalar(1.0F / kCommandLsb_V);
+  return static_cast<std::uint16_t>(numeric::nearest_within(command_V * kCodes_per_V, 0, 65535, 0));
 }
 
 std::span<const Column> columns() noexcept {
@@ -49,9 +50,9 @@ void Recorder::write(std::uint32_t tick, bool excited, const Samples& samples) n
   std::array<Row, config::kChambers>& rows = ring_[end_ % kLogTicks];
   for (std::size_t c = 0; c < config::kChambers; ++c) {
     const Sample& sample = samples[c];
-    rows[c] = {.pressure_Pa = sample.pressure_Pa,
-               .volume_m3 = sample.volume_m3,
-               .command = command_code(sample.command_V),
+    rows[c] = {.pressure_kPa = static_cast<float>(sample.pressure_Pa.in_core()),
+               .volume_mL = static_cast<float>(sample.volume_m3.in_core()),
+               .command = command_code(sample.command_V.in_core()),
                .flags = static_cast<std::uint16_t>(common | (sample.measured ? row_flag::kMeasured : 0U))};
   }
   last_tick_ = tick;
@@ -119,7 +120,10 @@ Recorder::Piece Recorder::piece_at(std::uint32_t offset) const noexcept {
     const Row& row = this->row(begin() + number, chamber_);
     piece.first = static_cast<std::uint32_t>(kHeaderBytes + kRowBytes * number);
     piece.size = kRowBytes;
-    out.real(row.pressure_Pa).real(row.volume_m3).integer(row.command, 2).integer(row.flags, 2);
+    out.real(row.pressure_kPa * config::kPascal_per_kPa)
+        .real(row.volume_mL * config::kM3_per_mL)
+        .integer(row.command, 2)
+        .integer(row.flags, 2);
   } else {
     piece.first = rows_end;
     piece.size = kCrcBytes;

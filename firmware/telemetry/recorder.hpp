@@ -23,6 +23,7 @@
 #include <span>
 
 #include "firmware/config/limits.hpp"
+#include "firmware/config/units.hpp"
 
 namespace plenum::telemetry {
 
@@ -37,7 +38,7 @@ inline constexpr std::size_t kCrcBytes = 4;
 inline constexpr float kCommandLsb_V = 10.0F / 65535.0F;
 
 /// The nearest code; 0 for not-a-number.
-std::uint16_t command_code(float command_V) noexcept;
+std::uint16_t command_code(numeric::Scalar command_V) noexcept;
 
 namespace row_flag {
 inline constexpr std::uint16_t kMeasured =
@@ -47,8 +48,8 @@ inline constexpr std::uint16_t kExcited = 4;  ///< the command is the excitation
 }  // namespace row_flag
 
 struct Row {
-  float pressure_Pa = 0.0F;
-  float volume_m3 = 0.0F;
+  float pressure_kPa = 0.0F;
+  float volume_mL = 0.0F;
   std::uint16_t command = 0;
   std::uint16_t flags = 0;
 
@@ -80,9 +81,9 @@ class Recorder {
   enum class State : std::uint8_t { rolling = 0, recording = 1, frozen = 2 };
 
   struct Sample {
-    float pressure_Pa = 0.0F;
-    float volume_m3 = 0.0F;
-    float command_V = 0.0F;
+    config::Pascals pressure_Pa;
+    config::CubicMetres volume_m3;
+    config::Volts command_V;
     bool measured = false;
   };
   using Samples = std::array<Sample, config::kChambers>;

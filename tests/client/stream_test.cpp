@@ -13,8 +13,9 @@
 namespace plenum::host::client {
 namespace {
 
+/// A float holds it in kPa as well, so that it crosses to the last bit.
 double pressure_Pa(std::uint32_t tick, std::size_t chamber) {
-  return 100000.0 + 1000.0 * static_cast<double>(tick) + 10.0 * static_cast<double>(chamber);
+  return 100000.0 + 1000.0 * static_cast<double>(tick) + 15.625 * static_cast<double>(chamber);
 }
 double command_V(std::uint32_t tick, std::size_t chamber) {
   return 3.0 + 0.01 * tick + 0.1 * static_cast<double>(chamber);

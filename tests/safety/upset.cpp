@@ -66,10 +66,10 @@ std::vector<Member> loop_members() {
   loop.add<control::AnyModel>("model", true);
   loop.add<config::LongSeal>("seal of the model", true);
   loop.add<std::array<std::uint64_t, 5>>("seals of settings and state", true);
-  loop.add<std::array<numeric::Scalar, 2>>("delay and stroke", true);
-  loop.add<float>("last pressure", true);
+  loop.add<std::array<numeric::Scalar, 4>>("delay, commands and stroke", true);
+  loop.add<numeric::Scalar>("last pressure", true);
   loop.add<control::ChamberMotion>("motion", true);
-  loop.add<std::array<float, 4>>("last of the model", true);
+  loop.add<std::array<numeric::Scalar, 4>>("last of the model", true);
   loop.add<std::array<bool, 9>>("flags", true);
   return loop.of<ChamberLoop>();
 }

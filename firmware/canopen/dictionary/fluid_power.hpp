@@ -6,29 +6,37 @@
 
 namespace plenum::canopen::dictionary {
 
-template <auto member>
+constexpr float kMbar_per_kPa = 10.0F;
+
+template <config::Pascals ChamberImage::*member>
 Abort read_chamber_mbar(const Device& device, Place at, std::uint32_t& bits) noexcept {
-  bits = mbar_bits(device.image.chamber[at.instance].*member);
+  bits = mbar_bits((device.image.chamber[at.instance].*member).in_core() * numeric::Scalar(kMbar_per_kPa));
   return Abort::none;
 }
 
-template <auto member>
-Abort write_chamber_mbar(Device& device, Place at, std::uint32_t bits) noexcept {
-  set_chamber_image<member>(device, at, kPa_per_mbar * static_cast<float>(static_cast<std::int16_t>(bits)));
+template <Setpoint ChamberImage::*member>
+Abort read_setpoint_mbar(const Device& device, Place at, std::uint32_t& bits) noexcept {
+  constexpr auto kMbar_per_Pa = numeric::Scalar(1.0F / kPascal_per_mbar);
+  bits = mbar_bits(device.image.chamber[at.instance].*member * kMbar_per_Pa);
+  return Abort::none;
+}
+
+template <Setpoint ChamberImage::*member>
+Abort write_setpoint_mbar(Device& device, Place at, std::uint32_t bits) noexcept {
+  set_setpoint<member>(device, at, numeric::Scalar(kPascal_per_mbar * static_cast<std::int16_t>(bits)));
   return Abort::none;
 }
 
 inline Abort read_deviation_mbar(const Device& device, Place at, std::uint32_t& bits) noexcept {
   const ChamberImage& chamber = device.image.chamber[at.instance];
-  bits = mbar_bits(chamber.reference_Pa - chamber.actual_Pa);
+  const numeric::Scalar deviation_kPa = chamber.reference_Pa.in_core() - chamber.actual_Pa.in_core();
+  bits = mbar_bits(deviation_kPa * numeric::Scalar(kMbar_per_kPa));
   return Abort::none;
 }
 
-constexpr float kMbar_per_kPa = 10.0F;
-
 template <float config::ChamberSettings::*member>
 Abort read_limit_mbar(const Device& device, Place at, std::uint32_t& bits) noexcept {
-  bits = mbar_bits(device.settings.chamber(at.instance).*member * (kMbar_per_kPa * kPa_per_mbar));
+  bits = mbar_bits(device.settings.chamber(at.instance).*member * kMbar_per_kPa);
   return Abort::none;
 }
 
@@ -108,7 +116,7 @@ inline constexpr Entry kFluidPowerRows[] = {
     // CiA 408: pressure control, per chamber; pressures are absolute, in mbar
     highest<3>(0x6380, kChambersApart, "Set point"),
     value(0x6380, 1, kChambersApart, "Set point", integer16, read_write, receive_and_transmit,
-          kSetpointRange_mbar, read_chamber_mbar<&C::setpoint_Pa>, write_chamber_mbar<&C::setpoint_Pa>),
+          kSetpointRange_mbar, read_setpoint_mbar<&C::setpoint_Pa>, write_setpoint_mbar<&C::setpoint_Pa>),
     value(0x6380, 2, kChambersApart, "Set point unit", unsigned8, constant, no, kAny, fixed<kUnitBar>),
     value(0x6380, 3, kChambersApart, "Set point prefix", integer8, constant, no, kAny, fixed<kPrefixMilli>),
     highest<3>(0x6381, kChambersApart, "Actual value"),
@@ -131,8 +139,8 @@ inline constexpr Entry kFluidPowerRows[] = {
           fixed<kPrefixMilli>),
     highest<3>(0x6394, kChambersApart, "Hold set point"),
     kept(value(0x6394, 1, kChambersApart, "Hold set point", integer16, read_write, receive_and_transmit,
-               kSetpointRange_mbar, read_chamber_mbar<&C::hold_setpoint_Pa>,
-               write_chamber_mbar<&C::hold_setpoint_Pa>)),
+               kSetpointRange_mbar, read_setpoint_mbar<&C::hold_setpoint_Pa>,
+               write_setpoint_mbar<&C::hold_setpoint_Pa>)),
     value(0x6394, 2, kChambersApart, "Hold set point unit", unsigned8, constant, no, kAny, fixed<kUnitBar>),
     value(0x6394, 3, kChambersApart, "Hold set point prefix", integer8, constant, no, kAny,
           fixed<kPrefixMilli>),

@@ -5,23 +5,31 @@
 
 namespace plenum::canopen::dictionary {
 
+using Setpoint = config::Twice<numeric::Scalar>;
+inline float in_si(const Setpoint& pressure_Pa) noexcept {
+  return static_cast<float>(pressure_Pa.value());
+}
+inline float in_si(float value) noexcept {
+  return value;
+}
+
 template <auto member>
 Abort read_chamber(const Device& device, Place at, std::uint32_t& bits) noexcept {
-  bits = bits_of(device.image.chamber[at.instance].*member);
+  bits = bits_of(in_si(device.image.chamber[at.instance].*member));
   return Abort::none;
 }
 
 /// Of a set point, that it is of now.
-template <auto member>
-void set_chamber_image(Device& device, Place at, float value) noexcept {
-  device.image.chamber[at.instance].*member = value;
+template <Setpoint ChamberImage::*member>
+void set_setpoint(Device& device, Place at, numeric::Scalar pressure_Pa) noexcept {
+  device.image.chamber[at.instance].*member = pressure_Pa;
   if constexpr (member == &ChamberImage::setpoint_Pa)
     device.image.setpoints_came = static_cast<std::uint8_t>(device.image.setpoints_came | 1U << at.instance);
 }
 
-template <auto member>
-Abort write_chamber(Device& device, Place at, std::uint32_t bits) noexcept {
-  set_chamber_image<member>(device, at, std::bit_cast<float>(bits));
+template <Setpoint ChamberImage::*member>
+Abort write_setpoint(Device& device, Place at, std::uint32_t bits) noexcept {
+  set_setpoint<member>(device, at, numeric::Scalar(std::bit_cast<float>(bits)));
   return Abort::none;
 }
 
@@ -48,13 +56,13 @@ inline Abort read_latency_bin(const Device& device, Place at, std::uint32_t& bit
 }
 
 inline Abort read_command_code(const Device& device, Place at, std::uint32_t& bits) noexcept {
-  bits = telemetry::command_code(device.image.chamber[at.instance].command_V);
+  bits = telemetry::command_code(device.image.chamber[at.instance].command_V.in_core());
   return Abort::none;
 }
 
 inline Abort read_volume_code(const Device& device, Place at, std::uint32_t& bits) noexcept {
-  const float codes = device.image.chamber[at.instance].volume_m3 * device.image.volume_code.per_m3;
-  bits = bits_of(numeric::nearest_within(codes, 0, 65535, 0));
+  const numeric::Scalar volume_mL = device.image.chamber[at.instance].volume_m3.in_core();
+  bits = bits_of(numeric::nearest_within(volume_mL * device.image.volume_code.per_mL, 0, 65535, 0));
   return Abort::none;
 }
 
@@ -65,7 +73,7 @@ inline Abort read_volume_lsb(const Device& device, Place, std::uint32_t& bits) n
 
 inline Abort write_volume_lsb(Device& device, Place, std::uint32_t bits) noexcept {
   const auto lsb_m3 = std::bit_cast<float>(bits);
-  device.image.volume_code = {.lsb_m3 = lsb_m3, .per_m3 = 1.0F / lsb_m3};
+  device.image.volume_code = {.lsb_m3 = lsb_m3, .per_mL = numeric::Scalar(config::kM3_per_mL / lsb_m3)};
   return Abort::none;
 }
 
@@ -80,7 +88,7 @@ using L = telemetry::LatencyHistogram;
 inline constexpr Entry kProcessRows[] = {
     highest<4>(0x2150, kChambersNext, "Values in SI units"),
     value(0x2150, 1, kChambersNext, "Set point [Pa]", real32, read_write, receive_and_transmit,
-          kSetpointRange, read_chamber<&C::setpoint_Pa>, write_chamber<&C::setpoint_Pa>),
+          kSetpointRange, read_chamber<&C::setpoint_Pa>, write_setpoint<&C::setpoint_Pa>),
     value(0x2150, 2, kChambersNext, "Actual pressure [Pa]", real32, read_only, transmit, kAny,
           read_chamber<&C::actual_Pa>),
     value(0x2150, 3, kChambersNext, "Volume [m3]", real32, read_only, transmit, kAny,

@@ -12,7 +12,7 @@
 
 namespace plenum::canopen::dictionary {
 
-inline constexpr float kPa_per_mbar = 100.0F;
+inline constexpr std::int32_t kPascal_per_mbar = 100;
 inline constexpr std::int32_t kInvalid_mbar =
     -32768;  ///< what a NaN pressure reads as: no pressure can be that low
 
@@ -28,10 +28,9 @@ inline std::uint32_t bits_of(std::int32_t value) {
   return static_cast<std::uint32_t>(value);
 }
 
-inline std::uint32_t mbar_bits(float pressure_Pa) {
-  constexpr float kMbar_per_Pa =
-      1.0F / kPa_per_mbar;  // as a factor it leaves every tie of whole half mbar where it is
-  return bits_of(numeric::nearest_within(pressure_Pa * kMbar_per_Pa, -32767, 32767, kInvalid_mbar));
+template <numeric::Number Real>
+std::uint32_t mbar_bits(Real pressure_mbar) {
+  return bits_of(numeric::nearest_within(pressure_mbar, -32767, 32767, kInvalid_mbar));
 }
 
 /// The value of a small integer type, sign extended.

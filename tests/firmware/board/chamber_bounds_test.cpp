@@ -44,7 +44,7 @@ TEST_P(ChamberBounds, OfItsModelLeaveTheCommandWithinTheInstallersRangeAndEveryV
     canopen::ChamberImage image;
     for (int tick = 0; tick < kTicks; ++tick) {
       loop.measure({.pressure = {volts(random), true}, .position = {position_V(random), true}}, true, true);
-      image.setpoint_Pa = kSetpoints_Pa[random() % kSetpoints_Pa.size()];
+      image.setpoint_Pa = numeric::Scalar(kSetpoints_Pa[random() % kSetpoints_Pa.size()]);
       const float command_V = loop.command({.drive = safety::Drive::active,
                                             .commanded = true,
                                             .preview_ticks = static_cast<std::uint8_t>(random() % 9),
@@ -53,8 +53,9 @@ TEST_P(ChamberBounds, OfItsModelLeaveTheCommandWithinTheInstallersRangeAndEveryV
       ASSERT_TRUE(command_V >= settings.chamber[0].command_low_V &&
                   command_V <= settings.chamber[0].command_high_V)
           << command_V << " V, set " << i << ", tick " << tick;
-      for (const float value : {image.actual_Pa, image.demand_Pa, image.reference_Pa, image.volume_m3,
-                                image.feedforward_V, image.feedback_V, image.residual_Pa})
+      for (const float value :
+           std::initializer_list<float>{image.actual_Pa, image.demand_Pa, image.reference_Pa, image.volume_m3,
+                                        image.feedforward_V, image.feedback_V, image.residual_Pa})
         ASSERT_TRUE(std::isfinite(value)) << "set " << i << ", tick " << tick;
       ASSERT_GE(image.demand_Pa, 999.0F * settings.chamber[0].pressure_low_kPa)
           << "6390h tells what is followed";

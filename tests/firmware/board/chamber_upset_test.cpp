@@ -47,7 +47,7 @@ struct Rig {
     loop.configure(settings.chamber[0], settings.regulator);
     chamber.pressure_kPa = static_cast<double>(kStart_kPa);
     chamber.volume_mL = static_cast<double>(kVolume_mL);
-    image.setpoint_Pa = 1000.0F * kStart_kPa;
+    image.setpoint_Pa = Scalar(1000.0F * kStart_kPa);
     order = {.drive = safety::Drive::active, .commanded = true, .mode = mode, .excitation = {}};
     order.excitation = {.command_low_V = 3.25F,
                         .command_high_V = 6.75F,
@@ -145,7 +145,8 @@ TEST(ChamberUpset, EveryBitOfWhatRunsOnAndDoesNotComeBackIsToldAtTheNextTick) {
   for (const bool excited : {false, true}) {
     Rig rig(excited ? canopen::ControlMode::excitation : canopen::ControlMode::pressure_closed_loop);
     for (int i = 0; i < 5; ++i) rig.tick();
-    const std::size_t driver = excited ? sizeof(control::Excitation) : kLatched * sizeof(Scalar);
+    const std::size_t driver =
+        excited ? sizeof(control::Excitation) : kLatched * sizeof(Scalar) + sizeof(std::uint32_t);
     EXPECT_EQ(told_bits(rig.loop), 8 * (kEstimates * sizeof(Scalar) + kSent + driver + kSeal))
         << (excited ? "excited" : "regulated");
   }
@@ -214,13 +215,13 @@ TEST(ChamberUpset, ASetPointThatHasFlippedIsToldAndIsNoSetPointAnyMore) {
     bench.run(2);
     auto& image = const_cast<canopen::ProcessImage&>(bench.image());
     canopen::ChamberImage& of = image.chamber[2];
-    of.setpoint_Pa = of.hold_setpoint_Pa = 300e3F;
+    of.setpoint_Pa = of.hold_setpoint_Pa = Scalar(300e3F);
     auto* const bytes = reinterpret_cast<unsigned char*>(hold ? &of.hold_setpoint_Pa : &of.setpoint_Pa);
     bytes[2] ^= 0x10;
     bench.tick();
     EXPECT_EQ(image.error_code, 0xFF09);
-    EXPECT_EQ(of.setpoint_Pa, 0.0F) << "Pa";
-    EXPECT_EQ(of.hold_setpoint_Pa, 0.0F) << "Pa";
+    EXPECT_EQ(of.setpoint_Pa.value(), 0.0F) << "Pa";
+    EXPECT_EQ(of.hold_setpoint_Pa.value(), 0.0F) << "Pa";
     EXPECT_TRUE(of.setpoint_Pa.intact() && of.hold_setpoint_Pa.intact());
   }
 }
@@ -231,7 +232,8 @@ TEST(ChamberUpset, ACopyOfAChamberHasItsModelInItselfAndNoAddressOfOne) {
   Rig alone = rig;
   Rig beside = rig;
   for (int i = 0; i < 50; ++i) {
-    alone.image.setpoint_Pa = beside.image.setpoint_Pa = 1000.0F * (kStart_kPa + static_cast<float>(i));
+    alone.image.setpoint_Pa = beside.image.setpoint_Pa =
+        Scalar(1000.0F * (kStart_kPa + static_cast<float>(i)));
     const float command_V = alone.tick();
     std::array<float, 12> another = kValve;
     another[0] = 4.0F;

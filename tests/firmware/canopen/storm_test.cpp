@@ -46,7 +46,7 @@ bool is_good(const CanFrame& frame) {
 RC_GTEST_PROP(FrameStorm, OfBadFramesChangesNothing, ()) {
   Bench bench(true);
   bench.send("405 03 00");
-  bench.image.chamber[3].setpoint_Pa = 123456.0F;
+  bench.image.chamber[3].setpoint_Pa = numeric::Scalar(123456);
   const ProcessImage before = bench.image;
   const int count = *rc::gen::inRange(1, 100);
   for (int i = 0; i < count; ++i) {
@@ -86,10 +86,10 @@ RC_GTEST_PROP(FrameStorm, OfAnyFramesLeavesEveryValueAdmissibleAndTheQueueAlive,
     if (i % 5 == 0) bench.tick();
   }
   for (const ChamberImage& chamber : bench.image.chamber) {
-    RC_ASSERT(chamber.setpoint_Pa >= kSetpointLow_Pa);
-    RC_ASSERT(chamber.setpoint_Pa <= kSetpointHigh_Pa);
-    RC_ASSERT(chamber.hold_setpoint_Pa >= kSetpointLow_Pa);
-    RC_ASSERT(chamber.hold_setpoint_Pa <= kSetpointHigh_Pa);
+    RC_ASSERT(chamber.setpoint_Pa.value() >= kSetpointLow_Pa);
+    RC_ASSERT(chamber.setpoint_Pa.value() <= kSetpointHigh_Pa);
+    RC_ASSERT(chamber.hold_setpoint_Pa.value() >= kSetpointLow_Pa);
+    RC_ASSERT(chamber.hold_setpoint_Pa.value() <= kSetpointHigh_Pa);
     RC_ASSERT(chamber.actual_Pa == 0.0F);
   }
   RC_ASSERT(bench.image.excitation.command_low_V >= 0.0F);

@@ -7,6 +7,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "firmware/numeric/fixed.hpp"
+
 namespace plenum::config {
 namespace {
 
@@ -35,6 +37,7 @@ TEST(Twice, TellsEverySingleBitAndKeepsTheValueInTheOtherCopy) {
   expect_every_flip_seen(Order::go);
   expect_every_flip_seen(301250.0F);
   expect_every_flip_seen(0.0F);
+  expect_every_flip_seen(numeric::Fixed(-301250.25));
 }
 
 TEST(Twice, IsWholeAgainWhenItIsWritten) {

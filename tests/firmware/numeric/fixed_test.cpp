@@ -283,6 +283,19 @@ TEST(FixedShift, IsTheProductWithThePowerOfTwo) {
   }
 }
 
+TEST(FixedThousandth, IsWithinAnUlpAndThreeTenBillionths) {
+  std::mt19937_64 random(10);
+  for (int i = 0; i < 100'000; ++i) {
+    const std::int64_t raw = static_cast<std::int64_t>(random()) >> (i % 60);
+    const long double exact = static_cast<long double>(raw) / 1000;
+    const long double found = static_cast<long double>(thousandth(Fixed::from_raw(raw)).raw());
+    ASSERT_LE(std::abs(found - exact), 1 + 3e-10L * std::abs(exact)) << "raw " << raw;
+  }
+  for (const float set_Pa : {100'000.0F, 123'456.0F, 350'000.0F, 3'276'700.0F}) {
+    EXPECT_EQ(static_cast<float>(thousandth(Fixed(set_Pa))), set_Pa / 1000) << "a float sees no error";
+  }
+}
+
 TEST(FixedShares, AreTheProductsLessAnotherAndPassNoRangeButWhatIsHeldIsCounted) {
   const std::array<Fixed, 2> of = {Fixed(300), Fixed(-(1 << 29))};
   const std::array<Fraction, 2> part = {Fraction(0x80000000U), Fraction(0xFFFFFFFFU)};

@@ -114,5 +114,38 @@ TEST(Nearest, IsCutOffAtTheLimitsAndKnowsWhatIsNoNumber) {
   }
 }
 
+TEST(Nearest, OfAFixedIsTheSameAndFromLimitToLimit) {
+  constexpr std::int64_t kUlp = 1;
+  for (int code = -3000; code <= 3000; ++code) {
+    const Fixed at = code;
+    const Fixed tie = at + Fixed(0.5);
+    EXPECT_EQ(nearest_within(at, -32767, 32767, 7), code);
+    EXPECT_EQ(nearest_within(tie, -32767, 32767, 7), code < 0 ? code : code + 1);
+    EXPECT_EQ(nearest_within(Fixed::from_raw(tie.raw() - kUlp), -32767, 32767, 7), code);
+    EXPECT_EQ(nearest_within(Fixed::from_raw(tie.raw() + kUlp), -32767, 32767, 7), code + 1);
+  }
+  EXPECT_EQ(nearest_within(Fixed(65534.5), 0, 65535, 7), 65535);
+  EXPECT_EQ(nearest_within(Fixed(-0.75), 0, 65535, 7), 0);
+  for (const Fixed beyond : {Fixed(70'000), Fixed::from_raw(std::numeric_limits<std::int64_t>::max())}) {
+    EXPECT_EQ(nearest_within(beyond, 0, 65535, 7), 65535);
+    EXPECT_EQ(nearest_within(-beyond, 0, 65535, 7), 0);
+    EXPECT_EQ(nearest_within(-beyond, -32767, 32767, 7), -32767);
+  }
+}
+
+TEST(PlaceOf, OrdersEveryTwoNumbersAsTheyAreAndPutsWhatIsNoneAtTheEnds) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  const float some[] = {-kInfinity, -3e38F, -1.5F, -1.0F, -1e-45F, -0.0F,   0.0F,
+                        1e-45F,     1e-38F, 0.2F,  9.9F,  10.1F,   3.3e38F, kInfinity};
+  for (const float a : some) {
+    for (const float b : some) {
+      EXPECT_EQ(place_of(a) < place_of(b), a < b) << a << " and " << b;
+      EXPECT_EQ(place_of(a) == place_of(b), a == b) << a << " and " << b;
+    }
+  }
+  EXPECT_GT(place_of(std::numeric_limits<float>::quiet_NaN()), place_of(kInfinity));
+  EXPECT_LT(place_of(-std::numeric_limits<float>::quiet_NaN()), place_of(-kInfinity));
+}
+
 }  // namespace
 }  // namespace plenum::numeric
