@@ -186,7 +186,7 @@ safety::FaultSet ChamberLoop::measure(const Measured& readings, bool regulation_
     bridge_volume();
   }
 
-  if (readings.supply_kPa > 0.0F) regulator_.supply_measured(readings.supply_kPa);
+  if (readings.supply_kPa > numeric::Scalar(0)) regulator_.supply_measured(readings.supply_kPa);
   const control::PressureModel* const model = known_.in_force();
   residual_kPa_ = 0;
   pressure_fresh_ = seen.pressure_usable;
@@ -236,7 +236,7 @@ numeric::Scalar ChamberLoop::driven_V(const Order& order, canopen::ChamberImage&
   was_exciting_ = exciting;
   was_regulating_ = regulating;
 
-  // What bounds the regulator and the excitation themselves are copies, which a flipped bit makes another range.
+  // What bounds the regulator and the excitation themselves are copies of their own, which a flipped bit makes another range.
   const auto allowed = [this](numeric::Scalar command_V) noexcept {
     return numeric::clamp(command_V, allowed_.low_V, allowed_.high_V);
   };

@@ -48,7 +48,7 @@ class ChamberLoop {
     std::uint32_t ticks = 1;  ///< since the last, this one among them
     ports::AnalogReading pressure;
     ports::AnalogReading position;
-    float supply_kPa = 0.0F;  ///< 0: none that can be believed
+    numeric::Scalar supply_kPa = 0;  ///< 0: none that can be believed
   };
 
   /// First half of a tick: readings in, estimates of pressure and volume, causes of faults out.

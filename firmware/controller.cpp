@@ -45,17 +45,18 @@ bool withdraw_spoilt_orders(canopen::ProcessImage& image) noexcept {
 }
 
 /// Of a sensor that is fitted, and says what is enough; 0: none. Where it says less, it is broken, or the supply is: fault 3412h.
-float believed_supply_kPa(const config::BoardSettings& settings,
-                          const ports::AnalogReading& reading) noexcept {
+numeric::Scalar believed_supply_kPa(const config::BoardSettings& settings,
+                                    const ports::AnalogReading& reading) noexcept {
   const bool fitted = settings.supply_low_kPa > 0.0F;
   return fitted && safety::supply_suffices(settings, reading.mean_V, reading.fresh)
-             ? config::supply_kPa(settings, reading.mean_V)
-             : 0.0F;
+             ? numeric::Scalar(config::supply_kPa(settings, reading.mean_V))
+             : numeric::Scalar(0);
 }
 
 /// While it lives, what saturates is of this board, and counted where the bus shows it. (The count of numeric::Fixed is the
-/// thread's, in which other boards may compute, too.) Of frames that come nothing can: with what is a Scalar they compute no more
-/// than the bends of a port (config::ValveCurve::bent_V), of an opening of a volt and of parameters that have passed their ranges.
+/// thread's, in which other boards may compute, too.) Of frames that come nothing can but the code of a volume far beyond its scale,
+/// which is cut off anyway: with what is a Scalar they compute no more than codes and the bends of a port (config::ValveCurve::bent_V),
+/// of an opening of a volt and of parameters that have passed their ranges.
 class CountedSaturations {
  public:
   explicit CountedSaturations(canopen::ProcessImage& image) noexcept : image_(image) {}
@@ -202,7 +203,7 @@ safety::FaultReport Controller::judge(const Inputs& inputs, bool upset) noexcept
                                         .setpoint_count = master_count,
                                         .setpoints_needed = last_drive_ == safety::Drive::active});
   const bool was_active = last_drive_ == safety::Drive::active;
-  const float supply_kPa = believed_supply_kPa(settings_.board(), inputs.supply);
+  const numeric::Scalar supply_kPa = believed_supply_kPa(settings_.board(), inputs.supply);
   safety::ChamberFaults causes{};
   for (std::size_t c = 0; c < config::kChambers; ++c) {
     setpoint_news_[c].step((std::uint32_t{image_.setpoints_came} >> c & 1U) != 0, was_active,

@@ -17,7 +17,8 @@ void ReferenceShaper::reset(Scalar pressure_kPa) noexcept {
 
 const ReferenceShaper::Reference& ReferenceShaper::step(Scalar setpoint_kPa, std::uint8_t preview_ticks,
                                                         std::size_t ahead) noexcept {
-  newest_ = newest_ == 0 ? kKept - 1 : newest_ - 1;
+  const std::uint32_t next = newest_ - 1;
+  newest_ = next < kKept ? next : kKept - 1;  // none beyond, whatever has flipped
   latched_kPa_[newest_] = numeric::clamp(setpoint_kPa, config_.low_kPa, config_.high_kPa);
 
   // A set point with preview N is the reference N ticks after its own tick's start: the one for the end of the i-th tick

@@ -1,8 +1,8 @@
 // The scalar of the control core, chosen at build time (-DPLENUM_SCALAR=float or fixed), and the few functions of it that the
 // core needs.
 //
-// All of firmware/control computes in Scalar; no file there names float. A type that supplies sqrt, decay, parts and
-// is_finite (float_scalar.hpp, fixed_scalar.hpp) drops in without a change to a controller.
+// All of firmware/control computes in Scalar; no file there names float. A type that supplies sqrt, decay, parts, thousandth and
+// is_finite (float_scalar.hpp, fixed_scalar.hpp), and a nearest_within (nearest.hpp), drops in without a change to a controller.
 //
 // No function here calls the C library: its expf differs between machines in the last bit (and picks fused
 // multiply-add where the processor has it), and the core promises the same bits everywhere.

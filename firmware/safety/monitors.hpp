@@ -1,8 +1,8 @@
 // The checks that raise faults: one monitor a chamber, one for the board. They see causes; FaultRegister
 // remembers.
 //
-// They judge what the converters say, which may be no number at all, in float, whatever the core computes in; and by its bits, as
-// numeric/nearest.hpp has them.
+// What the converters say, which may be no number at all, they judge in float, whatever the core computes in: each chamber's by its bits,
+// as numeric/nearest.hpp has them. What the core has computed they judge as it has it.
 //
 // A limit of n ticks means: the cause is raised in the n-th tick on end. What lasts is counted in time, with the ticks that a late
 // board has left out; what must be seen several times, in ticks that there were. Counters saturate; no check divides, loops or

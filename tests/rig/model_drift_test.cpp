@@ -96,6 +96,21 @@ TEST(ModelDrift, IsNotToldOfAModelThatDoesNotStateItsFit) {
   EXPECT_FALSE(machine.tells_drift());
 }
 
+TEST(ModelDrift, IsToldByTheRatioThatIsSetWhileTheModelIsInForce) {
+  constexpr std::uint8_t kDriftAlarmRatio = 18;
+  Machine machine({{"dead_time", {{"delay_s", 0.025}}}});
+  const auto set = [&](float ratio) {
+    machine.session.request_state(0);  // INIT
+    for (std::uint16_t c = 0; c < kChambers; ++c)
+      machine.session.write(static_cast<std::uint16_t>(canopen::object::kChamberSettings + c),
+                            kDriftAlarmRatio, ratio);
+  };
+  set(1000.0F);
+  EXPECT_FALSE(machine.tells_drift());
+  set(4.0F);
+  EXPECT_TRUE(machine.tells_drift());
+}
+
 TEST(ModelDrift, LeavesTheLastSecondsInTheLog) {
   Machine machine({{"dead_time", {{"delay_s", 0.025}}}});
   ASSERT_TRUE(machine.tells_drift());

@@ -16,7 +16,8 @@ Abort read_chamber_mbar(const Device& device, Place at, std::uint32_t& bits) noe
 
 template <Setpoint ChamberImage::*member>
 Abort read_setpoint_mbar(const Device& device, Place at, std::uint32_t& bits) noexcept {
-  constexpr auto kMbar_per_Pa = numeric::Scalar(1.0F / kPascal_per_mbar);
+  constexpr auto kMbar_per_Pa =
+      numeric::Scalar(1.0 / kPascal_per_mbar);  // leaves every tie of whole half mbar where it is
   bits = mbar_bits(device.image.chamber[at.instance].*member * kMbar_per_Pa);
   return Abort::none;
 }

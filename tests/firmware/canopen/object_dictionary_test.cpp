@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <map>
 #include <optional>
@@ -184,17 +186,28 @@ struct Pressure {
 TEST(ObjectDictionary, ShowsPressuresInMillibarSaturatingAndNaNSafe) {
   const float inf = std::numeric_limits<float>::infinity();
   const float nan = std::numeric_limits<float>::quiet_NaN();
-  constexpr bool kHasNone =
+  constexpr bool kHasNotANumber =
       std::is_same_v<numeric::Scalar, float>;  // a fixed-point core takes not-a-number for 0
   for (const Pressure& pressure :
        {Pressure{101325.0F, "585 4B 81 63 01 F5 03 00 00"},  // 1013.25 -> 1013
         Pressure{500250.0F, "585 4B 81 63 01 8B 13 00 00"},  // 5002.5 -> 5003
         Pressure{0.0F, "585 4B 81 63 01 00 00 00 00"}, Pressure{1.0e9F, "585 4B 81 63 01 FF 7F 00 00"},
         Pressure{inf, "585 4B 81 63 01 FF 7F 00 00"}, Pressure{-inf, "585 4B 81 63 01 01 80 00 00"},
-        Pressure{nan, kHasNone ? "585 4B 81 63 01 00 80 00 00" : "585 4B 81 63 01 00 00 00 00"}}) {
+        Pressure{nan, kHasNotANumber ? "585 4B 81 63 01 00 80 00 00" : "585 4B 81 63 01 00 00 00 00"}}) {
     Bench bench;
     bench.image.chamber[0].actual_Pa = pressure.value_Pa;
     EXPECT_EQ(bench.answer("605 40 81 63 01 00 00 00 00"), pressure.answer) << pressure.value_Pa << " Pa";
+  }
+}
+
+TEST(ObjectDictionary, RoundsEverySetPointOfHalfAMillibarAwayFromZero) {
+  Bench bench;
+  for (int half = 1; half <= 2 * 32'766; ++half) {
+    bench.image.chamber[0].setpoint_Pa = numeric::Scalar(50 * half);
+    const unsigned code = static_cast<unsigned>(half + 1) / 2;
+    std::array<char, 32> answer{};
+    std::snprintf(answer.data(), answer.size(), "585 4B 80 63 01 %02X %02X 00 00", code & 0xFFU, code >> 8U);
+    ASSERT_EQ(bench.answer("605 40 80 63 01 00 00 00 00"), answer.data()) << 50 * half << " Pa";
   }
 }
 
