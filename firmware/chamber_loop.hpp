@@ -107,7 +107,7 @@ class ChamberLoop {
     numeric::Scalar low_V = 0;
     numeric::Scalar high_V = 0;
   };
-  Allowed allowed_;                   ///< the settings' range of commands
+  Allowed allowed_;                   ///< the settings' range of commands, as the core computes
   numeric::Scalar farthest_mL_ = 0;   ///< that a believed estimate of the volume is off its measurement
   numeric::Scalar pressure_kPa_ = 0;  ///< last usable measurement
   control::ChamberMotion motion_;     ///< of the tick at hand

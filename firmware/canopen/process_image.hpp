@@ -28,10 +28,13 @@ enum class ControlMode : std::int8_t {
 /// Of the board, and of each chamber at its number from 1, as an emergency counts them.
 using StandingFaults = std::array<safety::FaultSet, config::kChambers + 1>;
 
+/// Absolute pressure [Pa], as it came.
+using Setpoint = config::Twice<numeric::Scalar>;
+
 struct ChamberImage {
   // from the bus; 0: the lowest that the limits allow
-  config::Twice<numeric::Scalar> setpoint_Pa{0};       ///< 6380h / 2150h:1, absolute pressure
-  config::Twice<numeric::Scalar> hold_setpoint_Pa{0};  ///< 6394h
+  Setpoint setpoint_Pa{0};       ///< 6380h / 2150h:1
+  Setpoint hold_setpoint_Pa{0};  ///< 6394h
   // to the bus
   config::Pascals actual_Pa;      ///< 6381h / 2150h:2, mean over the tick just past
   config::Pascals demand_Pa;      ///< 6390h, the set point that is followed, within the limits

@@ -23,6 +23,7 @@ constexpr float near_ratio(float a, float b) noexcept {
   return a / b;
 }
 
+/// x/1000, correctly rounded.
 constexpr float thousandth(float x) noexcept {
   return x / 1000.0F;
 }

@@ -111,7 +111,7 @@ FaultSet BoardMonitor::step(const config::BoardSettings& settings, const Input& 
   setpoint_count_before_ = in.setpoint_count;
   const std::uint16_t silence = setpoint_silence_.step(in.setpoints_needed && !setpoint_came, in.ticks);
   const bool supply_watched = settings.supply_low_kPa > 0.0F;
-  const bool supply_enough = !supply_watched || supply_suffices(settings, in.supply_V, in.supply_fresh);
+  const bool supply_short = supply_watched && !supply_suffices(settings, in.supply_V, in.supply_fresh);
 
   FaultSet causes = 0;
   causes |= if_so(in.emergency_stop, Fault::emergency_stop);
@@ -123,8 +123,7 @@ FaultSet BoardMonitor::step(const config::BoardSettings& settings, const Input& 
   causes |= if_so(in.heartbeat_lost, Fault::heartbeat_lost);
   causes |=
       if_so(in.setpoint_lost || lasts(silence, settings.setpoint_watchdog_ticks), Fault::setpoint_timeout);
-  causes |=
-      if_so(lasts(supply_low_.go_on(!supply_enough, in.ticks), settings.supply_ticks), Fault::supply_low);
+  causes |= if_so(lasts(supply_low_.go_on(supply_short, in.ticks), settings.supply_ticks), Fault::supply_low);
   causes |= if_so(in.stored_set_lost, Fault::stored_set_lost);
   causes |= if_so(in.store_failing, Fault::store_failing);
   causes |= if_so(in.frames_lost, Fault::can_overrun);

@@ -5,7 +5,6 @@
 
 namespace plenum::canopen::dictionary {
 
-using Setpoint = config::Twice<numeric::Scalar>;
 inline float in_si(const Setpoint& pressure_Pa) noexcept {
   return static_cast<float>(pressure_Pa.value());
 }

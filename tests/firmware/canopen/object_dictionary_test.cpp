@@ -9,6 +9,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <type_traits>
 
 #include "tests/firmware/canopen/bench.hpp"
 
@@ -186,14 +187,16 @@ struct Pressure {
 TEST(ObjectDictionary, ShowsPressuresInMillibarSaturatingAndNaNSafe) {
   const float inf = std::numeric_limits<float>::infinity();
   const float nan = std::numeric_limits<float>::quiet_NaN();
-  constexpr bool kHasNotANumber =
-      std::is_same_v<numeric::Scalar, float>;  // a fixed-point core takes not-a-number for 0
+  // A fixed-point core takes not-a-number for 0, and sees that the float 500.05 [kPa] is a little less.
+  constexpr bool kInFloat = std::is_same_v<numeric::Scalar, float>;
   for (const Pressure& pressure :
        {Pressure{101325.0F, "585 4B 81 63 01 F5 03 00 00"},  // 1013.25 -> 1013
-        Pressure{500250.0F, "585 4B 81 63 01 8B 13 00 00"},  // 5002.5 -> 5003
+        Pressure{500050.0F,
+                 kInFloat ? "585 4B 81 63 01 89 13 00 00" : "585 4B 81 63 01 88 13 00 00"},  // 5000.5 -> 5001
+        Pressure{500250.0F, "585 4B 81 63 01 8B 13 00 00"},                                  // 5002.5 -> 5003
         Pressure{0.0F, "585 4B 81 63 01 00 00 00 00"}, Pressure{1.0e9F, "585 4B 81 63 01 FF 7F 00 00"},
         Pressure{inf, "585 4B 81 63 01 FF 7F 00 00"}, Pressure{-inf, "585 4B 81 63 01 01 80 00 00"},
-        Pressure{nan, kHasNotANumber ? "585 4B 81 63 01 00 80 00 00" : "585 4B 81 63 01 00 00 00 00"}}) {
+        Pressure{nan, kInFloat ? "585 4B 81 63 01 00 80 00 00" : "585 4B 81 63 01 00 00 00 00"}}) {
     Bench bench;
     bench.image.chamber[0].actual_Pa = pressure.value_Pa;
     EXPECT_EQ(bench.answer("605 40 81 63 01 00 00 00 00"), pressure.answer) << pressure.value_Pa << " Pa";

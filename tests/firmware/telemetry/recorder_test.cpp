@@ -54,7 +54,7 @@ TEST(Recorder, RollsFromTheStartAndKeepsTheLastTicks) {
   run(recorder, 1, 3000);
   EXPECT_EQ(recorder.rows(), kLogTicks);
   EXPECT_EQ(recorder.end() - recorder.begin(), kLogTicks);
-  EXPECT_FLOAT_EQ(recorder.row(recorder.end() - 1, 0).pressure_kPa, 1e-3F * (103000.0F));
+  EXPECT_FLOAT_EQ(recorder.row(recorder.end() - 1, 0).pressure_kPa, 1e-3F * 103000.0F);
   EXPECT_FLOAT_EQ(recorder.row(recorder.begin(), 4).pressure_kPa,
                   1e-3F * (100000.0F + 3000.0F - 1023.0F + 0.5F));
 }
@@ -91,8 +91,8 @@ TEST(Recorder, RecordsTheTicksAskedForAndFreezes) {
   run(recorder, 70, 200);
   EXPECT_EQ(recorder.state(), Recorder::State::frozen);
   EXPECT_EQ(recorder.rows(), 20);
-  EXPECT_FLOAT_EQ(recorder.row(recorder.begin(), 0).pressure_kPa, 1e-3F * (100051.0F));
-  EXPECT_FLOAT_EQ(recorder.row(recorder.end() - 1, 0).pressure_kPa, 1e-3F * (100070.0F));
+  EXPECT_FLOAT_EQ(recorder.row(recorder.begin(), 0).pressure_kPa, 1e-3F * 100051.0F);
+  EXPECT_FLOAT_EQ(recorder.row(recorder.end() - 1, 0).pressure_kPa, 1e-3F * 100070.0F);
 }
 
 TEST(Recorder, TakesARecordingOfTheWholeRing) {
