@@ -17,6 +17,10 @@ constexpr Scalar kPerLitre = Scalar(1000);
 
 constexpr Scalar kLeastVolume_mL = Scalar(0.1);
 
+/// So often a tick fills the smallest chamber of a model at most, through ports and leak as wide as they get: the pressure has long come to
+/// where f is 0, which no volume shifts. A smaller one counts as that, so that no number of a tick passes a fixed-point number's range.
+constexpr Scalar kMostFilled = Scalar(4096);
+
 /// A hundredth of a 16 bit converter's step over 1000 kPa, far below the noise of any sensor.
 constexpr Scalar kClose_kPa = Scalar(2e-4);
 
@@ -37,6 +41,12 @@ constexpr Scalar kOneCommand_V = Scalar(1e-4);
 
 /// Below this slope Newton's step is not taken.
 constexpr Scalar kLeastNewton_kPa_V = Scalar(1e-6);
+
+/// What leads to a next guess is told no better than so, lest it pass a fixed-point number's range: a step that leaves the range of the
+/// commands [V], powers of two of a factor and of what is to be gained [kPa]; flows and ways within a tick; slopes.
+constexpr int kFar = 5, kMostFactor = 10, kMostGain = 20;
+constexpr Scalar kMostFlow_kPa = Scalar(1 << 13), kFarther_kPa = Scalar(1 << 14);
+constexpr Scalar kSteepest_kPa_V = Scalar(1 << 20);
 
 /// Nearer than this a slope is not told from two rates.
 constexpr Scalar kNear_kPa = Scalar(1);
@@ -203,11 +213,17 @@ void Greybox::configure(std::span<const Scalar, kParameters> parameters, Scalar 
     node_[i].inlet = max(node_[i].inlet, node_[i - 1].inlet);
     node_[kNodes - 1 - i].exhaust = max(node_[kNodes - 1 - i].exhaust, node_[kNodes - i].exhaust);
   }
+  Scalar steepest_L_s_V = 0;
   for (std::size_t i = 0; i + 1 < kNodes; ++i) {
     const Scalar width_V = node_V_[i + 1] - node_V_[i];
     slope_[i] = {slope(node_[i].inlet, node_[i + 1].inlet, width_V),
                  slope(node_[i].exhaust, node_[i + 1].exhaust, width_V)};
+    steepest_L_s_V = max(steepest_L_s_V, slope_[i].inlet - slope_[i].exhaust);
   }
+  // ports a volt farther open than they get; the gap as the chord to kMostPressure_kPa has it
+  const Scalar widest_L_s = node_.back().inlet + node_.front().exhaust + steepest_L_s_V +
+                            leak_L_s_kPa_ * (kMostPressure_kPa + ambient_kPa_);
+  least_volume_mL_ = max(kLeastVolume_mL, widest_L_s * (kTick_s * kPerLitre / kMostFilled));
 }
 
 /// (G1) with all put in but the pressure: of each flow the share in f.
@@ -242,10 +258,10 @@ struct Greybox::Passage {
                      : way * numeric::log(ahead / rate) / (ahead - rate);
   }
 
-  /// Where the pressure is on the way in the mean over the passage: its share in the way.
+  /// Where the pressure is on the way in the mean over the passage: its share in the way. Of one that takes no time it does not matter.
   Scalar mean() const noexcept {
-    return slight() ? Scalar(0.5) * (Scalar(1) - bend * artanh_lag(bend * bend))
-                    : (way_kPa / ticks - rate_kPa) / (ahead_kPa - rate_kPa);
+    return slight() || ticks <= Scalar(0) ? Scalar(0.5) * (Scalar(1) - bend * artanh_lag(bend * bend))
+                                          : (way_kPa / ticks - rate_kPa) / (ahead_kPa - rate_kPa);
   }
 
  private:
@@ -280,7 +296,7 @@ class Greybox::MeanRise {
 };
 
 Moving Greybox::moving(const ChamberMotion& motion) const noexcept {
-  const Scalar volume_mL = clamp(motion.volume_mL + dead_volume_mL_, kLeastVolume_mL, kMostVolume_mL);
+  const Scalar volume_mL = clamp(motion.volume_mL + dead_volume_mL_, least_volume_mL_, kMostVolume_mL);
   const Scalar speed_mL_s = clamp(motion.volume_rate_mL_s, -kMostSpeed_mL_s, kMostSpeed_mL_s);
   return {.first = kTick_s * kPerLitre / volume_mL,
           .second = volume_exponent_ / kPerLitre * speed_mL_s,
@@ -479,7 +495,7 @@ Scalar Greybox::gaining_V(const Range& among, const Ports& by, Scalar from_V,
   const std::size_t here = segment(from_V);
   const Scalar slope_kPa_V = by.inlet * slope_[here].inlet + by.exhaust * slope_[here].exhaust;
   if (slope_kPa_V > kLeastNewton_kPa_V) {
-    const Scalar to_V = from_V + wanted_kPa / slope_kPa_V;
+    const Scalar to_V = from_V + numeric::ratio_within<kFar>(wanted_kPa, slope_kPa_V);
     if (to_V >= node_V_[here] && to_V <= node_V_[here + 1])
       return clamp(to_V, node_V_[among.first], node_V_[among.last]);
   }
@@ -520,9 +536,13 @@ Greybox::Guess Greybox::guess(const Tick& tick, const Range& among, Scalar targe
     const Scalar rate_kPa = law.rate_kPa(from, tick.pressure_kPa);
     const Scalar x = -law.slope(slope);
     const Scalar phi_1 = numeric::phi_1(x);
-    const Scalar further_kPa = rate_kPa * (phi_1 - numeric::phi_2(x, phi_1));  // (G5) by J
-    made.by = {tick.per_volume * (from.inlet * phi_1 + slope.inlet * further_kPa),
-               tick.per_volume * (from.exhaust * phi_1 + slope.exhaust * further_kPa)};
+    const Scalar further_kPa =
+        clamp(rate_kPa * (phi_1 - numeric::phi_2(x, phi_1)), -kFarther_kPa, kFarther_kPa);  // (G5) by J
+    const auto by = [&](Scalar from_kPa, Scalar by_pressure) noexcept {
+      return tick.per_volume *
+             (from_kPa * phi_1 + clamp(by_pressure * further_kPa, -kMostFlow_kPa, kMostFlow_kPa));
+    };
+    made.by = {by(from.inlet, slope.inlet), by(from.exhaust, slope.exhaust)};
     const Scalar missed_kPa = wanted_kPa - rate_kPa * phi_1;
     if (abs(missed_kPa) <= close_kPa) break;
     made.command_V = gaining_V(among, made.by, made.command_V, missed_kPa);
@@ -616,7 +636,9 @@ Inverse Greybox::inverse(Scalar pressure_kPa, Scalar target_kPa, const Moving& m
       const Scalar told_kPa = first.by.inlet * (open.inlet - open_before.inlet) +
                               first.by.exhaust * (open.exhaust - open_before.exhaust);
       const Scalar gained_kPa = end_kPa - end_before_kPa;
-      if (told_kPa * gained_kPa > Scalar(0)) factor = gained_kPa / told_kPa;
+      const bool as_told =
+          told_kPa > Scalar(0) ? gained_kPa > Scalar(0) : told_kPa < Scalar(0) && gained_kPa < Scalar(0);
+      if (as_told) factor = numeric::ratio_within<kMostFactor>(gained_kPa, told_kPa);
     }
     const Scalar wanted_kPa = target_kPa - end_kPa;
     const bool halved = abs(wanted_kPa) <= Scalar(0.5) * abs(wanted_before_kPa);
@@ -627,14 +649,16 @@ Inverse Greybox::inverse(Scalar pressure_kPa, Scalar target_kPa, const Moving& m
     const bool beyond = command_V == (wanted_kPa > Scalar(0) ? most_V : least_V);
     if (abs(wanted_kPa) < best_kPa) {
       best_kPa = abs(wanted_kPa);
-      const Scalar told_kPa_V = first.by.inlet * slope_[in].inlet + first.by.exhaust * slope_[in].exhaust;
+      const Scalar told_kPa_V =
+          min(first.by.inlet * slope_[in].inlet + first.by.exhaust * slope_[in].exhaust, kSteepest_kPa_V);
       best = {.command_V = command_V, .reached_kPa = end_kPa, .by_command_kPa_V = factor * told_kPa_V};
     }
     best.saturated = beyond && best_kPa > kClose_kPa;
     if (best_kPa <= kClose_kPa || beyond) break;
 
     bracket.tried(command_V, wanted_kPa);
-    if (by_secants) command_V = gaining_V(among, first.by, command_V, wanted_kPa / factor);
+    if (by_secants)
+      command_V = gaining_V(among, first.by, command_V, numeric::ratio_within<kMostGain>(wanted_kPa, factor));
     if (!by_secants || !bracket.holds(command_V)) command_V = bracket.next_V();
     if (!bracket.holds(command_V)) break;  // of two neighbours among the numbers
   }

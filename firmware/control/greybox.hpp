@@ -157,7 +157,7 @@ class Greybox final : public PressureModel {
   Scalar gaining_V(const Range& among, const Ports& by, Scalar from_V, Scalar wanted_kPa) const noexcept;
   Guess guess(const Tick& tick, const Range& among, Scalar target_kPa, Scalar near_V) const noexcept;
 
-  Scalar dead_volume_mL_ = 0, volume_exponent_ = 1, supply_kPa_ = 0, ambient_kPa_ = 0;
+  Scalar dead_volume_mL_ = 0, least_volume_mL_ = 1, volume_exponent_ = 1, supply_kPa_ = 0, ambient_kPa_ = 0;
   Scalar leak_L_s_kPa_ = 0;  ///< C_l/(2 P_r)
   Curve inlet_;              ///< of P_c
   Curve exhaust_;            ///< of P_r

@@ -61,6 +61,10 @@ inline std::size_t nearest_node(const AtNodes& miss_kPa, bool above) noexcept {
                : first_of([](Scalar a, Scalar b) noexcept { return a > b; });
 }
 
+/// What a slope by the command makes of a rate's, in absurd chambers more: it says where to look next, what it misses a bracket holds, and no
+/// product of it passes the range of a fixed-point number.
+inline constexpr Scalar kMostByRate_kPa = Scalar(1 << 15);
+
 template <class Law>
 class InverseSearch {
  public:
@@ -82,6 +86,8 @@ class InverseSearch {
   /// a moving volume, or a small r, ranks another command first by a little is the formula's doing (c4 v'
   /// shifts s of an open exhaust too).
   static constexpr Scalar kLimitServes = Scalar(0.01);
+  /// A step of 2^kFar V leaves every bracket.
+  static constexpr int kFar = 4;
   /// Commands nearer to each other than this are one: two units in the last place of a float at 8 V.
   static constexpr Scalar kSameCommand_V = Scalar(2e-6);
 
@@ -127,8 +133,10 @@ typename InverseSearch<Law>::Miss InverseSearch<Law>::refine(Miss low, Miss high
   const Scalar rise = high.kPa - low.kPa;
   const Scalar t = -low.kPa / rise;
   const Scalar rest = Scalar(1) - t;
-  const Scalar slope_low = numeric::clamp(rise / (low.by_V * width_V), Scalar(0), Scalar(3));
-  const Scalar slope_high = numeric::clamp(rise / (high.by_V * width_V), Scalar(0), Scalar(3));
+  const auto as_secant = [rise, width_V](const Miss& end) noexcept {
+    return numeric::clamp(numeric::ratio_within<2>(rise, end.by_V * width_V), Scalar(0), Scalar(3));
+  };
+  const Scalar slope_low = as_secant(low), slope_high = as_secant(high);
   const Scalar share =
       t * (t * (Scalar(3) - Scalar(2) * t) + slope_low * rest * rest - slope_high * t * rest);
   Scalar command_V = low.command_V + numeric::clamp(share, Scalar(0.001), Scalar(0.999)) * width_V;
@@ -141,16 +149,16 @@ typename InverseSearch<Law>::Miss InverseSearch<Law>::refine(Miss low, Miss high
     if (numeric::abs(here.kPa) < numeric::abs(best.kPa)) best = here;
     const bool as_low = (here.kPa > Scalar(0)) == (low.kPa > Scalar(0));
     const Miss& ahead = as_low ? high : low;
-    const Scalar step_V = -here.kPa / here.by_V;
+    const Scalar step_V = numeric::ratio_within<kFar>(-here.kPa, here.by_V);
     const Scalar room_V = ahead.command_V - command_V;
-    const Scalar part = step_V / room_V;
+    const Scalar part = numeric::ratio_within<1>(step_V, room_V);
     const bool inside = part > Scalar(0) && part < Scalar(1);
     if (inside && numeric::abs((ahead.by_V - here.by_V) * part * step_V) <= Scalar(2) * kCrossing_kPa) {
       return {.command_V = command_V + step_V, .kPa = Scalar(0), .by_V = here.by_V};
     }
     if (serves(here)) return here;
     Scalar next_V = command_V + step_V;
-    if (!inside) next_V = ahead.command_V - ahead.kPa / ahead.by_V;
+    if (!inside) next_V = ahead.command_V - numeric::ratio_within<kFar>(ahead.kPa, ahead.by_V);
     const bool still_inside =
         (next_V - command_V) * room_V > Scalar(0) && (ahead.command_V - next_V) * room_V > Scalar(0);
     if (!still_inside || numeric::abs(here.kPa) > Scalar(0.5) * before_kPa)
@@ -171,7 +179,8 @@ typename InverseSearch<Law>::Miss InverseSearch<Law>::closest(Miss best, Miss ot
   Miss near = best;
   for (int i = 0; i < kExtremumSteps; ++i) {
     // The zero of the slope, by secants.
-    const Scalar share = numeric::clamp(near.by_V / (near.by_V - other.by_V), Scalar(0.1), Scalar(0.9));
+    const Scalar zero_at = numeric::ratio_within<1>(near.by_V, near.by_V - other.by_V);
+    const Scalar share = numeric::clamp(zero_at, Scalar(0.1), Scalar(0.9));
     const Miss here = miss(near.command_V + share * (other.command_V - near.command_V));
     if ((here.kPa > Scalar(0)) != (best.kPa > Scalar(0))) {
       const bool onwards = near.command_V < other.command_V;

@@ -51,10 +51,11 @@ Scalar Tassa9r::Tick::by_x_kPa(CommandCurve::Point at, Scalar phi_1) const noexc
 
 /// Of F phi_1(x), by the chain rule through s0 and through a.
 Scalar Tassa9r::Tick::slope_kPa_V(const CommandCurve::Tangent& of, Scalar phi_1) const noexcept {
-  const Scalar a_by_V = gain_per_V * of.by_V.opening;
-  const Scalar speed_by_V =
-      flow(of.at.opening_V) * of.by_V.steady_kPa_V + a_by_V * (of.at.steady_kPa - pressure_kPa);
-  return speed_by_V * phi_1 + by_x_kPa(of.at, phi_1) * a_by_V;
+  constexpr Scalar kMostBySteady = Scalar(1 << 10);
+  const Scalar by_steady = numeric::min(flow(of.at.opening_V) * phi_1, kMostBySteady);
+  const Scalar by_a_kPa = (of.at.steady_kPa - pressure_kPa) * phi_1 + by_x_kPa(of.at, phi_1);
+  return by_steady * of.by_V.steady_kPa_V +
+         clamp(by_a_kPa, -kMostByRate_kPa, kMostByRate_kPa) * gain_per_V * of.by_V.opening;
 }
 
 Opening Tassa9r::opening(Scalar command_V) const noexcept {

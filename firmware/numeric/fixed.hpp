@@ -126,6 +126,8 @@ class Fixed {
   }
 
   friend constexpr Fixed near_ratio(Fixed a, Fixed b) noexcept;
+  template <int bits>
+  friend constexpr Fixed ratio_within(Fixed a, Fixed b) noexcept;
   friend constexpr Fixed sqrt(Fixed x) noexcept;
   friend constexpr Fixed inverse_sqrt(Fixed x) noexcept;
   friend constexpr Fixed within_2_29(Fixed x) noexcept;
@@ -332,6 +334,19 @@ constexpr Fixed near_ratio(Fixed a, Fixed b) noexcept {
   if (b.raw_ <= 1 || x >> 31U >= static_cast<std::uint64_t>(b.raw_)) return a / b;
   const std::uint64_t whole = Fixed::Divisor(static_cast<std::uint64_t>(b.raw_)).estimate(x);
   return Fixed::from_raw(Fixed::with_sign(whole, a.raw_ < 0));
+}
+
+/// a/b, but no further than 2^bits from 0, and that of x/0; 0 of 0/0. Not counted: what asks for it loses nothing.
+template <int bits>
+constexpr Fixed ratio_within(Fixed a, Fixed b) noexcept {
+  static_assert(bits >= 0 && bits < 31);
+  const std::uint64_t x = Fixed::magnitude(a.raw_), y = Fixed::magnitude(b.raw_);
+  const bool negative = (a.raw_ < 0) != (b.raw_ < 0);
+  if (x >> static_cast<unsigned>(bits) < y)
+    return Fixed::from_raw(Fixed::with_sign(Fixed::quotient(x, y), negative));
+  if (x == 0) return 0;
+  constexpr std::int64_t kMost = std::int64_t{1} << (bits + Fixed::kFractionBits);
+  return Fixed::from_raw(negative ? -kMost : kMost);
 }
 
 /// Of raw > 0. By Newton's method from a table.

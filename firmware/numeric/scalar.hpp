@@ -44,6 +44,12 @@ constexpr Real shifted_down(Real x) noexcept {
   return x * Real(1.0F / static_cast<float>(1U << kBits));
 }
 
+/// a/b where it lies within 2^bits of 0; else at least that, on the quotient's side: where a search looks next is not told better.
+template <int bits, Number Real>
+constexpr Real ratio_within(Real a, Real b) noexcept {
+  return a / b;
+}
+
 /// decay(x), and what a part leaves of the whole.
 template <Number Real>
 inline Real decay_part(Real x) noexcept {

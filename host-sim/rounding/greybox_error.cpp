@@ -17,7 +17,7 @@ using Ports = GreyboxTables::Ports;
 namespace phi = plenum::numeric::phi;
 
 constexpr double kUlp = plenum::numeric::Rounded::kUlp, kHalfUlp = plenum::numeric::Rounded::kHalfUlp;
-constexpr double kLeast_mL = 1, kMostSpeed_mL_s = 1500, kMostShare = 0.5, kTick_s = 0.01;
+constexpr double kMostSpeed_mL_s = 1500, kMostShare = 0.5, kTick_s = 0.01;
 constexpr double kRange = 0x1p31;
 
 // Of the core (greybox.cpp, scalar.hpp).
@@ -148,19 +148,25 @@ struct Law {
   Coefficient inlet, exhaust, leak, moved;
 };
 
+/// Of a chamber with what its sensor does not count: a millilitre, or that.
+double least_mL(const GreyboxTables& of) {
+  return std::max(1.0, of.dead_volume_mL);
+}
+
 Law law_of(const GreyboxTables& board, const GreyboxTables& exact) {
+  const double volume_mL = least_mL(exact);
   const Coefficient per_volume{
-      .most = exact.tick_s_mL_L / kLeast_mL,
+      .most = exact.tick_s_mL_L / volume_mL,
       // numerator; chamber and dead volume, each rounded; the quotient
-      .off = std::fabs(board.tick_s_mL_L - exact.tick_s_mL_L) / kLeast_mL +
-             exact.tick_s_mL_L * 2 * kHalfUlp / (kLeast_mL * (kLeast_mL - 2 * kHalfUlp)) + kHalfUlp};
+      .off = std::fabs(board.tick_s_mL_L - exact.tick_s_mL_L) / volume_mL +
+             exact.tick_s_mL_L * 2 * kHalfUlp / (volume_mL * (volume_mL - 2 * kHalfUlp)) + kHalfUlp};
   const auto times = [&](const Port& port) {
     return Coefficient{
         .most = per_volume.most * port.most,
         .off = per_volume.most * port.off + per_volume.off * (port.most + port.off) + kHalfUlp};
   };
   // n v' [L/s] in the least volume; that of the greatest speed in all others, of a smaller share
-  const double speed_mL_s = kMostShare * kLeast_mL / kTick_s;
+  const double speed_mL_s = kMostShare * volume_mL / kTick_s;
   const double of_speed = std::fabs(exact.volume_exponent) / 1000;
   const double moved_off = speed_mL_s * (kHalfUlp / 1000 + kHalfUlp) + of_speed * kHalfUlp + kHalfUlp;
   Law law{.inlet = times(known_of(board, exact, &Ports::inlet)),

@@ -21,8 +21,8 @@
 namespace rounding {
 
 /// [kPa], of end and mean of a tick, over
-///   pressures from ambient to supply,   commands of 0 to 10 V,   volumes of 1 mL to 10 L, dead volume included,
-///   speeds that change that volume by half in a tick at most, and 1.5 L/s,   the supply's pressure as the model states it;
+///   pressures from ambient to supply,   commands of 0 to 10 V,   volumes of 1 mL to 10 L, dead volume included and
+///   not below it,   speeds that change that volume by half in a tick at most, and 1.5 L/s,   the supply's pressure as the model states it;
 /// infinite where the bound cannot be had (a number may pass the range, or a difference grows beyond all use).
 /// `board`: the tables in fixed point; `exact`: in double, of the same parameters.
 double greybox_tick_error_kPa(const GreyboxTables& board, const GreyboxTables& exact);

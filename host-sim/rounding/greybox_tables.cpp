@@ -35,6 +35,8 @@ struct GreyboxTables {
     std::transform(model.slope_.begin(), model.slope_.end(), std::back_inserter(tables.slope), ports);
     // of a millilitre in all: the numerator itself
     tables.tick_s_mL_L = number(model.moving({.volume_mL = Scalar(1) - model.dead_volume_mL_}).first);
+    tables.most_per_volume_s_L = number(model.moving({.volume_mL = -model.dead_volume_mL_}).first);
+    tables.dead_volume_mL = number(model.dead_volume_mL_);
     tables.volume_exponent = number(model.volume_exponent_);
     tables.supply_kPa = number(model.supply_kPa_);
     tables.ambient_kPa = number(model.ambient_kPa_);

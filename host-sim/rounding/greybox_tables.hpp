@@ -26,7 +26,8 @@ struct GreyboxTables {
   std::vector<Ports> slope;  ///< from a node to the next
   double tick_s_mL_L =
       0;  ///< h times 1000 mL/L: divided by a volume [mL], what the end gains by a flow [s/L]
-  double volume_exponent = 1, supply_kPa = 0, ambient_kPa = 0;
+  double most_per_volume_s_L = 0;  ///< the same of the smallest chamber
+  double dead_volume_mL = 0, volume_exponent = 1, supply_kPa = 0, ambient_kPa = 0;
 };
 
 /// Of the parameters in image order, over commands of 0 to 10 V.

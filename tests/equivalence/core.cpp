@@ -59,6 +59,8 @@ class OneChamber final : public Core {
             .saturated = made.saturated};
   }
 
+  std::uint32_t saturations() const override { return numeric::Fixed::saturations(); }
+
   void reset(double pressure_kPa, double volume_mL, double command_V) override {
     volume_.reset(scalar(volume_mL));
     shaper_.reset(scalar(pressure_kPa));

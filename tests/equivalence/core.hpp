@@ -32,6 +32,9 @@ class Core {
   virtual Prediction step(const State& from, double command_V) const = 0;
   virtual Inverse inverse(const State& from, double target_kPa, double near_V) const = 0;
 
+  /// How many results this thread's numbers have cut off: Fixed::saturations(); of double 0.
+  virtual std::uint32_t saturations() const = 0;
+
   /// The regulator begins here, at `command_V`.
   virtual void reset(double pressure_kPa, double volume_mL, double command_V) = 0;
   /// One tick in closed loop: what was measured over the tick just past, and the set point. Returns the command [V].

@@ -35,7 +35,7 @@ double found_kPa(const control::testing::Subject& drawn, int states, std::mt1993
   const std::span parameters(drawn.model.value.data(), drawn.model.count);
   const auto fixed = equivalence::core_in_fixed(static_cast<std::uint16_t>(drawn.model.kind), parameters);
   const auto exact = equivalence::core_in_double(static_cast<std::uint16_t>(drawn.model.kind), parameters);
-  // a grey box's volumes count with the dead one
+  // a grey box's volumes count with the dead one, which is there at the end of any stroke
   const double dead_mL = drawn.model.kind == ModelKind::greybox
                              ? static_cast<double>(drawn.model.value[config::kDeadVolume])
                              : 0.0;
@@ -43,7 +43,7 @@ double found_kPa(const control::testing::Subject& drawn, int states, std::mt1993
       pressure_kPa(static_cast<double>(drawn.ambient_kPa), static_cast<double>(drawn.supply_kPa));
   double found = 0;
   for (int i = 0; i < states; ++i) {
-    const double volume_mL = std::pow(10.0, 4 * share(random));
+    const double volume_mL = std::max(dead_mL, std::pow(10.0, 4 * share(random)));
     const equivalence::State from{
         .pressure_kPa = pressure_kPa(random),
         .volume_mL = volume_mL - dead_mL,
@@ -72,19 +72,14 @@ double quantile(std::vector<double>& of, double part) {
   return *at;
 }
 
-struct Claim {
-  double median_over_found;       ///< of the largest difference in 3000 states
-  double within_percent_of_span;  ///< the claim of tests/equivalence...
-  double share;                   ///< ...which so many random sets stay within
-};
-/// A grey box is bounded for all volumes by the least one, and for all of its ways at once.
-Claim claim_for(ModelKind kind) {
-  return kind == ModelKind::greybox ? Claim{100, 0.02, 0.8} : Claim{10, 0.02, 0.9};
+/// Median over the largest difference in 3000 states. A grey box is bounded for all volumes by the least one, and for all of its ways at
+/// once.
+double idle(ModelKind kind) {
+  return kind == ModelKind::greybox ? 60 : 10;
 }
 
 TEST_P(OfKind, IsNotIdle) {
   std::mt19937 random(12);
-  const Claim claim = claim_for(GetParam().kind);
   std::vector<double> ratio, percent_of_span;
   for (int i = 0; i < 61; ++i) {
     const control::testing::Subject drawn = control::testing::draw_subject(random, GetParam().kind);
@@ -93,8 +88,8 @@ TEST_P(OfKind, IsNotIdle) {
     percent_of_span.push_back(100 * bound_kPa / static_cast<double>(drawn.supply_kPa - drawn.ambient_kPa));
   }
   RecordProperty("median_over_found", std::to_string(quantile(ratio, 0.5)));
-  EXPECT_LT(quantile(ratio, 0.5), claim.median_over_found);
-  EXPECT_LT(quantile(percent_of_span, claim.share), claim.within_percent_of_span);
+  EXPECT_LT(quantile(ratio, 0.5), idle(GetParam().kind));
+  EXPECT_LT(quantile(percent_of_span, 0.9), 0.02);  // the claim of tests/equivalence
 }
 
 INSTANTIATE_TEST_SUITE_P(TickError, OfKind,
@@ -113,6 +108,7 @@ TEST(TickError, OfAGreyBoxHoldsWhereTheBoardGoesAnotherWay) {
     const control::testing::Subject drawn = control::testing::draw_subject(random, ModelKind::greybox);
     const std::span parameters(drawn.model.value.data(), drawn.model.count);
     const double bound_kPa = *tick_error_kPa("greybox", parameters_of(drawn));
+    const auto dead_mL = static_cast<double>(drawn.model.value[config::kDeadVolume]);
     const auto kind = static_cast<std::uint16_t>(ModelKind::greybox);
     const auto fixed = equivalence::core_in_fixed(kind, parameters),
                exact = equivalence::core_in_double(kind, parameters);
@@ -124,10 +120,10 @@ TEST(TickError, OfAGreyBoxHoldsWhereTheBoardGoesAnotherWay) {
           corner_kPa > static_cast<double>(drawn.supply_kPa))
         continue;
       for (int k = 0; k < 20; ++k) {
-        const double volume_mL = std::pow(10.0, 1.5 * share(random) * share(random));
+        const double volume_mL = std::max(1.0, dead_mL) * std::pow(10.0, 1.5 * share(random) * share(random));
         const equivalence::State from{
             .pressure_kPa = corner_kPa + std::ldexp(ulps(random), -32),
-            .volume_mL = volume_mL - static_cast<double>(drawn.model.value[config::kDeadVolume]),
+            .volume_mL = volume_mL - dead_mL,
             .volume_rate_mL_s =
                 k % 4 == 0 ? 0.0 : std::clamp((share(random) - 0.5) * volume_mL / 0.01, -1500.0, 1500.0)};
         const double command_V = 10 * share(random);

@@ -102,7 +102,7 @@ TEST(SameBits, OfTheRepairedFormOnEveryArchitecture) {
     model.configure(scalars(without_c4), 0.0F, 10.0F);
     crc = crc_of(model, random, crc);
   }
-  EXPECT_EQ(crc, of_scalar(0x12990278U, 0x561A160DU)) << std::hex << "found " << crc;
+  EXPECT_EQ(crc, of_scalar(0xF514640CU, 0xABE9B3A9U)) << std::hex << "found " << crc;
 }
 
 TEST(SameBits, OfTheGreyBoxModelOnEveryArchitecture) {

@@ -85,6 +85,26 @@ TEST(Fixed, NearRatiosAreWithinTwoToTheMinus25OfTheExactOnesAndAnUlp) {
   EXPECT_EQ(near_ratio(Fixed(3), Fixed(0)).raw(), (Fixed(3) / Fixed(0)).raw());
 }
 
+TEST(Fixed, RatiosWithinAPowerOfTwoEndThereAndAreNotCounted) {
+  constexpr int kBits = 4;
+  constexpr std::int64_t kEnd = std::int64_t{1} << (32 + kBits);
+  std::mt19937_64 random(7);
+  int within = 0;
+  for (int i = 0; i < 200'000; ++i) {
+    const auto a = Fixed::from_raw(any_raw(random)), b = Fixed::from_raw(any_raw(random));
+    if (b == Fixed(0)) continue;
+    const std::uint32_t before = Fixed::saturations();
+    const std::int64_t got = ratio_within<kBits>(a, b).raw();
+    ASSERT_EQ(Fixed::saturations(), before);
+    ASSERT_EQ(got, std::clamp((a / b).raw(), -kEnd, kEnd)) << a.raw() << " / " << b.raw();
+    if (std::abs(got) < kEnd && got != 0) ++within;
+  }
+  EXPECT_GT(within, 20'000);
+  EXPECT_EQ(ratio_within<kBits>(Fixed(3), Fixed(0)).raw(), kEnd);
+  EXPECT_EQ(ratio_within<kBits>(Fixed(-3), Fixed(0)).raw(), -kEnd);
+  EXPECT_EQ(ratio_within<kBits>(Fixed(0), Fixed(0)).raw(), 0);
+}
+
 TEST(Fixed, RootsAreTheNearest) {
   std::mt19937_64 random(5);
   for (int i = 0; i < 2'000'000; ++i) {
