@@ -15,12 +15,6 @@ using numeric::min;
 /// [mL/L] Conductances in litres, so that a fixed-point reciprocal of a volume keeps its digits.
 constexpr Scalar kPerLitre = Scalar(1000);
 
-constexpr Scalar kLeastVolume_mL = Scalar(0.1);
-
-/// So often a tick fills the smallest chamber of a model at most, through ports and leak as wide as they get: the pressure has long come to
-/// where f is 0, which no volume shifts. A smaller one counts as that, so that no number of a tick passes a fixed-point number's range.
-constexpr Scalar kMostFilled = Scalar(4096);
-
 /// A hundredth of a 16 bit converter's step over 1000 kPa, far below the noise of any sensor.
 constexpr Scalar kClose_kPa = Scalar(2e-4);
 
@@ -41,12 +35,6 @@ constexpr Scalar kOneCommand_V = Scalar(1e-4);
 
 /// Below this slope Newton's step is not taken.
 constexpr Scalar kLeastNewton_kPa_V = Scalar(1e-6);
-
-/// What leads to a next guess is told no better than so, lest it pass a fixed-point number's range: a step that leaves the range of the
-/// commands [V], powers of two of a factor and of what is to be gained [kPa]; flows and ways within a tick; slopes.
-constexpr int kFar = 5, kMostFactor = 10, kMostGain = 20;
-constexpr Scalar kMostFlow_kPa = Scalar(1 << 13), kFarther_kPa = Scalar(1 << 14);
-constexpr Scalar kSteepest_kPa_V = Scalar(1 << 20);
 
 /// Nearer than this a slope is not told from two rates.
 constexpr Scalar kNear_kPa = Scalar(1);
@@ -213,16 +201,13 @@ void Greybox::configure(std::span<const Scalar, kParameters> parameters, Scalar 
     node_[i].inlet = max(node_[i].inlet, node_[i - 1].inlet);
     node_[kNodes - 1 - i].exhaust = max(node_[kNodes - 1 - i].exhaust, node_[kNodes - i].exhaust);
   }
-  Scalar steepest_L_s_V = 0;
   for (std::size_t i = 0; i + 1 < kNodes; ++i) {
     const Scalar width_V = node_V_[i + 1] - node_V_[i];
     slope_[i] = {slope(node_[i].inlet, node_[i + 1].inlet, width_V),
                  slope(node_[i].exhaust, node_[i + 1].exhaust, width_V)};
-    steepest_L_s_V = max(steepest_L_s_V, slope_[i].inlet - slope_[i].exhaust);
   }
-  // ports a volt farther open than they get; the gap as the chord to kMostPressure_kPa has it
-  const Scalar widest_L_s = node_.back().inlet + node_.front().exhaust + steepest_L_s_V +
-                            leak_L_s_kPa_ * (kMostPressure_kPa + ambient_kPa_);
+  const Scalar widest_L_s =
+      node_.back().inlet + node_.front().exhaust + leak_L_s_kPa_ * (kGap_kPa + ambient_kPa_);
   least_volume_mL_ = max(kLeastVolume_mL, widest_L_s * (kTick_s * kPerLitre / kMostFilled));
 }
 
@@ -332,13 +317,13 @@ Greybox::Flows Greybox::flows(const Sides& sides, const Stretch& between, Scalar
   return {.inlet = supply * inlet.flow_kPa[sides.inlet] + inlet.slope[sides.inlet] * along_kPa,
           .exhaust = exhaust_.at(sides.exhaust, pressure_kPa),
           .leak = leak_L_s_kPa_ * (low_kPa + ambient_kPa_) * (low_kPa - ambient_kPa_) +
-                  leak_L_s_kPa_ * (low_kPa + between.high_kPa) * (pressure_kPa - low_kPa)};
+                  leak_L_s_kPa_ * (gap_kPa(low_kPa) + gap_kPa(between.high_kPa)) * (pressure_kPa - low_kPa)};
 }
 
 Greybox::Flows Greybox::slopes(const Sides& sides, const Stretch& between) const noexcept {
   return {.inlet = inlet_.slope[sides.inlet],
           .exhaust = exhaust_.slope[sides.exhaust],
-          .leak = leak_L_s_kPa_ * (between.low_kPa + between.high_kPa)};
+          .leak = leak_L_s_kPa_ * (gap_kPa(between.low_kPa) + gap_kPa(between.high_kPa))};
 }
 
 /// On the way along a curve, drawn larger by `size`: the corner ahead, up or down.
@@ -378,14 +363,14 @@ Scalar Greybox::go(const Tick& tick, const Law& law, Scalar rate_kPa, Scalar tic
   Way<up> exhaust(exhaust_, Scalar(1), tick.sides.exhaust);
   Scalar by_inlet = law.inlet * inlet.slope(), by_exhaust = law.exhaust * exhaust.slope();
   const Scalar by_leak = law.leak * leak_L_s_kPa_;
-  Scalar behind_kPa = up ? tick.between.low_kPa : tick.between.high_kPa;
+  Scalar behind_kPa = gap_kPa(up ? tick.between.low_kPa : tick.between.high_kPa);
   Scalar from_kPa = tick.pressure_kPa;
   Scalar left = ticks;
   for (std::size_t passed = 0;; ++passed) {
     const Scalar corner_kPa =
         up ? min(inlet.ahead_kPa(), exhaust.ahead_kPa()) : max(inlet.ahead_kPa(), exhaust.ahead_kPa());
     const Scalar way_kPa = max(up ? corner_kPa - from_kPa : from_kPa - corner_kPa, Scalar(0));
-    const Scalar slope = by_inlet + by_exhaust - by_leak * (behind_kPa + corner_kPa) - law.moved;
+    const Scalar slope = by_inlet + by_exhaust - by_leak * (behind_kPa + gap_kPa(corner_kPa)) - law.moved;
     const Scalar ahead_kPa = rate_kPa + slope * way_kPa;
     // at the mean of both rates it would be there sooner than it is
     const bool moves =
@@ -397,7 +382,8 @@ Scalar Greybox::go(const Tick& tick, const Law& law, Scalar rate_kPa, Scalar tic
         if (up ? corner_kPa >= kMostPressure_kPa : corner_kPa <= Scalar(0)) return corner_kPa;
         left -= piece.ticks;
         rate_kPa = ahead_kPa;
-        from_kPa = behind_kPa = corner_kPa;
+        from_kPa = corner_kPa;
+        behind_kPa = gap_kPa(corner_kPa);
         if (inlet.pass(corner_kPa)) by_inlet = law.inlet * inlet.slope();
         if (exhaust.pass(corner_kPa)) by_exhaust = law.exhaust * exhaust.slope();
         continue;
@@ -488,14 +474,20 @@ Greybox::Range Greybox::answers(const Tick& tick) const noexcept {
   return among;
 }
 
+/// What the end gains by the command on a segment, `by` the conductances [kPa/V].
+Scalar Greybox::slope_by(const Ports& by, std::size_t segment) const noexcept {
+  return numeric::product_within<kSteepest>(by.inlet, slope_[segment].inlet) +
+         numeric::product_within<kSteepest>(by.exhaust, slope_[segment].exhaust);
+}
+
 /// The command at which the ports have gained so much, `by` their conductances, since it was `from_V`; a limit of the
 /// range where they cannot.
 Scalar Greybox::gaining_V(const Range& among, const Ports& by, Scalar from_V,
                           Scalar wanted_kPa) const noexcept {
   const std::size_t here = segment(from_V);
-  const Scalar slope_kPa_V = by.inlet * slope_[here].inlet + by.exhaust * slope_[here].exhaust;
+  const Scalar slope_kPa_V = slope_by(by, here);
   if (slope_kPa_V > kLeastNewton_kPa_V) {
-    const Scalar to_V = from_V + numeric::ratio_within<kFar>(wanted_kPa, slope_kPa_V);
+    const Scalar to_V = from_V + numeric::ratio_within<kBeyond>(wanted_kPa, slope_kPa_V);
     if (to_V >= node_V_[here] && to_V <= node_V_[here + 1])
       return clamp(to_V, node_V_[among.first], node_V_[among.last]);
   }
@@ -649,9 +641,9 @@ Inverse Greybox::inverse(Scalar pressure_kPa, Scalar target_kPa, const Moving& m
     const bool beyond = command_V == (wanted_kPa > Scalar(0) ? most_V : least_V);
     if (abs(wanted_kPa) < best_kPa) {
       best_kPa = abs(wanted_kPa);
-      const Scalar told_kPa_V =
-          min(first.by.inlet * slope_[in].inlet + first.by.exhaust * slope_[in].exhaust, kSteepest_kPa_V);
-      best = {.command_V = command_V, .reached_kPa = end_kPa, .by_command_kPa_V = factor * told_kPa_V};
+      best = {.command_V = command_V,
+              .reached_kPa = end_kPa,
+              .by_command_kPa_V = numeric::product_within<kSteepest>(factor, slope_by(first.by, in))};
     }
     best.saturated = beyond && best_kPa > kClose_kPa;
     if (best_kPa <= kClose_kPa || beyond) break;

@@ -5,7 +5,8 @@
 //   psi(r) = (1 + k (r* - r)) psi_0(r')^(2 beta),  r' = r* + (r - r_b)(1 - r*)/(r_a - r_b)           (G3)
 //   psi_0(r) = sqrt((r^(2/1.4) - r^(2.4/1.4))/(r*^(2/1.4) - r*^(2.4/1.4))), r* = 0.528
 //   psi_0 = 1 for r <= r_b (choked), 0 for r >= r_a (shut); between by kChords chords
-//   lambda(p) = (p^2 - P_r^2)/(2 P_r), the laminar flow through a narrow gap, by chords between the corners of both phi
+//   lambda(p) = (p^2 - P_r^2)/(2 P_r), the laminar flow through a narrow gap, by chords between the corners of both phi, the last
+//   of them to 10 MPa
 //   C(u): config/valve_curve.hpp;   S: what the supply is of P_c over the tick (Moving, supply_line.hpp)
 //
 // Units: p, P [kPa]; u [V]; v, v_0 [mL]; v' [mL/s]; C [mL/s]; n, r, k, beta, S [1]. A conductance is an effective area times
@@ -73,6 +74,22 @@ class Greybox final : public PressureModel {
   static constexpr std::size_t kCorners = 3 + 2 * (kChords + 1);
   static constexpr std::size_t kSource =
       kChords + 2;  ///< the corner at P; beside it those of r_a, between which nothing flows
+
+  // So that no number of a tick passes the range of a fixed-point one (tests/ranges):
+  /// [1] So often a tick fills the smallest chamber through all ports as wide open as they get, and the gap. A smaller one counts as that
+  /// one: the pressure ends where f is 0 in either, but for a valve that is as good as shut.
+  static constexpr Scalar kMostFilled = Scalar(4096);
+  static constexpr Scalar kLeastVolume_mL = Scalar(0.1);  ///< and none is smaller than this
+  /// From there on the flow through the gap goes on straight.
+  static constexpr Scalar kGap_kPa = Scalar(1e4);
+  // And what leads to a next guess need be no more than, of a fixed-point number:
+  static constexpr int kBeyond = 5;       ///< [bits, V] a step that leaves the range of the commands
+  static constexpr int kSteepest = 28;    ///< [bits, kPa/V] a slope by the command
+  static constexpr int kMostFactor = 10;  ///< [bits] what was gained, of what was told
+  static constexpr int kMostGain = 20;    ///< [bits, kPa] what is to be gained
+  static constexpr Scalar kFarther_kPa = Scalar(1 << 14);  ///< a way within a tick
+  static constexpr Scalar kMostFlow_kPa =
+      Scalar(1 << 13);  ///< what a flow over its conductance changes on that way
 
  private:
   friend struct GreyboxTables;  ///< of whoever bounds what a scalar makes of them (host-sim/rounding)
@@ -151,7 +168,9 @@ class Greybox final : public PressureModel {
   Scalar go(const Tick& tick, const Law& law, Scalar rate_kPa, Scalar ticks, Visit&& visit) const noexcept;
   template <class Visit>
   Scalar travel(const Tick& tick, const Ports& open, Scalar ticks, Visit&& visit) const noexcept;
+  static Scalar gap_kPa(Scalar corner_kPa) noexcept { return numeric::min(corner_kPa, kGap_kPa); }
   std::size_t segment(Scalar command_V) const noexcept;
+  Scalar slope_by(const Ports& by, std::size_t segment) const noexcept;
   Ports conductances(std::size_t segment, Scalar command_V) const noexcept;
   Range answers(const Tick& tick) const noexcept;
   Scalar gaining_V(const Range& among, const Ports& by, Scalar from_V, Scalar wanted_kPa) const noexcept;

@@ -4,7 +4,8 @@
 // Such a model is a Law: one tick with pressure and motion put in, so that a command is all that is left open.
 //   Response response(Scalar opening_V)                            what the rise needs of the time
 //   Scalar rise_kPa(CommandCurve::Point, Response)                 p(t+h) - p(t)
-//   Scalar slope_kPa_V(CommandCurve::Tangent, Response)            and its derivative by the command
+//   Scalar slope_kPa_V(CommandCurve::Tangent, Response)            and its derivative by the command, its products within
+//                                                                  2^kSteepest
 //   void misses(nodes, wanted_kPa, response, miss_kPa)             at every node the response, and the rise less the one wanted,
 //                                                                  without a branch
 //
@@ -61,9 +62,8 @@ inline std::size_t nearest_node(const AtNodes& miss_kPa, bool above) noexcept {
                : first_of([](Scalar a, Scalar b) noexcept { return a > b; });
 }
 
-/// What a slope by the command makes of a rate's, in absurd chambers more: it says where to look next, what it misses a bracket holds, and no
-/// product of it passes the range of a fixed-point number.
-inline constexpr Scalar kMostByRate_kPa = Scalar(1 << 15);
+/// [bits, kPa/V] Steeper than 2^this no fixed-point slope by the command need be: a search looks where it leads, and takes no word of it.
+inline constexpr int kSteepest = 28;
 
 template <class Law>
 class InverseSearch {
@@ -86,8 +86,8 @@ class InverseSearch {
   /// a moving volume, or a small r, ranks another command first by a little is the formula's doing (c4 v'
   /// shifts s of an open exhaust too).
   static constexpr Scalar kLimitServes = Scalar(0.01);
-  /// A step of 2^kFar V leaves every bracket.
-  static constexpr int kFar = 4;
+  /// [bits, V] A step of 2^this leaves every bracket.
+  static constexpr int kBeyond = 4;
   /// Commands nearer to each other than this are one: two units in the last place of a float at 8 V.
   static constexpr Scalar kSameCommand_V = Scalar(2e-6);
 
@@ -149,16 +149,18 @@ typename InverseSearch<Law>::Miss InverseSearch<Law>::refine(Miss low, Miss high
     if (numeric::abs(here.kPa) < numeric::abs(best.kPa)) best = here;
     const bool as_low = (here.kPa > Scalar(0)) == (low.kPa > Scalar(0));
     const Miss& ahead = as_low ? high : low;
-    const Scalar step_V = numeric::ratio_within<kFar>(-here.kPa, here.by_V);
+    const Scalar step_V = numeric::ratio_within<kBeyond>(-here.kPa, here.by_V);
     const Scalar room_V = ahead.command_V - command_V;
     const Scalar part = numeric::ratio_within<1>(step_V, room_V);
     const bool inside = part > Scalar(0) && part < Scalar(1);
-    if (inside && numeric::abs((ahead.by_V - here.by_V) * part * step_V) <= Scalar(2) * kCrossing_kPa) {
+    const bool exact = numeric::abs(here.by_V) < Scalar(1 << kSteepest);
+    if (inside && exact &&
+        numeric::abs((ahead.by_V - here.by_V) * part * step_V) <= Scalar(2) * kCrossing_kPa) {
       return {.command_V = command_V + step_V, .kPa = Scalar(0), .by_V = here.by_V};
     }
     if (serves(here)) return here;
     Scalar next_V = command_V + step_V;
-    if (!inside) next_V = ahead.command_V - numeric::ratio_within<kFar>(ahead.kPa, ahead.by_V);
+    if (!inside) next_V = ahead.command_V - numeric::ratio_within<kBeyond>(ahead.kPa, ahead.by_V);
     const bool still_inside =
         (next_V - command_V) * room_V > Scalar(0) && (ahead.command_V - next_V) * room_V > Scalar(0);
     if (!still_inside || numeric::abs(here.kPa) > Scalar(0.5) * before_kPa)

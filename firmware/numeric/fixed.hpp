@@ -128,6 +128,8 @@ class Fixed {
   friend constexpr Fixed near_ratio(Fixed a, Fixed b) noexcept;
   template <int bits>
   friend constexpr Fixed ratio_within(Fixed a, Fixed b) noexcept;
+  template <int bits>
+  friend constexpr Fixed product_within(Fixed a, Fixed b) noexcept;
   friend constexpr Fixed sqrt(Fixed x) noexcept;
   friend constexpr Fixed inverse_sqrt(Fixed x) noexcept;
   friend constexpr Fixed within_2_29(Fixed x) noexcept;
@@ -347,6 +349,28 @@ constexpr Fixed ratio_within(Fixed a, Fixed b) noexcept {
   if (x == 0) return 0;
   constexpr std::int64_t kMost = std::int64_t{1} << (bits + Fixed::kFractionBits);
   return Fixed::from_raw(negative ? -kMost : kMost);
+}
+
+/// a b, but no further than 2^bits from 0. Not counted, as above.
+template <int bits>
+constexpr Fixed product_within(Fixed a, Fixed b) noexcept {
+  static_assert(bits >= 0 && bits < 31);
+  constexpr std::int64_t kMost = std::int64_t{1} << (bits + Fixed::kFractionBits);
+#ifdef __SIZEOF_INT128__
+  __extension__ using Wide = __int128;
+  const Wide product = (static_cast<Wide>(a.raw_) * b.raw_ + Fixed::kHalf) >> Fixed::kFractionBits;
+  if (product > kMost) return Fixed::from_raw(kMost);
+  if (product < -kMost) return Fixed::from_raw(-kMost);
+  return Fixed::from_raw(static_cast<std::int64_t>(product));
+#else
+  const std::uint32_t counted = Fixed::saturations_;
+  const std::int64_t product = Fixed::product_by_parts(a.raw_, b.raw_);
+  if (product > kMost || product < -kMost) {
+    Fixed::saturations_ = counted;
+    return Fixed::from_raw(product < 0 ? -kMost : kMost);
+  }
+  return Fixed::from_raw(product);
+#endif
 }
 
 /// Of raw > 0. By Newton's method from a table.

@@ -44,10 +44,14 @@ constexpr Real shifted_down(Real x) noexcept {
   return x * Real(1.0F / static_cast<float>(1U << kBits));
 }
 
-/// a/b where it lies within 2^bits of 0; else at least that, on the quotient's side: where a search looks next is not told better.
+/// a/b and a b for where a search looks next: of a fixed-point number no further than 2^bits from 0, and not counted as cut off there.
 template <int bits, Number Real>
 constexpr Real ratio_within(Real a, Real b) noexcept {
   return a / b;
+}
+template <int bits, Number Real>
+constexpr Real product_within(Real a, Real b) noexcept {
+  return a * b;
 }
 
 /// decay(x), and what a part leaves of the whole.

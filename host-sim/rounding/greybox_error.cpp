@@ -92,19 +92,25 @@ Flow leak_of(const GreyboxTables& board, const GreyboxTables& exact, const Range
        {std::pair{&board.inlet, &exact.inlet}, {&board.exhaust, &exact.exhaust}})
     for (std::size_t i = 0; i < of_exact->corner_kPa.size(); ++i)
       moved = std::max(moved, std::fabs(of_board->corner_kPa[i] - of_exact->corner_kPa[i]));
+  // where the chord ends that the range ends on
+  double top = exact.gap_kPa;
+  for (const Curve* curve : {&exact.inlet, &exact.exhaust})
+    for (const double kPa : curve->corner_kPa)
+      if (kPa >= range.high) top = std::min(top, kPa);
+  top = std::max(top, range.high);
   double widest = 0;
-  const std::vector<double> corners = corners_within(range, {&exact.inlet, &exact.exhaust});
+  const std::vector<double> corners = corners_within({range.low, top}, {&exact.inlet, &exact.exhaust});
   for (std::size_t i = 0; i + 1 < corners.size(); ++i) widest = std::max(widest, corners[i + 1] - corners[i]);
   // where corners cross that lie at one place in exact numbers
   widest += 2 * moved;
-  const double square = std::max(range.high * range.high, ambient * ambient), way = range.high - range.low;
+  const double square = std::max(range.high * top, ambient * ambient), way = range.high - range.low;
   const double gain_off = std::fabs(board.leak_L_s_kPa - k);
   return {.most = k * square,
           .off = gain_off * square + 2 * (k + gain_off) * widest * moved +  // a chord whose ends move
                  kHalfUlp * (range.high + widest + 3) +                     // the products at the start
                  kHalfUlp * way,                                            // the slopes
-          .steepest = 2 * k * range.high,
-          .widest = 2 * k * range.high * widest};
+          .steepest = 2 * k * top,
+          .widest = 2 * k * top * widest};
 }
 
 /// Conductance of a port: the most, and how far the board's is from it at any command, itself rounded.
@@ -148,18 +154,20 @@ struct Law {
   Coefficient inlet, exhaust, leak, moved;
 };
 
-/// Of a chamber with what its sensor does not count: a millilitre, or that.
+/// Of a chamber with what its sensor does not count: a millilitre, or that, or what a smaller one counts as.
 double least_mL(const GreyboxTables& of) {
-  return std::max(1.0, of.dead_volume_mL);
+  return std::max({1.0, of.dead_volume_mL, of.least_volume_mL});
 }
 
 Law law_of(const GreyboxTables& board, const GreyboxTables& exact) {
   const double volume_mL = least_mL(exact);
+  const double volume_off_mL =
+      std::max(2 * kHalfUlp, std::fabs(board.least_volume_mL - exact.least_volume_mL));
   const Coefficient per_volume{
       .most = exact.tick_s_mL_L / volume_mL,
-      // numerator; chamber and dead volume, each rounded; the quotient
+      // numerator; chamber and dead volume, each rounded, or the least; the quotient
       .off = std::fabs(board.tick_s_mL_L - exact.tick_s_mL_L) / volume_mL +
-             exact.tick_s_mL_L * 2 * kHalfUlp / (volume_mL * (volume_mL - 2 * kHalfUlp)) + kHalfUlp};
+             exact.tick_s_mL_L * volume_off_mL / (volume_mL * (volume_mL - volume_off_mL)) + kHalfUlp};
   const auto times = [&](const Port& port) {
     return Coefficient{
         .most = per_volume.most * port.most,

@@ -30,12 +30,12 @@ struct GreyboxTables {
     tables.inlet = curve(model.inlet_);
     tables.exhaust = curve(model.exhaust_);
     tables.leak_L_s_kPa = number(model.leak_L_s_kPa_);
+    tables.gap_kPa = number(Greybox::kGap_kPa);
     tables.node_V = numbers(model.node_V_);
     std::transform(model.node_.begin(), model.node_.end(), std::back_inserter(tables.node), ports);
     std::transform(model.slope_.begin(), model.slope_.end(), std::back_inserter(tables.slope), ports);
-    // of a millilitre in all: the numerator itself
-    tables.tick_s_mL_L = number(model.moving({.volume_mL = Scalar(1) - model.dead_volume_mL_}).first);
-    tables.most_per_volume_s_L = number(model.moving({.volume_mL = -model.dead_volume_mL_}).first);
+    tables.tick_s_mL_L = number(kTick_s * Scalar(1000));
+    tables.least_volume_mL = number(model.least_volume_mL_);
     tables.dead_volume_mL = number(model.dead_volume_mL_);
     tables.volume_exponent = number(model.volume_exponent_);
     tables.supply_kPa = number(model.supply_kPa_);

@@ -21,12 +21,13 @@ struct GreyboxTables {
 
   Curve inlet, exhaust;
   double leak_L_s_kPa = 0;     ///< C_l/(2 P_r)
+  double gap_kPa = 0;          ///< beyond it that flow goes on straight
   std::vector<double> node_V;  ///< rising
   std::vector<Ports> node;
   std::vector<Ports> slope;  ///< from a node to the next
   double tick_s_mL_L =
       0;  ///< h times 1000 mL/L: divided by a volume [mL], what the end gains by a flow [s/L]
-  double most_per_volume_s_L = 0;  ///< the same of the smallest chamber
+  double least_volume_mL = 0;  ///< a smaller one counts as that
   double dead_volume_mL = 0, volume_exponent = 1, supply_kPa = 0, ambient_kPa = 0;
 };
 

@@ -32,22 +32,14 @@ class Saturations : public ::testing::TestWithParam<Kind> {
   double share() { return share_(random_); }
   bool one_in(int n) { return share() * n < 1; }
 
-  /// A chamber of up to a cubic metre that moves by 1.5 L/s, up to 5 MPa, or to two and a half times what a grey box's supply gives it.
+  /// A chamber of up to a cubic metre that moves by up to 1.5 L/s, at up to 5 MPa.
   equivalence::State state(const ModelParameters& set) {
-    const double speed_mL_s = 1500 * (2 * share() - 1) * (one_in(2) ? 1 : 0.01);
-    const double volume_mL = std::pow(10.0, 6 * share());
-    if (set.kind != ModelKind::greybox)
-      return {.pressure_kPa = 5000 * std::pow(share(), 2),
-              .volume_mL = volume_mL,
-              .volume_rate_mL_s = speed_mL_s};
-    const auto dead_mL = static_cast<double>(set.value[plenum::config::kDeadVolume]);
-    const double supply = one_in(2) ? 1 : 0.2 + 1.8 * share();
-    const double most_kPa =
-        std::min(5000.0, 2.5 * supply * static_cast<double>(set.value[plenum::config::kSupply]));
-    return {.pressure_kPa = most_kPa * std::pow(share(), 2),
-            .volume_mL = std::max(volume_mL - dead_mL, 0.0),
-            .volume_rate_mL_s = speed_mL_s,
-            .supply = supply};
+    const bool greybox = set.kind == ModelKind::greybox;
+    const double dead_mL = greybox ? static_cast<double>(set.value[plenum::config::kDeadVolume]) : 0;
+    return {.pressure_kPa = 5000 * std::pow(share(), 2),
+            .volume_mL = std::max(std::pow(10.0, 6 * share()) - dead_mL, 0.0),
+            .volume_rate_mL_s = 1500 * (2 * share() - 1) * (one_in(2) ? 1 : 0.01),
+            .supply = greybox && one_in(2) ? 0.2 + 1.8 * share() : 1};
   }
 
   std::mt19937 random_{3};

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <random>
 
@@ -145,6 +146,19 @@ TEST(Tassa9Inverse, OpensFullyWhereTheFormulaPutsAnOpenExhaustAbovePressure) {
   const Inverse got = model.inverse(176, 150, motion, 4.8F);
   EXPECT_EQ(got.command_V, 3.0F);
   EXPECT_TRUE(got.saturated);
+}
+
+TEST(Tassa9Inverse, ReachesWhatItSaysWhereTheVolumeShiftsTheSteadyStateFarAway) {
+  // c4 v' of -1.5 GPa: e^-rh changes by a factor from node to node, and the slope with it
+  const std::array<float, 12> far = {3.1376214F,   0.071309641F,   392.348755F, 1000.0F,
+                                     1000.0F,      530.899902F,    570531.438F, -0.99999994F,
+                                     0.184343949F, 0.00332436501F, 1513.1593F,  167.241959F};
+  Tassa9 model;
+  model.configure(scalars(far), 0.0F, 10.0F);
+  const ChamberMotion motion{.volume_mL = 777.723869F, .volume_rate_mL_s = -1500.0F};
+  const Inverse found = model.inverse(1071.09671F, 676.838358F, motion, 1.41760113F);
+  EXPECT_FALSE(found.saturated);
+  EXPECT_NEAR(real(model.step(1071.09671F, found.command_V, motion, 1.0F).end_kPa), 676.838358, 0.5);
 }
 
 TEST(Tassa9Inverse, SaysWhenTheTargetIsOutOfReach) {

@@ -105,6 +105,22 @@ TEST(Fixed, RatiosWithinAPowerOfTwoEndThereAndAreNotCounted) {
   EXPECT_EQ(ratio_within<kBits>(Fixed(0), Fixed(0)).raw(), 0);
 }
 
+TEST(Fixed, ProductsWithinAPowerOfTwoEndThereAndAreNotCounted) {
+  constexpr int kBits = 28;
+  constexpr std::int64_t kEnd = std::int64_t{1} << (32 + kBits);
+  std::mt19937_64 random(8);
+  int within = 0;
+  for (int i = 0; i < 200'000; ++i) {
+    const auto a = Fixed::from_raw(any_raw(random)), b = Fixed::from_raw(any_raw(random));
+    const std::uint32_t before = Fixed::saturations();
+    const std::int64_t got = product_within<kBits>(a, b).raw();
+    ASSERT_EQ(Fixed::saturations(), before);
+    ASSERT_EQ(got, std::clamp((a * b).raw(), -kEnd, kEnd)) << a.raw() << " * " << b.raw();
+    if (std::abs(got) < kEnd && got != 0) ++within;
+  }
+  EXPECT_GT(within, 20'000);
+}
+
 TEST(Fixed, RootsAreTheNearest) {
   std::mt19937_64 random(5);
   for (int i = 0; i < 2'000'000; ++i) {
