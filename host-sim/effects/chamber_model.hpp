@@ -7,8 +7,9 @@
 //   p1 = p + h phi_1(h J) f(p),   S = (f(p1) - f(p))/(p1 - p),   p+ = p + h phi_1(h S) f(p),
 //   mean = p + h phi_2(h S) f(p):
 // stable at any step, exact where the rate is linear in p, second order elsewhere; the chord settles on the right
-// end where the rate is a square root, at equal pressures. Areas that change within the step, behind a dead time or a
-// spool, enter by their first moment, too, but for those of a hose: what flows sooner counts longer in the mean. Source: "Modeling and Identification of Pneumatic
+// end where the rate is a square root, at equal pressures. Behind a dead time the pressure moves in two, before the
+// valve does and after; areas that a spool changes within the step enter by their first moment, too, but for those of a
+// hose: what flows sooner counts longer in the mean. Source: "Modeling and Identification of Pneumatic
 // Actuators" (1)-(4); Hochbruck and Ostermann, Acta Numerica 19 (2010).
 #pragma once
 
@@ -60,8 +61,17 @@ class ChamberModel {
     N inlet_m2{}, exhaust_m2{};
     N inlet_sooner_m2{}, exhaust_sooner_m2{};
   };
+  /// The same of two parts of a step, the first of which lasts for `share` of it.
+  struct Halves {
+    Openings first, second;
+    N share;
+  };
   struct Flow {
     N flow, by_upstream, by_downstream;
+  };
+  /// Where a step or a part of it leads: pressure, and its mean; flows in the mean.
+  struct Advance {
+    N end_Pa{}, mean_Pa{}, inlet{}, exhaust{};
   };
   struct Balance {
     N rate, slope, inlet, exhaust, exhaust_slope;
@@ -71,7 +81,9 @@ class ChamberModel {
   static constexpr int kSpoolParts = 3;
 
   bool on(Id id) const { return (on_ >> id & 1U) != 0; }
-  Openings openings_over(double command_V, int step);
+  /// Behind a dead time alone in two, too: into `halves`.
+  Openings openings_over(double command_V, int step, Halves& halves);
+  bool in_halves() const { return on(kIdDeadTime) && !on(kIdSpoolLag); }
   Openings openings(const N& command_V) const;
   Flow inlet_plate(const N& supply_Pa, const N& chamber_Pa) const {
     return plate(supply_Pa, chamber_Pa, false);
@@ -87,7 +99,7 @@ class ChamberModel {
             select(backwards, -by_up, by_down)};
   }
   Balance balance(const N& pressure_Pa, const Openings& open, const N& supply_Pa, const N& behind_Pa) const;
-  N step(const Openings& open, const N& volume_m3, const N& squeeze_1_s);
+  N step(const Openings& open, const N& volume_m3, const N& squeeze_1_s, const Halves* halves);
   /// Where the sensor sits.
   N read_Pa() const { return on(kIdTubeDynamics) ? tube_.read_Pa(pressure_Pa_) : pressure_Pa_; }
 
@@ -157,7 +169,8 @@ ChamberModel<N>::ChamberModel(const Surroundings& around, const Timing& timing, 
 /// The openings over a step. Their mean is not the opening at the mean command: a command or a spool on its way
 /// from one port to the other crosses the valve's null. With a spool the step's thirds are averaged.
 template <class N>
-typename ChamberModel<N>::Openings ChamberModel<N>::openings_over(double command_V, int step) {
+typename ChamberModel<N>::Openings ChamberModel<N>::openings_over(double command_V, int step,
+                                                                  Halves& halves) {
   const auto stuck = [&](const N& u) { return on(kIdValveHysteresis) ? hysteresis_.follow(u) : u; };
   const auto drifted = [&](const N& x) { return on(kIdNullDrift) ? null_drift_.at(x) : x; };
   const auto share = [&](double parts) { return (step + parts) / timing_.steps; };
@@ -182,11 +195,9 @@ typename ChamberModel<N>::Openings ChamberModel<N>::openings_over(double command
     const auto held = dead_time_.during(share(0.0), share(1.0));
     const Openings first = openings(drifted(stuck(held.first)));
     const Openings second = openings(drifted(stuck(held.second)));
-    const N inlet_less = first.inlet_m2 - second.inlet_m2;
-    const N exhaust_less = first.exhaust_m2 - second.exhaust_m2;
-    const N sooner = 0.5 * held.share * (1.0 - held.share);
-    return {second.inlet_m2 + held.share * inlet_less, second.exhaust_m2 + held.share * exhaust_less,
-            sooner * inlet_less, sooner * exhaust_less};
+    halves = {first, second, held.share};
+    return {second.inlet_m2 + held.share * (first.inlet_m2 - second.inlet_m2),
+            second.exhaust_m2 + held.share * (first.exhaust_m2 - second.exhaust_m2), N(0.0), N(0.0)};
   }
   return openings(drifted(stuck(N(command_V))));
 }
@@ -262,7 +273,8 @@ typename ChamberModel<N>::Balance ChamberModel<N>::balance(const N& pressure_Pa,
 /// One step: moves the pressure, returns its mean where the sensor sits. What the flows of the step change slowly (supply,
 /// pressure behind the exhaust, mass of the gas) enters as the flows at its beginning will have made it by its middle.
 template <class N>
-N ChamberModel<N>::step(const Openings& open, const N& volume_m3, const N& squeeze_1_s) {
+N ChamberModel<N>::step(const Openings& open, const N& volume_m3, const N& squeeze_1_s,
+                        const Halves* halves) {
   const N begin = pressure_Pa_;
   const N& at_valve = on(kIdTubeDynamics) ? tube_.at_valve_Pa() : pressure_Pa_;
   N supply = supply_Pa_;
@@ -305,19 +317,28 @@ N ChamberModel<N>::step(const Openings& open, const N& volume_m3, const N& squee
       leak_slope = leak_.slope(begin);
     }
     warm(tube_.flow_kg_s() - leak, N(0.0));
-    inlet = exhaust = N(0.0);
-    const auto valve = [&](const N& at_valve_Pa, double share) {
-      const Balance b = balance(at_valve_Pa, open, supply, behind);
-      inlet += share * b.inlet;
-      exhaust += share * b.exhaust;
-      return b;
+    inlet = exhaust = mean = mean_read = N(0.0);
+    const auto advance = [&](const Openings& ports, const N& part) {
+      const auto valve = [&](const N& at_valve_Pa, double share) {
+        const Balance b = balance(at_valve_Pa, ports, supply, behind);
+        inlet += part * share * b.inlet;
+        exhaust += part * share * b.exhaust;
+        return b;
+      };
+      const auto moved = tube_.advance(
+          pressure_Pa_,
+          {per_mass, pull - per_mass * (leak - leak_slope * begin), compression + per_mass * leak_slope},
+          {behind, supply}, valve, part);
+      pressure_Pa_ = moved.end_Pa;
+      mean += part * moved.mean_Pa;
+      mean_read += part * moved.mean_read_Pa;
     };
-    const auto moved = tube_.advance(
-        begin, {per_mass, pull - per_mass * (leak - leak_slope * begin), compression + per_mass * leak_slope},
-        {behind, supply}, valve);
-    pressure_Pa_ = moved.end_Pa;
-    mean = moved.mean_Pa;
-    mean_read = moved.mean_read_Pa;
+    if (halves == nullptr) {
+      advance(open, N(1.0));
+    } else {
+      advance(halves->first, halves->share);
+      advance(halves->second, 1.0 - halves->share);
+    }
   } else {
     const auto with_leak = [&](Balance b, const N& p) {
       if (on(kIdChamberLeak)) {
@@ -335,31 +356,53 @@ N ChamberModel<N>::step(const Openings& open, const N& volume_m3, const N& squee
       }
       return b;
     };
-    const Balance cool = with_leak(balance(begin, open, supply, behind), begin);
+    // Over `span_s` with these openings, from a pressure whose balance without warmth is `cool`.
+    const auto advance = [&](const N& from, const Openings& ports, const Balance& cool, const N& span_s) {
+      const Balance first = leaving(cool);
+      const N f = per_mass * first.rate - compression * from + pull;
+      const N J = per_mass * first.slope - compression;
+      const N trial = larger(from + span_s * exponential(span_s * J).phi_1 * f, N(1e3));
+      const Balance second = leaving(with_leak(balance(trial, ports, supply, behind), trial));
+      const N f_trial = per_mass * second.rate - compression * trial + pull;
+      const N way = trial - from;
+      const N chord =
+          select(magnitude(way) < N(0.1), J, (f_trial - f) / select(magnitude(way) < N(0.1), N(1.0), way));
+      const Exponential<N> z = exponential(smaller(span_s * chord, N(1.0)));
+      Advance made{from + span_s * z.phi_1 * f, from + span_s * z.phi_2 * f,
+                   0.5 * (first.inlet + second.inlet), 0.5 * (first.exhaust + second.exhaust)};
+      if (on(kIdSpoolLag)) {
+        // What flows sooner is in the mean longer, and has longer to decay; but it meets the flow of the step's begin, from
+        // which it takes as much at the end: of one port alone the end knows the mean area only.
+        const N moved = span_s * per_mass;
+        made.end_Pa += moved * (z.e * first.sooner - second.sooner);
+        made.mean_Pa += moved * z.phi_1 * first.sooner;
+      }
+      made.end_Pa = larger(made.end_Pa, N(1e3));
+      return made;
+    };
+    const auto cool_at = [&](const N& p, const Openings& ports) {
+      return with_leak(balance(p, ports, supply, behind), p);
+    };
+    const Balance cool = cool_at(begin, open);
     warm(cool.rate, larger(cool.exhaust, N(0.0)));
-    const Balance first = leaving(cool);
-    const N f = per_mass * first.rate - compression * begin + pull;
-    const N J = per_mass * first.slope - compression;
-    const N trial = larger(begin + step_s_ * exponential(step_s_ * J).phi_1 * f, N(1e3));
-    const Balance second = leaving(with_leak(balance(trial, open, supply, behind), trial));
-    const N f_trial = per_mass * second.rate - compression * trial + pull;
-    const N way = trial - begin;
-    const N chord =
-        select(magnitude(way) < N(0.1), J, (f_trial - f) / select(magnitude(way) < N(0.1), N(1.0), way));
-    const Exponential<N> z = exponential(smaller(step_s_ * chord, N(1.0)));
-    N end = begin + step_s_ * z.phi_1 * f;
-    mean = begin + step_s_ * z.phi_2 * f;
-    if (on(kIdDeadTime) || on(kIdSpoolLag)) {
-      // What flows sooner is in the mean longer, and has longer to decay; but it meets the flow of the step's begin, from which
-      // it takes as much at the end: of one port alone the end knows the mean area only.
-      const N moved = step_s_ * per_mass;
-      end += moved * (z.e * first.sooner - second.sooner);
-      mean += moved * z.phi_1 * first.sooner;
+    Advance made;
+    if (halves == nullptr) {
+      made = advance(begin, open, cool, N(step_s_));
+    } else {
+      const N& share = halves->share;
+      made = advance(begin, halves->first, cool_at(begin, halves->first), step_s_ * share);
+      const Advance then =
+          advance(made.end_Pa, halves->second, cool_at(made.end_Pa, halves->second), step_s_ * (1.0 - share));
+      const auto mean_of = [&](const N& of_first, const N& of_second) {
+        return share * of_first + (1.0 - share) * of_second;
+      };
+      made = {then.end_Pa, mean_of(made.mean_Pa, then.mean_Pa), mean_of(made.inlet, then.inlet),
+              mean_of(made.exhaust, then.exhaust)};
     }
-    pressure_Pa_ = larger(end, N(1e3));
-    mean_read = mean;
-    inlet = 0.5 * (first.inlet + second.inlet);
-    exhaust = 0.5 * (first.exhaust + second.exhaust);
+    pressure_Pa_ = made.end_Pa;
+    mean = mean_read = made.mean_Pa;
+    inlet = made.inlet;
+    exhaust = made.exhaust;
   }
   if (on(kIdSupplyDroop)) supply_droop_.draw(inlet);
   if (on(kIdExhaustBackpressure)) backpressure_.vent(exhaust);
@@ -382,8 +425,9 @@ N ChamberModel<N>::tick(double command_V, const double* volume_m3) {
   const double averaged = std::min(timing_.average_s / step_s_, static_cast<double>(timing_.steps));  // steps
   const bool opens_on = on(kIdDeadTime) || on(kIdSpoolLag);  // within the tick
   Openings open;
+  Halves halves{};
   for (int i = 0; i < timing_.steps; ++i) {
-    if (i == 0 || opens_on) open = openings_over(command_V, i);
+    if (i == 0 || opens_on) open = openings_over(command_V, i, halves);
     const double logged = 0.5 * (volume_m3[i] + volume_m3[i + 1]);
     const typename VolumeError<N>::Motion actual =
         on(kIdVolumeError)
@@ -392,7 +436,7 @@ N ChamberModel<N>::tick(double command_V, const double* volume_m3) {
     if (on(kIdChamberLeak)) leak_.at(logged);
     const N begin = read_Pa();
     const N volume = on(kIdTubeDynamics) ? actual.volume_m3 + tube_.at_chamber_m3() : actual.volume_m3;
-    N mean = step(open, volume, actual.rate_m3_s / volume);
+    N mean = step(open, volume, actual.rate_m3_s / volume, in_halves() ? &halves : nullptr);
     N from = begin;  // of the reading
     N end = read_Pa();
     if (on(kIdSensorLag)) {

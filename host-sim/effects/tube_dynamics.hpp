@@ -89,10 +89,12 @@ class TubeDynamics {
     N least_Pa, most_Pa;
   };
 
-  /// One step. `valve(p_t, share)` gives {rate, slope}: the flow through the valve and its slope; of the step's mean flow
-  /// this one is so large a share.
+  /// So large a part of a step. `valve(p_t, share)` gives {rate, slope}: the flow through the valve and its slope; of the
+  /// mean flow this one is so large a share.
   template <class ValveFlow>
-  Step advance(const N& chamber_Pa, const Chamber& chamber, const Ends& ends, const ValveFlow& valve) {
+  Step advance(const N& chamber_Pa, const Chamber& chamber, const Ends& ends, const ValveFlow& valve,
+               const N& part = N(1.0)) {
+    const N span_s = step_s_ * part;
     constexpr double kFirst = (-6.0 * kGamma * kGamma + 16.0 * kGamma - 1.0) / 4.0;
     constexpr double kSecond = (6.0 * kGamma * kGamma - 20.0 * kGamma + 5.0) / 4.0;
     const State begin{at_valve_Pa_, flow_kg_s_, chamber_Pa};
@@ -102,11 +104,11 @@ class TubeDynamics {
     const N room_Pa = select(now.rate > N(0.0), ends.most_Pa - at_valve_Pa_, at_valve_Pa_ - ends.least_Pa);
     Line line{at_valve_Pa_, now.rate, smaller(now.slope, -magnitude(now.rate) / larger(room_Pa, N(1e3)))};
     const auto stage = [&](const State& from, const N& near_Pa, double share) {
-      const State guess = implicit(from, near_Pa, line, chamber);
+      const State guess = implicit(span_s, from, near_Pa, line, chamber);
       const N at_Pa = smaller(guess.p_t, most_Pa);
       const auto there = valve(at_Pa, share);
       line = {at_Pa, there.rate, there.slope};
-      return implicit(from, guess.p, line, chamber);
+      return implicit(span_s, from, guess.p, line, chamber);
     };
     const State y1 = stage(begin, chamber_Pa, kFirst);
     const State k1 = sum(y1, -1.0, begin);  // gamma h times the rate
@@ -120,7 +122,7 @@ class TubeDynamics {
     };
     at_valve_Pa_ = end.p_t;
     flow_kg_s_ = end.w;
-    const N mean = 0.5 * (chamber_Pa + end.p) + step_s_ / 12.0 * (rate(begin) - rate(end));
+    const N mean = 0.5 * (chamber_Pa + end.p) + span_s * (1.0 / 12.0) * (rate(begin) - rate(end));
     const N mean_at_valve = kFirst * y1.p_t + kSecond * y2.p_t + kGamma * end.p_t;
     return {end.p, mean, mean + read_at_valve_ * (mean_at_valve - mean)};
   }
@@ -139,9 +141,10 @@ class TubeDynamics {
     return {a.p_t + k * b.p_t, a.w + k * b.w, a.p + k * b.p};
   }
 
-  /// A stage: y = from + gamma h f(y), the friction at the density between valve and `near_Pa`.
-  State implicit(const State& from, const N& near_Pa, const Line& valve, const Chamber& chamber) const {
-    const double h = kGamma * step_s_;
+  /// A stage: y = from + gamma h f(y), h the span, the friction at the density between valve and `near_Pa`.
+  State implicit(const N& span_s, const State& from, const N& near_Pa, const Line& valve,
+                 const Chamber& chamber) const {
+    const N h = kGamma * span_s;
     const N per_mean = 2.0 / (valve.at_Pa + near_Pa);
     const N d_t = 1.0 / (1.0 - h * per_volume_ * valve.slope);
     const N d_p = 1.0 / (1.0 + h * chamber.decay_1_s);

@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
 #include <string>
+#include <vector>
 
 #include "host-sim/plant/chamber.hpp"
 #include "tests/effects/chamber_under_effects.hpp"
@@ -143,6 +145,27 @@ TEST(ChamberModel, DelayThatEndsWithinAStepIsReadFromWhereItEnds) {
           << "Pa, delay " << delay_s << " s";
     }
   }
+}
+
+TEST(ChamberModel, DelayThatEndsWithinAStepCostsNoAccuracy) {
+  // a small chamber before a large valve, and a command that jumps every tick
+  std::mt19937 bits(5);
+  std::vector<double> command_V;
+  for (int row = 0; row < 1000; ++row)
+    command_V.push_back(3.0 + 4.0 * static_cast<double>(bits()) / 4294967296.0);
+  const plant::VolumeMotion small(50e-6, {{{}, {}, {}}});
+  const auto error_Pa = [&](double delay_s) {
+    const Figures figures = with(sharp_valve(2.2e-6), kIdDeadTime, {delay_s});
+    const auto at = [&](int steps) {
+      return run(only(kIdDeadTime), figures, drive_of(command_V, small, steps), 3e5);
+    };
+    return rms_difference(at(4), at(256));
+  };
+  const double prompt_Pa = error_Pa(0.0);
+  EXPECT_GT(prompt_Pa, 1.0);
+  for (const double delay_s : {0.0003, 0.0011, 0.0032, 0.0047, 0.0089, 0.0132})
+    EXPECT_LT(error_Pa(delay_s), 1.2 * prompt_Pa)
+        << "Pa RMS, delay " << delay_s << " s, " << prompt_Pa << " without";
 }
 
 TEST(ChamberModel, PortThatShutsWithinAStepLeavesThePressureThatItsMeanAreaMakes) {
