@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "firmware/config/limits.hpp"
 #include "firmware/config/seal.hpp"
 #include "firmware/control/valve_path.hpp"
 
@@ -16,7 +17,7 @@ namespace plenum::control {
 
 class ReferenceShaper {
  public:
-  static constexpr std::size_t kMaxPreview = 8;
+  static constexpr std::size_t kMaxPreview = config::kMostPreview_ticks;
 
   struct Config {
     Scalar low_kPa = Scalar(100);        ///< set points below are raised to it

@@ -30,14 +30,13 @@ inline Abort read_standing_faults(const Device& device, Place at, std::uint32_t&
 inline constexpr Entry kFaultRows[] = {
     highest<safety::kFaults>(object::kFaultReactions, kOnce, "Fault reactions, the most urgent first"),
     value(object::kFaultReactions, {1, safety::kFaults}, kOnce,
-          "Code; byte 2: 0 none, 1 hold, 2 safe, 3 vent; byte 3: bit 0 of a chamber, bit 1 clears by itself; "
-          "fault",
-          unsigned32, constant, no, kAny, read_fault_reaction),
+          "Code, reaction in byte 2, flags in byte 3: fault", unsigned32, constant, no, kAny,
+          read_fault_reaction),
     highest<config::kChambers + 1>(object::kStandingFaults, kOnce,
                                    "Standing faults, bit k - 1 that of 2830h:k"),
-    value(object::kStandingFaults, {1, config::kChambers}, kOnce, "At a chamber; faults", unsigned32,
+    value(object::kStandingFaults, {1, config::kChambers}, kOnce, "At a chamber: faults", unsigned32,
           read_only, transmit, kAny, read_standing_faults),
-    value(object::kStandingFaults, config::kChambers + 1, kOnce, "At the board; faults", unsigned32,
+    value(object::kStandingFaults, config::kChambers + 1, kOnce, "At the board: faults", unsigned32,
           read_only, transmit, kAny, read_standing_faults),
 };
 

@@ -105,7 +105,7 @@ inline constexpr Entry kFluidPowerRows[] = {
           read_image<&ProcessImage::status_word>),
     value(0x6042, 0, kOnce, "Device mode", integer8, read_write, no, {1.0F, 1.0F, true}, fixed<1>,
           accept_device_mode),
-    value(0x6043, 0, kOnce, "Control mode", integer8, read_write, no, kAny, read_control_mode,
+    value(0x6043, 0, kOnce, "Control mode", integer8, read_write, no, {-1.0F, 4.0F, true}, read_control_mode,
           write_control_mode),
     value(0x604E, 0, kOnce, "Error code", unsigned16, read_only, transmit, kAny, read_error_code),
     value(0x604F, 0, kOnce, "Local (0: the bus has control)", integer8, constant, no, kAny, fixed<0>),

@@ -96,6 +96,10 @@ TEST(DataSheet, ReadsTheSameInAnyPortions) {
   }
 }
 
+TEST(DataSheet, HoldsNothingThatReadersOfIniFilesTakeForAComment) {
+  EXPECT_EQ(whole_text().find_first_of(";#"), std::string::npos);
+}
+
 TEST(DataSheet, KnowsItsSizeAndReadsOnAfterBeingAsked) {
   Sheet sheet;
   std::array<std::uint8_t, 7> bytes{};
