@@ -57,12 +57,16 @@ void SocketcandServer::collect(std::uint64_t time_us) {
     for (CanFrame frame; client.port->receive(frame);) {
       client.received.add(frame);
       if (frame.remote || !wants(client, frame)) continue;  // the protocol has no remote frames
-      // python-can 4.1, Debian 12's, loses one byte where a piece of the stream ends: it may have this one.
-      client.unsent += '\n';
-      client.unsent += wire::frame_message(frame, time_us);
-      ++counters_.frames_handed;
+      hand_on(client, frame, time_us);
     }
   }
+}
+
+void SocketcandServer::hand_on(Client& client, const CanFrame& frame, std::uint64_t time_us) {
+  // python-can 4.1, Debian 12's, loses one byte where a piece of the stream ends: it may have this one.
+  client.unsent += '\n';
+  client.unsent += wire::frame_message(frame, time_us);
+  ++counters_.frames_handed;
 }
 
 void SocketcandServer::accept_clients() {
@@ -166,13 +170,13 @@ bool SocketcandServer::handle_broadcast(Client& client, std::span<const std::str
   if (command == "subscribe") {
     const auto frame = wire::parse_identifier(words[3]);
     if (!frame || words.size() != 4) return false;
-    client.subscribed[key_of(*frame)] = {};
+    client.subscribed[key_of(*frame)] = {.every_ns = 1000 * *interval_us};
     return true;
   }
   const auto frame = wire::parse_content(words.subspan(3));
   if (!frame) return false;
   if (command == "filter") {
-    client.subscribed[key_of(*frame)] = {.mask = frame, .last = {}};
+    client.subscribed[key_of(*frame)] = {.mask = frame, .every_ns = 1000 * *interval_us};
     return true;
   }
   if (command != "add" || *interval_us == 0) return false;
@@ -202,6 +206,12 @@ void SocketcandServer::do_what_is_due(Client& client) {
       client.sent.add(job.frame);
     }
   }
+  for (auto& [key, subscription] : client.subscribed) {
+    if (!subscription.early || now_ns < subscription.due_ns) continue;
+    hand_on(client, *subscription.early, now_ns / 1000);
+    subscription.early.reset();
+    subscription.due_ns = now_ns + subscription.every_ns;
+  }
   if (client.statistics_ns == 0 || now_ns < client.statistics_due_ns) return;
   client.statistics_due_ns = now_ns + client.statistics_ns;
   client.unsent += "< stat";
@@ -222,8 +232,15 @@ bool SocketcandServer::wants(Client& client, const CanFrame& frame) {
   };
   bool changed = !subscription.mask || !subscription.last || subscription.last->length != frame.length;
   for (std::size_t i = 0; !changed && i < frame.length; ++i) changed = !same(i);
-  if (changed && subscription.mask) subscription.last = frame;
-  return changed;
+  if (!changed) return false;
+  if (subscription.mask) subscription.last = frame;
+  if (bus_.now_ns() < subscription.due_ns) {
+    subscription.early = frame;
+    return false;
+  }
+  subscription.due_ns = bus_.now_ns() + subscription.every_ns;
+  subscription.early.reset();
+  return true;
 }
 
 void SocketcandServer::open(Client& client, std::string_view channel) {

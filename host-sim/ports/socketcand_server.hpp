@@ -57,8 +57,11 @@ class SocketcandServer {
   using Key = std::pair<bool, std::uint32_t>;  ///< extended, identifier
 
   struct Subscription {
-    std::optional<CanFrame> mask;  ///< of the content that counts; empty: every frame
-    std::optional<CanFrame> last;  ///< handed on
+    std::optional<CanFrame> mask{};   ///< of the content that counts; empty: every frame
+    std::optional<CanFrame> last{};   ///< handed on, or to be
+    std::uint64_t every_ns = 0;       ///< between two at least
+    std::uint64_t due_ns = 0;         ///< of the bus: not before it
+    std::optional<CanFrame> early{};  ///< the newest that came before
   };
   struct Job {
     CanFrame frame;
@@ -96,7 +99,8 @@ class SocketcandServer {
   bool handle_broadcast(Client& client, std::span<const std::string_view> words);
   bool handle_control(Client& client, std::span<const std::string_view> words);
   void do_what_is_due(Client& client);
-  static bool wants(Client& client, const CanFrame& frame);
+  bool wants(Client& client, const CanFrame& frame);
+  void hand_on(Client& client, const CanFrame& frame, std::uint64_t time_us);
   void open(Client& client, std::string_view channel);
   void write(Client& client);
   void leave(Client& client);

@@ -171,6 +171,21 @@ TEST_F(SocketcandServerTest, InBroadcastManagerModeOnlySubscribedFramesAreHanded
   client.ask("< echo >", "< echo >");
 }
 
+TEST_F(SocketcandServerTest, ASubscribedFrameIsHandedOnNoOftenerThanAskedForAndTheNewestIs) {
+  Client client(*this);
+  client.expect("< hi >");
+  client.ask("< open can0 >", "< ok >");
+  client.ask("< subscribe 0 5000 182 >< echo >", "< echo >");  // 5 ms
+  for (const std::uint8_t content : std::initializer_list<std::uint8_t>{0x11, 0x22, 0x33}) {
+    board_.send(frame_of(0x182, {content}));
+    run(1'000'000);
+  }
+  EXPECT_THAT(client.hear(1), ::testing::EndsWith(" 11 >"));
+  client.ask("< echo >", "< echo >");  // and no other yet
+  run(5'000'000);
+  EXPECT_THAT(client.hear(1), ::testing::EndsWith(" 33 >"));
+}
+
 TEST_F(SocketcandServerTest, AFilteredFrameIsHandedOnWhenItsMaskedBitsChange) {
   Client client(*this);
   client.expect("< hi >");
