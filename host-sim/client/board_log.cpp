@@ -55,6 +55,15 @@ class Frozen {
 
 }  // namespace
 
+bool log_is_frozen(Session& session) {
+  return static_cast<Recorder::State>(session.read<std::uint8_t>(object::kCapture, 4)) ==
+         Recorder::State::frozen;
+}
+
+void let_log_roll(Session& session) {
+  session.write<std::uint8_t>(object::kCapture, 1, static_cast<std::uint8_t>(Recorder::Order::roll));
+}
+
 BoardLog parse_board_log(std::span<const std::uint8_t> bytes, unsigned chamber) {
   const auto word = [&](std::size_t at) { return canopen::load_le(bytes.subspan(at, 4)); };
   const auto half = [&](std::size_t at) { return canopen::load_le(bytes.subspan(at, 2)); };

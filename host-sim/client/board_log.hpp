@@ -36,6 +36,11 @@ struct Remembered {
   std::size_t before = 0;  ///< rows that the board holds from before the last gap
 };
 
+/// Whether the log stands as it was when somebody froze it, by whom it was not let go on.
+bool log_is_frozen(Session& session);
+/// Lets a frozen log go on, which forgets what it held.
+void let_log_roll(Session& session);
+
 /// Freezes the board's log, reads the chambers 0 to `chambers` - 1, and lets the log go on if it did. Throws as Session
 /// does; Refused when the board is recording a log that another client has ordered, or remembers nothing.
 Remembered remembered(Session& session, unsigned chambers, const Progress& progress = {});

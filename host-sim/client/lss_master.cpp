@@ -21,7 +21,8 @@ constexpr unsigned kIdentified = 0x4F;
 constexpr unsigned kFastscan = 0x51;
 
 constexpr unsigned kNumbers = 4;
-constexpr double kStore_s = 6.0;  ///< a board tells of a store that does not come to its end after 5 s
+constexpr double kOthers_s = 0.02;  ///< boards answer at ticks of 10 ms, each at its own
+constexpr double kStore_s = 6.0;    ///< a board tells of a store that does not come to its end after 5 s
 
 constexpr std::array<std::uint8_t, 8> request(unsigned command, std::uint32_t number = 0) {
   std::array<std::uint8_t, 8> bytes{static_cast<std::uint8_t>(command)};
@@ -88,7 +89,8 @@ void LssMaster::give_node_id(std::uint8_t node_id) {
 void LssMaster::give_bit_rate(std::uint32_t bit_rate_per_s) {
   Bytes bytes = request(kConfigureBitTiming);  // table 0
   bytes[2] = bit_timing_row(bit_rate_per_s);
-  configure(bytes, "bit rate", answer_s_);
+  configure(bytes, "bit rate", answer_s_,
+            "a board takes that of its interface alone, which its operating system sets");
 }
 
 void LssMaster::store() {
@@ -123,17 +125,21 @@ bool LssMaster::identified(std::uint32_t number, unsigned lowest_bit, unsigned s
   bytes[5] = static_cast<std::uint8_t>(lowest_bit);
   bytes[6] = static_cast<std::uint8_t>(sub);
   bytes[7] = static_cast<std::uint8_t>(next);
-  return ask(bytes, kIdentified, answer_s_).has_value();
+  if (!ask(bytes, kIdentified, answer_s_)) return false;
+  // the others of whom it holds, who must not be taken for an answer to what is asked next
+  const double end_s = link_.now_s() + kOthers_s;
+  while (link_.now_s() < end_s && link_.receive(end_s - link_.now_s())) continue;
+  return true;
 }
 
-void LssMaster::configure(const Bytes& bytes, const char* what, double timeout_s) {
+void LssMaster::configure(const Bytes& bytes, const char* what, double timeout_s, const char* out_of_range) {
   const auto answer = ask(bytes, bytes[0], timeout_s);
   if (!answer) {
     throw Timeout(fmt::format(
         "LSS: {} had no answer within {:g} s, expected one of the board that was chosen", what, timeout_s));
   }
   if ((*answer)[1] == 0) return;
-  const char* reason = (*answer)[1] == 1   ? "out of range"
+  const char* reason = (*answer)[1] == 1   ? out_of_range
                        : (*answer)[1] == 2 ? "its memory failed"
                                            : "its own reason";
   throw Refused(fmt::format("LSS: {} refused with error {}, {}", what, (*answer)[1], reason));

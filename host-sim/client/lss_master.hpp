@@ -17,14 +17,16 @@ std::uint8_t bit_timing_row(std::uint32_t bit_rate_per_s);
 /// FAULT_INIT.
 class LssMaster {
  public:
-  /// `answer_s`: how long a board has for an answer; fastscan waits so long for each bit of the identity that is 1.
+  /// `answer_s`: how long a board has for an answer; fastscan waits so long for each bit of the identity that is 1, and 20 ms for
+  /// each other.
   explicit LssMaster(Link& link, double answer_s = 0.1) : link_(link), answer_s_(answer_s) {}
   /// Leaves no board in the state "configuration".
   ~LssMaster();
   LssMaster(const LssMaster&) = delete;
   LssMaster& operator=(const LssMaster&) = delete;
 
-  /// Fastscan: the identity of one board without a node id, which is in the state "configuration" then; empty when none answers.
+  /// Fastscan: the identity of one board without a node id, of several the least, which alone is in the state "configuration" then; empty
+  /// when none answers.
   /// Throws ProtocolError when answers contradict each other.
   std::optional<Identity> find_unconfigured();
   /// Puts the board of that identity into "configuration". Throws Timeout.
@@ -48,7 +50,8 @@ class LssMaster {
   void say(const Bytes& request);
   std::optional<Bytes> ask(const Bytes& request, unsigned answer, double timeout_s);
   bool identified(std::uint32_t number, unsigned lowest_bit, unsigned sub, unsigned next);
-  void configure(const Bytes& request, const char* what, double timeout_s);
+  void configure(const Bytes& request, const char* what, double timeout_s,
+                 const char* out_of_range = "out of range");
 
   Link& link_;
   double answer_s_;

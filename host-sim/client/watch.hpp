@@ -38,6 +38,8 @@ class Watch {
 
   /// Frames of a stream are understood, too.
   void follow(const Stream& stream) { stream_ = stream; }
+  /// What the board says of its fault when asked, whose emergency may be long past.
+  void know(const Emergency& fault) { emergency_ = fault; }
   /// `time_s` of the link, as `now_s` below.
   void take(double time_s, const CanFrame& frame);
   std::uint64_t frames() const { return frames_; }

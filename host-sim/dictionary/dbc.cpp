@@ -8,8 +8,11 @@
 #include <cmath>
 #include <cstdlib>
 #include <iterator>
+#include <map>
 #include <memory>
+#include <set>
 #include <stdexcept>
+#include <string>
 
 #include "firmware/canopen/object_dictionary.hpp"
 #include "host-sim/dictionary/data_sheet.hpp"
@@ -134,12 +137,14 @@ void append_message(std::string& text, std::string& value_types, const Device& d
   auto out = std::back_inserter(text);
   fmt::format_to(out, "BO_ {} {}: {} {}\n", message.id, message.name, message.mapping.bytes, message.sender);
   unsigned bit = 0;
+  std::set<std::string> names;
   for (std::size_t i = 0; i < message.mapping.count; ++i) {
     const MappedObject& object = message.mapping.object[i];
     const canopen::Entry& entry = *object.entry;
     std::string name = split(entry.name).name;
     if (entry.last_sub > entry.sub) name += fmt::format(" {}", object.sub - entry.sub + 1);
     if (entry.instances > 1) name += fmt::format(" chamber {}", object.instance + 1);
+    if (!names.insert(name).second) names.insert(name += fmt::format(" again {}", i + 1));
     const Scale scale = scale_of(device, values, object);
     const Limits limits = limits_of(entry);
     fmt::format_to(out, " SG_ {} : {}|{}@1{} ({},0) [{}|{}] \"{}\" {}\n", identifier(name), bit,
@@ -175,23 +180,30 @@ std::string dbc(std::uint8_t node_id, const ObjectValues& values) {
   const std::string board = fmt::format("Board{}", node_id);
   constexpr const char* kMaster = "Master";
   std::string text = fmt::format("VERSION \"\"\n\nNS_ :\n\nBS_:\n\nBU_: {} {}\n\n", kMaster, board);
-  std::string value_types;
+  std::string value_types, comments;
+  std::map<std::uint32_t, std::string> named;  // by identifier: the format has one message of each
   const auto append = [&](std::uint16_t parameters, std::uint16_t mapping, const char* kind,
                           std::size_t number, bool receive) {
     const auto cob_id = values.find({static_cast<std::uint16_t>(parameters + number), 1});
     if (cob_id == values.end() || (cob_id->second & canopen::cob::kInvalid) != 0) return;
+    const std::uint32_t id = cob_id->second & canopen::cob::kIdMask;
+    const std::string name = fmt::format("{}_{}{}", board, kind, number + 1);
+    if (const auto [first, is_new] = named.emplace(id, name); !is_new) {
+      comments += fmt::format("CM_ BO_ {} \"{} has this identifier, too\";\n", id, name);
+      return;
+    }
     append_message(text, value_types, sheet->sheet.delivered(), values,
-                   {.name = fmt::format("{}_{}{}", board, kind, number + 1),
+                   {.name = name,
                     .sender = receive ? kMaster : board,
                     .receiver = receive ? board : kMaster,
-                    .id = cob_id->second & canopen::cob::kIdMask,
+                    .id = id,
                     .mapping = mapping_in(values, static_cast<std::uint16_t>(mapping + number), receive)});
   };
   for (std::size_t n = 0; n < canopen::kRpdos; ++n)
     append(canopen::object::kRpdoCommunication, canopen::object::kRpdoMapping, "RPDO", n, true);
   for (std::size_t n = 0; n < canopen::kTpdos; ++n)
     append(canopen::object::kTpdoCommunication, canopen::object::kTpdoMapping, "TPDO", n, false);
-  return text + value_types;
+  return text + comments + value_types;
 }
 
 }  // namespace plenum::host::dictionary

@@ -38,6 +38,7 @@ Command add_info(Program& program);
 Command add_lss(Program& program);
 Command add_describe(Program& program);
 Command add_faults(Program& program);
+Command add_nmt(Program& program);
 Command add_reset(Program& program);
 Command add_diff(Program& program);
 Command add_backup(Program& program);

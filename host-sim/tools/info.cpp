@@ -1,6 +1,7 @@
 #include <memory>
 
 #include "host-sim/client/board_facts.hpp"
+#include "host-sim/client/board_log.hpp"
 #include "host-sim/client/model_bytes.hpp"
 #include "host-sim/client/settings.hpp"
 #include "host-sim/tools/board_access.hpp"
@@ -150,6 +151,10 @@ int run(const Options& options) {
               {"fault", fault_json(fault)}};
   result["health"] = health(session, output);
   result["latency"] = latency(session, output);
+  const bool frozen = client::log_is_frozen(session);
+  if (frozen)
+    output.print("  its log is frozen, and models are compared by it: plenum reset --log lets it go on\n");
+  result["log_frozen"] = frozen;
   result["models"] = models(session, output);
   result["settings"] = settings(session, output);
   output.finish(result);

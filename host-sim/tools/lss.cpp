@@ -163,9 +163,9 @@ Command add_lss(Program& program) {
       program.command("lss",
                       "Find a board that has no node id yet, and give it one and a bit "
                       "rate (LSS, CiA 305); or, with --node, another one to "
-                      "a board that has one. The board keeps them. It has to be at rest, "
-                      "and the only one without a node id to be named. With another node id it is "
-                      "pre-operational; otherwise as it was before");
+                      "a board that has one. The board keeps them. It has to be at rest. Of several "
+                      "without a node id the one of the least identity is found. With another node id "
+                      "it is pre-operational; otherwise as it was before");
   options->board.add_to(arguments);
   arguments.option("--set-node", options->node, "Node id for the board, 1 to 127; 255: none").within(1, 255);
   arguments.option("--set-bit-rate", options->bit_rate, "Of the bus, from the board's next start on [bit/s]");

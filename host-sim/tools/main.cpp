@@ -86,7 +86,7 @@ int main(int argc, char** argv) {
       tools::add_acceptance(program), tools::add_calibrate(program), tools::add_orifice(program),
       tools::add_regulator(program),  tools::add_relief(program),    tools::add_friction(program),
       tools::add_cylinder(program),   tools::add_flow(program),      tools::add_narx(program),
-      tools::add_describe(program),   tools::add_lss(program)};
+      tools::add_describe(program),   tools::add_lss(program),       tools::add_nmt(program)};
 
   const auto chosen = [&] {
     return std::find_if(commands.begin(), commands.end(),

@@ -27,7 +27,10 @@ std::string shown(const std::optional<double>& value, double scale, int decimals
 }
 
 std::string state_of(const client::BoardView& view) {
-  return view.status_word ? client::state_name(*view.status_word, view.error_code.value_or(0)) : "-";
+  if (!view.status_word) return "-";
+  const std::string name = client::state_name(*view.status_word, view.error_code.value_or(0));
+  // both have a status word of 0
+  return name == "NOT_READY" && !view.error_code ? "NOT_READY or FAULT_INIT" : name;
 }
 
 std::string nmt_of(const client::BoardView& view) {
@@ -92,7 +95,9 @@ std::string TerminalView::text(const client::BoardView& view, std::uint8_t node_
                                        fault.empty() ? "no fault" : fault);
   const bool heard =
       std::ranges::any_of(view.chamber, [](const auto& one) { return one.actual_Pa.has_value(); });
-  const std::string remedy = heard || remedy_.empty() ? "" : "; no pressures: " + remedy_;
+  const bool waits = view.nmt && *view.nmt != canopen::NmtState::operational;
+  const std::string why = waits ? "they wait for `plenum nmt --start`" : remedy_;
+  const std::string remedy = heard || why.empty() ? "" : "; no pressures: " + why;
   if (!terminal_) {
     std::string line = fmt::format("{:9.2f} s  {}", time_s, head);
     for (unsigned c = 0; c < chambers; ++c) {

@@ -1,5 +1,6 @@
 #include <memory>
 
+#include "host-sim/client/board_log.hpp"
 #include "host-sim/tools/board_access.hpp"
 #include "host-sim/tools/board_json.hpp"
 #include "host-sim/tools/command.hpp"
@@ -13,16 +14,17 @@ struct Options {
   bool fault = false;
   bool restart = false;
   bool communication = false;
+  bool log = false;
   Output output;
 };
 
 constexpr double kBoot_s = 10.0;  ///< a board that starts anew says so within this
 
 int run(const Options& options) {
-  const int asked = int{options.fault} + int{options.restart} + int{options.communication};
+  const int asked = int{options.fault} + int{options.restart} + int{options.communication} + int{options.log};
   if (asked != 1) {
     throw std::invalid_argument(
-        fmt::format("{} to be reset, expected one of --fault, --restart, --communication",
+        fmt::format("{} to be reset, expected one of --fault, --restart, --communication, --log",
                     asked == 0 ? "nothing is said" : "several things are said"));
   }
   BoardAccess access(options.board);
@@ -44,12 +46,21 @@ int run(const Options& options) {
     options.output.print(
         "{}\n", before ? fmt::format("{} is cleared; the board is DISABLED", client::fault_text(*before))
                        : std::string("no fault stands: nothing to reset"));
+  } else if (options.log) {
+    client::require_compatible(session);
+    const bool frozen = client::log_is_frozen(session);
+    if (frozen) client::let_log_roll(session);
+    options.output.print("{}\n", frozen ? "the log goes on, and has forgotten what it held"
+                                        : "the log is not frozen: nothing to reset");
   } else {
     session.nmt(options.restart ? canopen::NmtCommand::reset_node : canopen::NmtCommand::reset_communication);
     session.wait_boot_up(kBoot_s);
     options.output.print("node {} has started anew\n", session.node_id());
   }
-  result["reset"] = options.fault ? "fault" : options.restart ? "node" : "communication";
+  result["reset"] = options.fault     ? "fault"
+                    : options.log     ? "log"
+                    : options.restart ? "node"
+                                      : "communication";
   options.output.finish(result);
   return kDone;
 }
@@ -58,8 +69,8 @@ int run(const Options& options) {
 
 Command add_reset(Program& program) {
   const auto options = std::make_shared<Options>();
-  Arguments arguments =
-      program.command("reset", "Clear a board's fault, or start the board or its communication anew");
+  Arguments arguments = program.command(
+      "reset", "Clear a board's fault, start the board or its communication anew, or let its log go on");
   options->board.add_to(arguments);
   arguments.flag("--fault", options->fault,
                  "Clear the standing fault once its cause is gone; the board is DISABLED then");
@@ -70,6 +81,7 @@ Command add_reset(Program& program) {
       "--communication", options->communication,
       "NMT reset communication: identifiers and PDOs as stored; HOLD goes on, ACTIVE ends when its set "
       "points are missed");
+  arguments.flag("--log", options->log, "Let a log go on that somebody froze; it forgets what it held");
   options->output.add_to(arguments);
   arguments.footer(example("  plenum reset --fault --bus socketcand:127.0.0.1:29536/can0 --node 5"));
   return {arguments, [options] { return run(*options); }};

@@ -21,6 +21,7 @@ struct Options {
   bool settings_only = false;
   bool partial = false;
   bool no_save = false;
+  bool move = false;
   bool force = false;
   Output output;
 };
@@ -29,10 +30,23 @@ std::string name_of(const client::Setting& setting) {
   return fmt::format("{:04X}h:{} {}", setting.id.index, setting.id.sub, setting.name);
 }
 
+/// What is the predefined identifier of the board that the backup is of becomes that of `node_id`. One that names another node stays.
+void move(Backup& backup, std::uint8_t node_id) {
+  constexpr std::uint32_t kNodeIdMask = 0x7F;
+  for (client::Setting& setting : backup.settings) {
+    const canopen::Found found = canopen::find(setting.id.index, setting.id.sub);
+    if (found.entry == nullptr || !found.entry->of_node || (setting.bits & kNodeIdMask) != backup.node)
+      continue;
+    setting.bits = (setting.bits & ~kNodeIdMask) | node_id;
+  }
+  backup.node = node_id;
+}
+
 void require_fitting(const Backup& backup, client::Session& session, const Options& options) {
   if (backup.node != session.node_id()) {
     throw trace::InputError(
-        fmt::format("{}: is of node {}, expected one of node {}: identifiers of PDOs hold the node id",
+        fmt::format("{}: is of node {}, expected one of node {}: identifiers hold the node id, and --move "
+                    "changes it in them",
                     options.file, backup.node, session.node_id()));
   }
   const bool same_schema = backup.versions.schema_hash == client::own_schema_hash() &&
@@ -81,11 +95,12 @@ std::vector<client::SettingTrouble> write_all(client::Session& session, const Ba
 }
 
 int run(const Options& options) {
-  const Backup backup = load_backup(options.file);
+  Backup backup = load_backup(options.file);
   options.board.require_store();
   BoardAccess access(options.board);
   client::Session& session = access.session();
   const ShownTransfers shown(session, "restoring");
+  if (options.move) move(backup, session.node_id());
   require_fitting(backup, session, options);
   client::require_compatible(session);
   client::require_at_rest(session, "its settings are not changed while it regulates");
@@ -159,6 +174,8 @@ Command add_restore(Program& program) {
                  "Leave the models alone; needed for a backup whose models are of another schema");
   arguments.flag("--partial", options->partial,
                  "Leave alone the settings that the backup lacks, as one of an older firmware may");
+  arguments.flag("--move", options->move,
+                 "Take over the backup of a board with another node id, whose identifiers become this one's");
   arguments.flag("--no-save", options->no_save,
                  "Do not store: the settings hold until the board's next start");
   arguments.flag(

@@ -1,6 +1,7 @@
 #include <memory>
 
 #include "host-sim/client/board_facts.hpp"
+#include "host-sim/client/board_log.hpp"
 #include "host-sim/client/storing.hpp"
 #include "host-sim/tools/board_access.hpp"
 #include "host-sim/tools/board_json.hpp"
@@ -85,7 +86,12 @@ int run(const Options& options) {
             : std::string("; what it errs by at most in fixed point, as this board computes, is not known"),
         caveat.empty() ? caveat : "; " + caveat);
   }
-  options.output.finish({{"uploaded", list}});
+  const bool frozen = client::log_is_frozen(board.session());
+  if (frozen)
+    options.output.print(
+        "the board's log is frozen: models are compared by what it held then; plenum reset --log lets it go "
+        "on\n");
+  options.output.finish({{"uploaded", list}, {"log_frozen", frozen}});
   return kDone;
 }
 

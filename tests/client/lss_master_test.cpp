@@ -29,6 +29,45 @@ TEST(LssMaster, FindsTheBoardThatHasNoNodeIdAndNamesIt) {
   EXPECT_EQ(session.read<std::uint32_t>(0x1018, 2), 2U);
 }
 
+/// A board on the bus of another world, which hears and answers at its own ticks, half a tick after the other's.
+class Beside {
+ public:
+  Beside(BoardOnBus& world, std::uint8_t node_id, std::uint32_t serial)
+      : port_(world.bus.attach("beside")),
+        node_(canopen::Config{.node_id = node_id,
+                              .identity = {.vendor_id = 1, .product_code = 2, .serial = serial}},
+              image_, slots_, settings_, recorder_) {
+    world.each_tick = [this] {
+      for (CanFrame frame; port_.receive(frame);) node_.receive(frame);
+      node_.tick(static_cast<std::uint32_t>(BoardOnBus::kTick_ns / 1000));
+      for (CanFrame frame; node_.next_frame(frame);) port_.send(frame);
+    };
+  }
+
+ private:
+  ports::SimulatedCanPort& port_;
+  canopen::ProcessImage image_;
+  config::ParameterSlots slots_;
+  config::SettingsDesk settings_;
+  telemetry::Recorder recorder_;
+  canopen::Node node_;
+};
+
+TEST(LssMaster, TellsBoardsWithoutANodeIdApartByTheirIdentity) {
+  BoardOnBus world(canopen::kUnconfiguredNodeId);  // of serial number 0
+  const Beside other(world, canopen::kUnconfiguredNodeId, 3);
+  const auto name_next = [&world](std::uint8_t node_id) {
+    LssMaster lss(world);
+    const std::optional<Identity> found = lss.find_unconfigured();
+    if (found) lss.give_node_id(node_id);
+    return found ? static_cast<int>(found->serial) : -1;
+  };
+  EXPECT_EQ(name_next(8), 0);
+  EXPECT_EQ(name_next(9), 3);
+  EXPECT_EQ(name_next(10), -1);
+  EXPECT_EQ(Session(world, 9).read<std::uint32_t>(0x1018, 4), 3U);
+}
+
 TEST(LssMaster, FindsNoBoardWhereAllHaveTheirNodeId) {
   BoardOnBus world;
   EXPECT_FALSE(LssMaster(world).find_unconfigured().has_value());

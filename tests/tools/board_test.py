@@ -121,6 +121,25 @@ class Looking(BoardCommands):
         self.assertEqual(volume, ' SG_ Volume_code_chamber_1 : 48|16@1+ (0.00000002,0) [0|0.0013107] "m3" Master')
         self.assertIn("SIG_VALTYPE_ 1665 Actual_pressure_chamber_1 : 1;\n", dbc)
 
+    def test_describe_names_each_identifier_and_each_signal_of_a_message_once(self):
+        self.done("backup", "--store", "board", "-o", "b.json")
+        content = json.loads((self.folder / "b.json").read_text())
+        status = 0x60410010
+        changed = {("1402h", 1): 0x401, ("1403h", 1): 0x401, ("1A02h", 0): 2, ("1A02h", 1): status, ("1A02h", 2): status}
+        for row in content["settings"]:
+            row["value"] = changed.get((row["index"], row["sub"]), row["value"])
+        self.write("changed.json", json.dumps(content))
+        self.done("restore", "--store", "board", "changed.json")
+        self.done("describe", "--store", "board")
+        dbc = (self.folder / "description/node-1.dbc").read_text()
+        messages = re.findall(r"^BO_ (\d+) .*\n((?: SG_ .*\n)*)", dbc, re.M)
+        identifiers = [identifier for identifier, _ in messages]
+        self.assertEqual(len(identifiers), len(set(identifiers)), identifiers)
+        self.assertIn('CM_ BO_ 1025 "Board1_RPDO4 has this identifier, too";\n', dbc)
+        for _, signals in messages:
+            names = re.findall(r"^ SG_ (\w+) ", signals, re.M)
+            self.assertEqual(len(names), len(set(names)), names)
+
     def test_describe_refuses_what_cannot_be(self):
         self.refused(2, "describe", "--bit-rate", 123456, says=["bit rate 123456", "1000000"])
         self.write("file", "")
@@ -133,7 +152,7 @@ class Looking(BoardCommands):
         self.assertEqual(self.json_of("faults"), {"fault": None, "standing": [], "history": [], "history_cleared": False})
 
     def test_reset_wants_to_know_what(self):
-        self.refused(2, "reset", says=["nothing", "--fault", "--restart", "--communication"])
+        self.refused(2, "reset", says=["nothing", "--fault", "--restart", "--communication", "--log"])
         self.refused(2, "reset", "--fault", "--restart", says=["several things", "one of"])
         for kind in ["--restart", "--communication"]:
             self.assertIn("has started anew", self.done("reset", kind))
@@ -179,6 +198,23 @@ class Naming(BoardCommands):
         self.assertEqual(self.json_of("scan", *self.bus)["nodes"][0]["nmt"], "operational", "also after a refusal")
         self.assertEqual(self.json_of("lss", *self.bus, "--node", 1, "--set-node", 9)["nmt"], "pre-operational")
         self.assertEqual(self.json_of("scan", *self.bus)["nodes"][0]["nmt"], "pre-operational")
+
+    def test_process_data_is_started_and_stopped(self):
+        self.serve()
+        self.refused(2, "nmt", *self.bus, says=["nothing", "--start"])
+        self.refused(2, "nmt", *self.bus, "--start", "--stop", says=["several", "one of"])
+        for order, state in [("--start", "operational"), ("--stop", "stopped"), ("--pre-operational", "pre-operational")]:
+            self.assertEqual(self.json_of("nmt", *self.bus, order), {"node": 1, "nmt": state})
+        self.assertIn("no pressures: they wait for `plenum nmt --start`", self.done("monitor", *self.bus, "--seconds", 1.5))
+
+    def test_a_log_that_somebody_left_frozen_is_told_and_let_go_on(self):
+        self.serve()
+        self.assertIn("not frozen", self.done("reset", *self.bus, "--log"))
+        self.say("601 8 2f 0 23 1 1 0 0 0")  # 2300h:1 = freeze
+        self.assertTrue(self.json_of("info", *self.bus)["log_frozen"])
+        self.assertIn("its log is frozen", self.done("info", *self.bus))
+        self.assertIn("has forgotten what it held", self.done("reset", *self.bus, "--log"))
+        self.assertFalse(self.json_of("info", *self.bus)["log_frozen"])
 
     def test_a_board_without_a_node_id_is_found_and_named(self):
         self.serve()
@@ -273,6 +309,18 @@ class Keeping(BoardCommands):
         self.done("backup", "--store", "board", "-o", "b.json")
         self.done("restore", "--store", "other", "b.json")
         self.assertEqual(self.json_of("diff", "--store", "other", "model-2.json")["alike"], True)
+
+    def test_another_boards_backup_is_taken_over_when_asked_for(self):
+        self.done("backup", "--store", "board", "-o", "b.json")
+        self.refused(2, "restore", "--store", "board", "--node", 5, "b.json", says=["is of node 1", "node 5", "--move"])
+        self.done("restore", "--store", "other", "--node", 5, "--move", "b.json")
+        self.done("backup", "--store", "other", "--node", 5, "-o", "moved.json")
+        values = [{(row["index"], row["sub"]): row["value"] for row in json.loads((self.folder / file).read_text())["settings"]}
+                  for file in ["b.json", "moved.json"]]
+        moved = {key: both for key, *both in ((key, value, values[1][key]) for key, value in values[0].items()) if both[0] != both[1]}
+        self.assertEqual(moved[("1800h", 1)], [0x40000181, 0x40000185])
+        for key, (before, after) in moved.items():
+            self.assertEqual((before & 0x7F, after), (1, before + 4), key)
 
     def test_a_simulated_board_that_keeps_nothing_is_neither_saved_nor_restored(self):
         self.refused(2, "backup", says=["--store is missing"])

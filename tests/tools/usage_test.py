@@ -8,7 +8,7 @@ import subprocess
 from command import PROGRAM, SMALL, CommandTest, model, run
 
 COMMANDS = ["demo", "sim", "capture", "identify", "diagnose", "effects", "upload", "download", "regulate", "reproduce",
-            "scan", "info", "faults", "reset", "diff", "backup", "restore", "monitor", "acceptance", "calibrate", "orifice", "describe", "lss",
+            "scan", "info", "faults", "reset", "diff", "backup", "restore", "monitor", "acceptance", "calibrate", "orifice", "describe", "lss", "nmt",
             "regulator", "relief", "friction", "cylinder", "flow", "narx"]
 
 
