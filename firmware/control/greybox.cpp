@@ -316,7 +316,9 @@ Greybox::Flows Greybox::flows(const Sides& sides, const Stretch& between, Scalar
   const Scalar low_kPa = between.low_kPa;
   return {.inlet = supply * inlet.flow_kPa[sides.inlet] + inlet.slope[sides.inlet] * along_kPa,
           .exhaust = exhaust_.at(sides.exhaust, pressure_kPa),
-          .leak = leak_L_s_kPa_ * (low_kPa + ambient_kPa_) * (low_kPa - ambient_kPa_) +
+          .leak = leak_L_s_kPa_ * (gap_kPa(low_kPa) + ambient_kPa_) * (gap_kPa(low_kPa) - ambient_kPa_) +
+                  (low_kPa > kGap_kPa ? leak_L_s_kPa_ * (Scalar(2) * kGap_kPa) * (low_kPa - kGap_kPa)
+                                      : Scalar(0)) +
                   leak_L_s_kPa_ * (gap_kPa(low_kPa) + gap_kPa(between.high_kPa)) * (pressure_kPa - low_kPa)};
 }
 

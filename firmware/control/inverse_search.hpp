@@ -4,8 +4,7 @@
 // Such a model is a Law: one tick with pressure and motion put in, so that a command is all that is left open.
 //   Response response(Scalar opening_V)                            what the rise needs of the time
 //   Scalar rise_kPa(CommandCurve::Point, Response)                 p(t+h) - p(t)
-//   Scalar slope_kPa_V(CommandCurve::Tangent, Response)            and its derivative by the command, its products within
-//                                                                  2^kSteepest
+//   Scalar slope_kPa_V(CommandCurve::Tangent, Response)            and its derivative by the command: unless_limited()
 //   void misses(nodes, wanted_kPa, response, miss_kPa)             at every node the response, and the rise less the one wanted,
 //                                                                  without a branch
 //
@@ -64,6 +63,15 @@ inline std::size_t nearest_node(const AtNodes& miss_kPa, bool above) noexcept {
 
 /// [bits, kPa/V] Steeper than 2^this no fixed-point slope by the command need be: a search looks where it leads, and takes no word of it.
 inline constexpr int kSteepest = 28;
+/// `slope` where no product that it is made of was limited; else the steepest to its side, which is known to be none.
+inline Scalar unless_limited(bool limited, Scalar slope) noexcept {
+  constexpr Scalar kLimit = Scalar(1 << kSteepest);
+  if (!limited) return slope;
+  return slope < Scalar(0) ? -kLimit : kLimit;
+}
+inline bool is_limited(Scalar product) noexcept {
+  return numeric::abs(product) >= Scalar(1 << kSteepest);
+}
 
 template <class Law>
 class InverseSearch {
@@ -153,7 +161,7 @@ typename InverseSearch<Law>::Miss InverseSearch<Law>::refine(Miss low, Miss high
     const Scalar room_V = ahead.command_V - command_V;
     const Scalar part = numeric::ratio_within<1>(step_V, room_V);
     const bool inside = part > Scalar(0) && part < Scalar(1);
-    const bool exact = numeric::abs(here.by_V) < Scalar(1 << kSteepest);
+    const bool exact = !is_limited(here.by_V);
     if (inside && exact &&
         numeric::abs((ahead.by_V - here.by_V) * part * step_V) <= Scalar(2) * kCrossing_kPa) {
       return {.command_V = command_V + step_V, .kPa = Scalar(0), .by_V = here.by_V};

@@ -43,7 +43,8 @@ Scalar Tassa9::Tick::by_rate_kPa(CommandCurve::Point at, Response done) const no
 
 Scalar Tassa9::Tick::slope_kPa_V(const CommandCurve::Tangent& of, Response done) const noexcept {
   const Scalar by_opening_kPa = numeric::product_within<kSteepest>(by_rate_kPa(of.at, done), rate_gain);
-  return of.by_V.steady_kPa_V * done + by_opening_kPa * of.by_V.opening;
+  return unless_limited(is_limited(by_opening_kPa),
+                        of.by_V.steady_kPa_V * done + by_opening_kPa * of.by_V.opening);
 }
 
 Opening Tassa9::opening(Scalar command_V) const noexcept {

@@ -53,8 +53,10 @@ Scalar Tassa9r::Tick::by_x_kPa(CommandCurve::Point at, Scalar phi_1) const noexc
 Scalar Tassa9r::Tick::slope_kPa_V(const CommandCurve::Tangent& of, Scalar phi_1) const noexcept {
   const Scalar by_a_kPa = (of.at.steady_kPa - pressure_kPa) * phi_1 + by_x_kPa(of.at, phi_1);
   const Scalar by_opening_kPa = numeric::product_within<kSteepest>(by_a_kPa, gain_per_V);
-  return numeric::product_within<kSteepest>(flow(of.at.opening_V) * phi_1, of.by_V.steady_kPa_V) +
-         by_opening_kPa * of.by_V.opening;
+  const Scalar by_steady_kPa_V =
+      numeric::product_within<kSteepest>(flow(of.at.opening_V) * phi_1, of.by_V.steady_kPa_V);
+  return unless_limited(is_limited(by_opening_kPa) || is_limited(by_steady_kPa_V),
+                        by_steady_kPa_V + by_opening_kPa * of.by_V.opening);
 }
 
 Opening Tassa9r::opening(Scalar command_V) const noexcept {

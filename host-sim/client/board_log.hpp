@@ -38,7 +38,7 @@ struct Remembered {
 
 /// Whether the log stands as it was when somebody froze it, by whom it was not let go on.
 bool log_is_frozen(Session& session);
-/// Lets a frozen log go on, which forgets what it held.
+/// Lets a frozen log go on. What it holds stays, from before a gap, until newer rows have taken its place.
 void let_log_roll(Session& session);
 
 /// Freezes the board's log, reads the chambers 0 to `chambers` - 1, and lets the log go on if it did. Throws as Session

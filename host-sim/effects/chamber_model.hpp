@@ -436,7 +436,8 @@ N ChamberModel<N>::tick(double command_V, const double* volume_m3) {
     if (on(kIdChamberLeak)) leak_.at(logged);
     const N begin = read_Pa();
     const N volume = on(kIdTubeDynamics) ? actual.volume_m3 + tube_.at_chamber_m3() : actual.volume_m3;
-    N mean = step(open, volume, actual.rate_m3_s / volume, in_halves() ? &halves : nullptr);
+    N mean = step(open, volume, actual.rate_m3_s / volume,
+                  in_halves() && any(halves.share < N(1.0)) ? &halves : nullptr);
     N from = begin;  // of the reading
     N end = read_Pa();
     if (on(kIdSensorLag)) {

@@ -52,6 +52,7 @@ void SocketcandServer::exchange() {
 }
 
 void SocketcandServer::collect(std::uint64_t time_us) {
+  epoch_us_ = time_us - bus_.now_ns() / 1000;
   for (Client& client : clients_) {
     if (client.port == nullptr || !client.leaving.empty()) continue;
     for (CanFrame frame; client.port->receive(frame);) {
@@ -208,7 +209,7 @@ void SocketcandServer::do_what_is_due(Client& client) {
   }
   for (auto& [key, subscription] : client.subscribed) {
     if (!subscription.early || now_ns < subscription.due_ns) continue;
-    hand_on(client, *subscription.early, now_ns / 1000);
+    hand_on(client, *subscription.early, epoch_us_ + now_ns / 1000);
     subscription.early.reset();
     subscription.due_ns = now_ns + subscription.every_ns;
   }

@@ -115,6 +115,7 @@ class SocketcandServer {
   std::vector<SimulatedCanPort*> free_ports_;  ///< of clients that have gone
   unsigned connections_ = 0;
   Counters counters_;
+  std::uint64_t epoch_us_ = 0;  ///< of the times handed on, when the bus began
 };
 
 }  // namespace plenum::host::ports

@@ -1,6 +1,8 @@
+#include <algorithm>
 #include <array>
 #include <memory>
-#include <string>
+#include <optional>
+#include <stdexcept>
 
 #include "host-sim/client/board_facts.hpp"
 #include "host-sim/tools/board_access.hpp"
@@ -44,14 +46,22 @@ int run(const Options& options) {
   BoardAccess access(options.board);
   client::Session& session = access.session();
   session.nmt(chosen->command);
-  // the heartbeat under way when the order came may still tell the state before
-  canopen::NmtState state = session.wait_heartbeat(kHeartbeat_s);
-  if (state != chosen->state) state = session.wait_heartbeat(kHeartbeat_s);
-  if (state != chosen->state)
+  // heartbeats under way when the order came still tell the state before
+  const client::Link& link = access.link();
+  const double end_s = link.now_s() + kHeartbeat_s;
+  std::optional<canopen::NmtState> state;
+  try {
+    while (state != chosen->state) state = session.wait_heartbeat(std::max(end_s - link.now_s(), 0.0));
+  } catch (const client::Timeout&) {
+    if (!state)
+      throw client::Timeout(
+          fmt::format("node {}: was told, but no heartbeat within {} s says what it is now (1017h)",
+                      session.node_id(), kHeartbeat_s));
     throw client::Refused(fmt::format("node {}: is {}, expected {}", session.node_id(),
-                                      client::nmt_name(state), client::nmt_name(chosen->state)));
-  options.output.print("node {} is {}\n", session.node_id(), client::nmt_name(state));
-  options.output.finish({{"node", session.node_id()}, {"nmt", client::nmt_name(state)}});
+                                      client::nmt_name(*state), client::nmt_name(chosen->state)));
+  }
+  options.output.print("node {} is {}\n", session.node_id(), client::nmt_name(*state));
+  options.output.finish({{"node", session.node_id()}, {"nmt", client::nmt_name(*state)}});
   return kDone;
 }
 

@@ -50,8 +50,9 @@ int run(const Options& options) {
     client::require_compatible(session);
     const bool frozen = client::log_is_frozen(session);
     if (frozen) client::let_log_roll(session);
-    options.output.print("{}\n", frozen ? "the log goes on, and has forgotten what it held"
-                                        : "the log is not frozen: nothing to reset");
+    options.output.print("{}\n",
+                         frozen ? "the log goes on; what it held stays until newer rows have taken its place"
+                                : "the log is not frozen: nothing to reset");
   } else {
     session.nmt(options.restart ? canopen::NmtCommand::reset_node : canopen::NmtCommand::reset_communication);
     session.wait_boot_up(kBoot_s);
@@ -81,7 +82,7 @@ Command add_reset(Program& program) {
       "--communication", options->communication,
       "NMT reset communication: identifiers and PDOs as stored; HOLD goes on, ACTIVE ends when its set "
       "points are missed");
-  arguments.flag("--log", options->log, "Let a log go on that somebody froze; it forgets what it held");
+  arguments.flag("--log", options->log, "Let a log go on that somebody froze");
   options->output.add_to(arguments);
   arguments.footer(example("  plenum reset --fault --bus socketcand:127.0.0.1:29536/can0 --node 5"));
   return {arguments, [options] { return run(*options); }};

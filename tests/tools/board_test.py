@@ -213,7 +213,7 @@ class Naming(BoardCommands):
         self.say("601 8 2f 0 23 1 1 0 0 0")  # 2300h:1 = freeze
         self.assertTrue(self.json_of("info", *self.bus)["log_frozen"])
         self.assertIn("its log is frozen", self.done("info", *self.bus))
-        self.assertIn("has forgotten what it held", self.done("reset", *self.bus, "--log"))
+        self.assertIn("the log goes on", self.done("reset", *self.bus, "--log"))
         self.assertFalse(self.json_of("info", *self.bus)["log_frozen"])
 
     def test_a_board_without_a_node_id_is_found_and_named(self):

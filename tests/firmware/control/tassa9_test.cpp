@@ -161,6 +161,18 @@ TEST(Tassa9Inverse, ReachesWhatItSaysWhereTheVolumeShiftsTheSteadyStateFarAway) 
   EXPECT_NEAR(real(model.step(1071.09671F, found.command_V, motion, 1.0F).end_kPa), 676.838358, 0.5);
 }
 
+TEST(Tassa9Inverse, ReachesWhatItSaysWhereASlopeIsSteeperThanFixedPointCanTell) {
+  const std::array<float, 12> steep = {1.46201789F,   0.0173599967F, 0.0996587215F, 1000.0F,
+                                       199.16948F,    0.0F,          180726.947F,   -0.863245995F,
+                                       0.0326314874F, 0.042375099F,  1837.68238F,   101.3F};
+  Tassa9 model;
+  model.configure(scalars(steep), 0.0F, 10.0F);
+  const ChamberMotion motion{.volume_mL = 133.601515F, .volume_rate_mL_s = -644.426706F};
+  const Inverse found = model.inverse(1371.55685F, 371.856785F, motion, 6.0F);
+  const double end_kPa = real(model.step(1371.55685F, found.command_V, motion, 1.0F).end_kPa);
+  EXPECT_NEAR(real(found.reached_kPa), end_kPa, 1.0) << "at " << real(found.command_V) << " V";
+}
+
 TEST(Tassa9Inverse, SaysWhenTheTargetIsOutOfReach) {
   Tassa9 model;
   const std::array<float, 12> typical = {5, 1, 2, 0, 0, 0.01F, 50, 0, 0.02F, 0.1F, 620, 101.3F};
