@@ -313,13 +313,13 @@ Greybox::Flows Greybox::flows(const Sides& sides, const Stretch& between, Scalar
                               Scalar supply) const noexcept {
   const Curve& inlet = inlet_;
   const Scalar along_kPa = pressure_kPa - supply * inlet.corner_kPa[sides.inlet];
-  const Scalar low_kPa = between.low_kPa;
+  const Scalar low_kPa = between.low_kPa, gap_from_kPa = gap_kPa(low_kPa);
   return {.inlet = supply * inlet.flow_kPa[sides.inlet] + inlet.slope[sides.inlet] * along_kPa,
           .exhaust = exhaust_.at(sides.exhaust, pressure_kPa),
-          .leak = leak_L_s_kPa_ * (gap_kPa(low_kPa) + ambient_kPa_) * (gap_kPa(low_kPa) - ambient_kPa_) +
+          .leak = leak_L_s_kPa_ * (gap_from_kPa + ambient_kPa_) * (gap_from_kPa - ambient_kPa_) +
                   (low_kPa > kGap_kPa ? leak_L_s_kPa_ * (Scalar(2) * kGap_kPa) * (low_kPa - kGap_kPa)
                                       : Scalar(0)) +
-                  leak_L_s_kPa_ * (gap_kPa(low_kPa) + gap_kPa(between.high_kPa)) * (pressure_kPa - low_kPa)};
+                  leak_L_s_kPa_ * (gap_from_kPa + gap_kPa(between.high_kPa)) * (pressure_kPa - low_kPa)};
 }
 
 Greybox::Flows Greybox::slopes(const Sides& sides, const Stretch& between) const noexcept {

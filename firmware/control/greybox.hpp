@@ -84,7 +84,6 @@ class Greybox final : public PressureModel {
   static constexpr Scalar kGap_kPa = Scalar(1e4);
   // And what leads to a next guess need be no more than, of a fixed-point number:
   static constexpr int kBeyond = 5;       ///< [bits, V] a step that leaves the range of the commands
-  static constexpr int kSteepest = 28;    ///< [bits, kPa/V] a slope by the command
   static constexpr int kMostFactor = 10;  ///< [bits] what was gained, of what was told
   static constexpr int kMostGain = 20;    ///< [bits, kPa] what is to be gained
   static constexpr Scalar kFarther_kPa = Scalar(1 << 14);  ///< a way within a tick

@@ -61,8 +61,6 @@ inline std::size_t nearest_node(const AtNodes& miss_kPa, bool above) noexcept {
                : first_of([](Scalar a, Scalar b) noexcept { return a > b; });
 }
 
-/// [bits, kPa/V] Steeper than 2^this no fixed-point slope by the command need be: a search looks where it leads, and takes no word of it.
-inline constexpr int kSteepest = 28;
 /// `slope` where no product that it is made of was limited; else the steepest to its side, which is known to be none.
 inline Scalar unless_limited(bool limited, Scalar slope) noexcept {
   constexpr Scalar kLimit = Scalar(1 << kSteepest);

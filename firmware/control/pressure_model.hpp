@@ -22,6 +22,10 @@ inline constexpr Scalar kMostPressure_kPa = Scalar(1e5);
 inline constexpr Scalar kMostVolume_mL = Scalar(1e7);
 inline constexpr Scalar kMostSpeed_mL_s = Scalar(1e7);
 
+/// [bits, kPa/V] A slope of the end by the command need be no steeper than 2^this, where a fixed-point number holds it: a search looks
+/// where it leads, and takes no word of it.
+inline constexpr int kSteepest = 28;
+
 /// What a chamber is and does over one tick.
 struct ChamberMotion {
   Scalar volume_mL = 0;         ///< at the middle of the tick

@@ -17,7 +17,7 @@
 #include "firmware/config/model_image.hpp"
 #include "firmware/control/greybox.hpp"
 #include "host-sim/rounding/greybox_tables.hpp"
-#include "tests/ranges/admissible_set.hpp"
+#include "tests/firmware/control/random_admissible.hpp"
 
 namespace ranges {
 namespace {
@@ -39,6 +39,7 @@ constexpr double kFarther_kPa = static_cast<double>(Model::kFarther_kPa),
                  kMostFlow_kPa = static_cast<double>(Model::kMostFlow_kPa);
 constexpr double kMostPressure_kPa = static_cast<double>(plenum::control::kMostPressure_kPa);
 constexpr double kPressure_kPa = 5000, kMostSupply = 2, kSpeed_L_s = 1.5, kMostGrowth = 13.5;
+constexpr double kAtABound = 0.4;
 constexpr std::array kChordEnd = {0.0,        0.17364818, 0.34202014, 0.50000000, 0.64278761, 0.76604444,
                                   0.86602540, 0.93969262, 0.98480775, 0.99619470, 1.0};
 constexpr std::size_t kChords = kChordEnd.size() - 1;
@@ -161,7 +162,7 @@ TEST(GreyboxRanges, OfATickAndItsInverseAreHeldByFixedPointForEveryAdmissiblePar
            {"secant of phi times a way [kPa]", std::max(2 * flow_kPa, psi.steepest) * kFarther_kPa},
            {"gain by a conductance [kPa s/L]", per_volume_s_L * gained},
            {"gain by a conductance's change [kPa]", kMostFilled * gained},
-           {"slopes by the command [kPa/V]", 2 * std::ldexp(1.0, Model::kSteepest)},
+           {"slopes by the command [kPa/V]", 2 * std::ldexp(1.0, plenum::control::kSteepest)},
            {"what is to be gained [kPa]", std::ldexp(1.0, Model::kMostGain) + kMostPressure_kPa},
        }) {
     EXPECT_LT(number.most, kRange) << number.name;
@@ -174,7 +175,8 @@ TEST(GreyboxRanges, StandOnTablesThatKeepTheirBounds) {
   std::mt19937 random(23);
   double most_filled = 0, most_psi = 0, steepest_psi = 0, most_port = 0;
   for (int i = 0; i < 3000; ++i) {
-    const ModelParameters set = admissible_set(random, ModelKind::greybox);
+    const ModelParameters set =
+        plenum::control::testing::draw_admissible(random, ModelKind::greybox, kAtABound);
     for (const GreyboxTables& tables : {rounding::greybox_in_fixed({set.value.data(), set.count}),
                                         rounding::greybox_in_double({set.value.data(), set.count})}) {
       const double filled = tables.tick_s_mL_L / tables.least_volume_mL *

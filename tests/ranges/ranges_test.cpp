@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "firmware/config/model_image.hpp"
-#include "firmware/control/inverse_search.hpp"
+#include "firmware/control/pressure_model.hpp"
 #include "host-sim/rounding/core_box.hpp"
 #include "tests/equivalence/core.hpp"
 #include "tests/firmware/control/random_subject.hpp"

@@ -11,7 +11,7 @@
 #include "firmware/config/greybox_parameters.hpp"
 #include "firmware/config/model_image.hpp"
 #include "tests/equivalence/core.hpp"
-#include "tests/ranges/admissible_set.hpp"
+#include "tests/firmware/control/random_admissible.hpp"
 
 namespace ranges {
 namespace {
@@ -50,8 +50,10 @@ class Saturations : public ::testing::TestWithParam<Kind> {
 
 TEST_P(Saturations, AreNoneInATickNorInItsInverse) {
   constexpr int kSets = 5000, kStates = 20;
+  constexpr double kAtABound = 0.4;
   for (int i = 0; i < kSets; ++i) {
-    const ModelParameters set = admissible_set(random_, GetParam().kind);
+    const ModelParameters set =
+        plenum::control::testing::draw_admissible(random_, GetParam().kind, kAtABound);
     const auto core =
         equivalence::core_in_fixed(static_cast<std::uint16_t>(set.kind), {set.value.data(), set.count});
     for (int k = 0; k < kStates; ++k) {

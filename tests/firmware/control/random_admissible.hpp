@@ -11,13 +11,13 @@
 
 namespace plenum::control::testing {
 
-/// A parameter between its bounds: one draw in ten is a bound. A range that spans decades is drawn by its logarithm, to either side of
+/// A parameter between its bounds: such a share of the draws is a bound. A range that spans decades is drawn by its logarithm, to either side of
 /// zero where zero lies within.
 template <class Random>
-float draw_within(Random& random, const config::ParameterSpec& spec) {
+float draw_within(Random& random, const config::ParameterSpec& spec, double at_a_bound) {
   constexpr double kDecades = 6;  // that a magnitude may lie below the farther bound
   std::uniform_real_distribution<double> unit(0.0, 1.0);
-  if (unit(random) < 0.1) return unit(random) < 0.5 ? spec.low : spec.high;
+  if (unit(random) < at_a_bound) return unit(random) < 0.5 ? spec.low : spec.high;
   const auto low = static_cast<double>(spec.low), high = static_cast<double>(spec.high);
   double drawn = 0;
   if (low > 0 && high / low <= 100) {
@@ -33,13 +33,14 @@ float draw_within(Random& random, const config::ParameterSpec& spec) {
 
 /// Drawn until validate() accepts it.
 template <class Random>
-config::ModelParameters draw_admissible(Random& random, config::ModelKind kind) {
+config::ModelParameters draw_admissible(Random& random, config::ModelKind kind, double at_a_bound = 0.1) {
   const std::span schema = config::parameter_schema(kind);
   config::ModelParameters model;
   model.kind = kind;
   model.count = static_cast<std::uint16_t>(schema.size());
   do {
-    for (std::size_t i = 0; i < schema.size(); ++i) model.value[i] = draw_within(random, schema[i]);
+    for (std::size_t i = 0; i < schema.size(); ++i)
+      model.value[i] = draw_within(random, schema[i], at_a_bound);
   } while (!config::validate(model));
   return model;
 }
