@@ -37,12 +37,6 @@ void empty_mapping(Device& device, std::uint16_t index) noexcept {
   }
 }
 
-std::uint32_t moved(std::uint32_t cob_id, std::uint8_t saved_id, std::uint8_t now) noexcept {
-  constexpr std::uint32_t kNodeIdMask = 0x7F;
-  const bool follows = saved_id != 0 && (cob_id & kNodeIdMask) == saved_id;
-  return follows ? (cob_id & ~kNodeIdMask) | now : cob_id;
-}
-
 bool write_row(Device& device, const Found& found, const RecordRow& row, std::uint8_t saved_id) noexcept {
   if (!found.entry->of_node || row.value.size() != 4) {
     return write_object(device, found, row.value) == Abort::none;
@@ -53,6 +47,12 @@ bool write_row(Device& device, const Found& found, const RecordRow& row, std::ui
 }
 
 }  // namespace
+
+std::uint32_t moved(std::uint32_t cob_id, std::uint8_t saved_id, std::uint8_t now) noexcept {
+  constexpr std::uint32_t kNodeIdMask = 0x7F;
+  const bool follows = saved_id != 0 && (cob_id & kNodeIdMask) == saved_id;
+  return follows ? (cob_id & ~kNodeIdMask) | now : cob_id;
+}
 
 void collect_kept(const Device& device, Kept group, config::RowWriter& rows) noexcept {
   for (const Entry& entry : object_dictionary()) {

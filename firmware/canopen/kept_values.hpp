@@ -19,6 +19,9 @@ constexpr Kept group_of_row(std::uint16_t index) noexcept {
   return index < 0x2000 ? Kept::communication : Kept::application;
 }
 
+/// An identifier of a board that had the node id `saved_id` (0: none), when it has `now`: one that holds the id follows it.
+std::uint32_t moved(std::uint32_t cob_id, std::uint8_t saved_id, std::uint8_t now) noexcept;
+
 /// Adds every value of `group` in the order of the table.
 void collect_kept(const Device& device, Kept group, config::RowWriter& rows) noexcept;
 

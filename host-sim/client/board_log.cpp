@@ -21,11 +21,18 @@ using telemetry::kRowBytes;
   throw ProtocolError(fmt::format("log of chamber {}: {}", chamber + 1, what));
 }
 
+Recorder::State state_of(Session& session) {
+  return static_cast<Recorder::State>(session.read<std::uint8_t>(object::kCapture, 4));
+}
+void order(Session& session, Recorder::Order what) {
+  session.write<std::uint8_t>(object::kCapture, 1, static_cast<std::uint8_t>(what));
+}
+
 /// While it lives the log stands still; a log that rolled then rolls again.
 class Frozen {
  public:
   explicit Frozen(Session& session) : session_(session) {
-    const auto state = static_cast<Recorder::State>(session.read<std::uint8_t>(object::kCapture, 4));
+    const Recorder::State state = state_of(session);
     if (state == Recorder::State::recording) {
       throw Refused(
           fmt::format("node {}: the board is recording a log that somebody ordered ({} of {} rows), expected "
@@ -34,21 +41,18 @@ class Frozen {
                       session.read<std::uint16_t>(object::kCapture, 3)));
     }
     rolled_ = state == Recorder::State::rolling;
-    if (rolled_) order(Recorder::Order::freeze);
+    if (rolled_) order(session, Recorder::Order::freeze);
   }
   Frozen(const Frozen&) = delete;
   Frozen& operator=(const Frozen&) = delete;
   ~Frozen() {
     try {
-      if (rolled_) order(Recorder::Order::roll);
+      if (rolled_) let_log_roll(session_);
     } catch (const std::exception&) {  // what ended the reading is already on its way to the caller
     }
   }
 
  private:
-  void order(Recorder::Order what) {
-    session_.write<std::uint8_t>(object::kCapture, 1, static_cast<std::uint8_t>(what));
-  }
   Session& session_;
   bool rolled_ = false;
 };
@@ -56,12 +60,11 @@ class Frozen {
 }  // namespace
 
 bool log_is_frozen(Session& session) {
-  return static_cast<Recorder::State>(session.read<std::uint8_t>(object::kCapture, 4)) ==
-         Recorder::State::frozen;
+  return state_of(session) == Recorder::State::frozen;
 }
 
 void let_log_roll(Session& session) {
-  session.write<std::uint8_t>(object::kCapture, 1, static_cast<std::uint8_t>(Recorder::Order::roll));
+  order(session, Recorder::Order::roll);
 }
 
 BoardLog parse_board_log(std::span<const std::uint8_t> bytes, unsigned chamber) {

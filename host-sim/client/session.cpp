@@ -108,20 +108,25 @@ NmtState Session::wait_heartbeat(double timeout_s) {
                             timeout_s, cob::kHeartbeat + node_id_));
 }
 
-void Session::wait_boot_up(double timeout_s) {
+std::optional<NmtState> Session::wait_state(NmtState wanted, double timeout_s) {
   const double end_s = link_.now_s() + timeout_s;
-  std::optional<NmtState> beats;
-  for (double left_s = timeout_s; left_s > 0.0; left_s = end_s - link_.now_s()) {
+  std::optional<NmtState> told;
+  for (double left_s = timeout_s; left_s > 0.0 && told != wanted; left_s = end_s - link_.now_s()) {
     try {
-      beats = wait_heartbeat(left_s);
+      told = wait_heartbeat(left_s);
     } catch (const Timeout&) {
       break;
     }
-    if (*beats == NmtState::initialising) return;
   }
+  return told;
+}
+
+void Session::wait_boot_up(double timeout_s) {
+  const auto told = wait_state(NmtState::initialising, timeout_s);
+  if (told == NmtState::initialising) return;
   throw Timeout(fmt::format("node {}: no boot-up message within {:.3g} s, expected one on {:03X}h{}",
                             node_id_, timeout_s, cob::kHeartbeat + node_id_,
-                            beats ? "; its heartbeat goes on: it has not heard the reset" : ""));
+                            told ? "; its heartbeat goes on: it has not heard the reset" : ""));
 }
 
 void Session::learn_sync() {

@@ -116,6 +116,9 @@ class Session {
   void nmt(canopen::NmtCommand command);
   /// The state in the next heartbeat or boot-up message of this board. Throws Timeout.
   canopen::NmtState wait_heartbeat(double timeout_s);
+  /// Hears heartbeats until one tells `wanted`, whatever beats before it. The state told last: another when the time is over, none
+  /// where nothing beat.
+  std::optional<canopen::NmtState> wait_state(canopen::NmtState wanted, double timeout_s);
   /// The boot-up message of this board, whatever beats before it. Throws Timeout, which says whether it beat.
   void wait_boot_up(double timeout_s);
   /// Reads 1005h and 1019h: from here on send_sync() is what this board takes for a SYNC, with its identifier and counter.

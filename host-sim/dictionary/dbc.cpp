@@ -8,7 +8,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <iterator>
-#include <map>
 #include <memory>
 #include <set>
 #include <stdexcept>
@@ -181,14 +180,14 @@ std::string dbc(std::uint8_t node_id, const ObjectValues& values) {
   constexpr const char* kMaster = "Master";
   std::string text = fmt::format("VERSION \"\"\n\nNS_ :\n\nBS_:\n\nBU_: {} {}\n\n", kMaster, board);
   std::string value_types, comments;
-  std::map<std::uint32_t, std::string> named;  // by identifier: the format has one message of each
+  std::set<std::uint32_t> described;  // the format has one message of an identifier
   const auto append = [&](std::uint16_t parameters, std::uint16_t mapping, const char* kind,
                           std::size_t number, bool receive) {
     const auto cob_id = values.find({static_cast<std::uint16_t>(parameters + number), 1});
     if (cob_id == values.end() || (cob_id->second & canopen::cob::kInvalid) != 0) return;
     const std::uint32_t id = cob_id->second & canopen::cob::kIdMask;
     const std::string name = fmt::format("{}_{}{}", board, kind, number + 1);
-    if (const auto [first, is_new] = named.emplace(id, name); !is_new) {
+    if (!described.insert(id).second) {
       comments += fmt::format("CM_ BO_ {} \"{} has this identifier, too\";\n", id, name);
       return;
     }

@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <stdexcept>
@@ -161,6 +162,15 @@ bool Arguments::given() const {
 
 bool Arguments::given(const std::string& name) const {
   return app_->count(name) > 0;
+}
+
+void Arguments::require_one(const std::vector<std::string>& names, const std::string& to) const {
+  const auto count =
+      std::count_if(names.begin(), names.end(), [this](const auto& name) { return given(name); });
+  if (count == 1) return;
+  throw std::invalid_argument(fmt::format("{}{}, expected one of {}",
+                                          count == 0 ? "nothing is said" : "several things are said", to,
+                                          fmt::join(names, ", ")));
 }
 
 std::vector<Option> Arguments::options() const {

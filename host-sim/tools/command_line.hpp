@@ -83,6 +83,8 @@ class Arguments {
   bool given() const;
   /// Its option `name`.
   bool given(const std::string& name) const;
+  /// Throws std::invalid_argument unless one of these is given, and no other: "nothing is said`to`, expected one of --a, --b".
+  void require_one(const std::vector<std::string>& names, const std::string& to = "") const;
   /// All options, and those of its own commands that were given.
   std::vector<Option> options() const;
 

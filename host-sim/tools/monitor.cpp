@@ -81,11 +81,8 @@ int run(const Options& options) {
   std::optional<client::BorrowedStream> stream;
   if (options.stream) {
     client::require_compatible(session);
-    const auto fault = client::read_fault(session);
-    client::Emergency known{.node_id = node};
-    if (fault) known.code = fault->code;
-    if (fault) known.chamber = static_cast<std::uint8_t>(fault->chamber);
-    watch.know(known);
+    const client::FaultEntry fault = client::read_fault(session).value_or(client::FaultEntry{});
+    watch.know({.node_id = node, .code = fault.code, .chamber = static_cast<std::uint8_t>(fault.chamber)});
     stream.emplace(session, client::StreamConfig{.chambers = static_cast<std::uint8_t>((1U << chambers) - 1U),
                                                  .largest_volume_m3 = 1e-6 * options.largest_volume_mL});
     watch.follow(stream->stream());

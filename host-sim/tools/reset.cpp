@@ -20,13 +20,8 @@ struct Options {
 
 constexpr double kBoot_s = 10.0;  ///< a board that starts anew says so within this
 
-int run(const Options& options) {
-  const int asked = int{options.fault} + int{options.restart} + int{options.communication} + int{options.log};
-  if (asked != 1) {
-    throw std::invalid_argument(
-        fmt::format("{} to be reset, expected one of --fault, --restart, --communication, --log",
-                    asked == 0 ? "nothing is said" : "several things are said"));
-  }
+int run(const Arguments& arguments, const Options& options) {
+  arguments.require_one({"--fault", "--restart", "--communication", "--log"}, " to be reset");
   BoardAccess access(options.board);
   client::Session& session = access.session();
   Json result{{"node", session.node_id()}};
@@ -85,7 +80,7 @@ Command add_reset(Program& program) {
   arguments.flag("--log", options->log, "Let a log go on that somebody froze");
   options->output.add_to(arguments);
   arguments.footer(example("  plenum reset --fault --bus socketcand:127.0.0.1:29536/can0 --node 5"));
-  return {arguments, [options] { return run(*options); }};
+  return {arguments, [arguments, options] { return run(arguments, *options); }};
 }
 
 }  // namespace plenum::host::tools

@@ -3,6 +3,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "firmware/canopen/kept_values.hpp"
 #include "host-sim/client/storing.hpp"
 #include "host-sim/tools/backup_file.hpp"
 #include "host-sim/tools/board_access.hpp"
@@ -30,14 +31,12 @@ std::string name_of(const client::Setting& setting) {
   return fmt::format("{:04X}h:{} {}", setting.id.index, setting.id.sub, setting.name);
 }
 
-/// What is the predefined identifier of the board that the backup is of becomes that of `node_id`. One that names another node stays.
+/// Identifiers that hold the node id of the board that the backup is of follow to `node_id`, as on a board that gets another.
 void move(Backup& backup, std::uint8_t node_id) {
-  constexpr std::uint32_t kNodeIdMask = 0x7F;
   for (client::Setting& setting : backup.settings) {
     const canopen::Found found = canopen::find(setting.id.index, setting.id.sub);
-    if (found.entry == nullptr || !found.entry->of_node || (setting.bits & kNodeIdMask) != backup.node)
-      continue;
-    setting.bits = (setting.bits & ~kNodeIdMask) | node_id;
+    if (found.entry != nullptr && found.entry->of_node)
+      setting.bits = canopen::moved(setting.bits, static_cast<std::uint8_t>(backup.node), node_id);
   }
   backup.node = node_id;
 }

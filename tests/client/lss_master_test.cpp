@@ -29,7 +29,7 @@ TEST(LssMaster, FindsTheBoardThatHasNoNodeIdAndNamesIt) {
   EXPECT_EQ(session.read<std::uint32_t>(0x1018, 2), 2U);
 }
 
-/// A board on the bus of another world, which hears and answers at its own ticks, half a tick after the other's.
+/// A board on the bus of another world, which hears and answers at ticks alone, after the other has.
 class Beside {
  public:
   Beside(BoardOnBus& world, std::uint8_t node_id, std::uint32_t serial)
