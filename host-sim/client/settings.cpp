@@ -231,6 +231,13 @@ std::vector<Setting> read_settings(Session& session, const std::function<bool(co
   return read_values(session, std::move(settings));
 }
 
+void move_settings(std::span<Setting> settings, std::uint8_t from, std::uint8_t to) {
+  for (Setting& setting : settings) {
+    const canopen::Found found = canopen::find(setting.id.index, setting.id.sub);
+    if (found.entry != nullptr && found.entry->of_node) setting.bits = canopen::moved(setting.bits, from, to);
+  }
+}
+
 std::vector<Setting> read_values(Session& session, std::vector<Setting> objects) {
   std::vector<Setting> settings;
   for (Setting& setting : objects) {

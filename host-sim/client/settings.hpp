@@ -48,6 +48,9 @@ std::vector<Setting> read_settings(
     Session& session,
     const std::function<bool(const SettingId&)>& wanted = [](const SettingId&) { return true; });
 
+/// Settings of node `from` made those of node `to`: identifiers that hold the node id follow it, as on a board that gets another.
+void move_settings(std::span<Setting> settings, std::uint8_t from, std::uint8_t to);
+
 struct SettingTrouble {
   Setting setting;
   std::string reason;

@@ -3,7 +3,6 @@
 #include <set>
 #include <stdexcept>
 
-#include "firmware/canopen/kept_values.hpp"
 #include "host-sim/client/storing.hpp"
 #include "host-sim/tools/backup_file.hpp"
 #include "host-sim/tools/board_access.hpp"
@@ -29,16 +28,6 @@ struct Options {
 
 std::string name_of(const client::Setting& setting) {
   return fmt::format("{:04X}h:{} {}", setting.id.index, setting.id.sub, setting.name);
-}
-
-/// Identifiers that hold the node id of the board that the backup is of follow to `node_id`, as on a board that gets another.
-void move(Backup& backup, std::uint8_t node_id) {
-  for (client::Setting& setting : backup.settings) {
-    const canopen::Found found = canopen::find(setting.id.index, setting.id.sub);
-    if (found.entry != nullptr && found.entry->of_node)
-      setting.bits = canopen::moved(setting.bits, static_cast<std::uint8_t>(backup.node), node_id);
-  }
-  backup.node = node_id;
 }
 
 void require_fitting(const Backup& backup, client::Session& session, const Options& options) {
@@ -99,7 +88,10 @@ int run(const Options& options) {
   BoardAccess access(options.board);
   client::Session& session = access.session();
   const ShownTransfers shown(session, "restoring");
-  if (options.move) move(backup, session.node_id());
+  if (options.move) {
+    client::move_settings(backup.settings, static_cast<std::uint8_t>(backup.node), session.node_id());
+    backup.node = session.node_id();
+  }
   require_fitting(backup, session, options);
   client::require_compatible(session);
   client::require_at_rest(session, "its settings are not changed while it regulates");
