@@ -393,7 +393,7 @@ class Integrator {
       const std::size_t at = line_ + 2 * i;
       const double pressure = y[at], flow = y[at + 1];
       const double next = i + 1 < tube.cells ? y[at + 2] : chamber_Pa;
-      const double density = pressure / rt;
+      const double density = 0.5 * (pressure + next) / rt;
       dy[at] = elasticity_ / (bore_m2 * dx) * (entering - flow);
       const double drag = 32.0 * kViscosity_Pa_s / (density * tube.bore_m * tube.bore_m) +
                           tube.friction * std::abs(flow) / (2.0 * density * bore_m2 * tube.bore_m);

@@ -262,6 +262,35 @@ TEST(Departures, LineAddsItsVolume) {
   EXPECT_NEAR(rise(far) / rise(near), 150e-6 / (150e-6 + line_m3), 1e-5);
 }
 
+TEST(Departures, LineDropsThePressureOfAThroughFlowAsIsothermalFrictionDoes) {
+  // What the hole lets out has come through valve and line: d(p^2)/dx = -2 R T (32 mu/D^2 + f w/(2 A D)) w/A.
+  const double length_m = 2.5, bore_m = 0.8e-3, friction = 0.03, hole_m2 = 0.1e-6;
+  Machine m = filling();
+  m.motion.mean_m3 = 5e-6;
+  m.departures.tube = Tube{length_m, bore_m, friction, 12};
+  m.departures.chamber_leak = ChamberLeak{0.0, hole_m2};
+  const Rows rows = simulate(m, 1000, constant(5.2));
+  const double p = rows.pressure_Pa.back();
+  ASSERT_NEAR(p, rows.pressure_Pa[900], 1e-3) << "Pa: it has come to rest";
+  const auto& v = m.rig.valve;
+  const double temperature_K = m.rig.gas.temperature_K;
+  const double w =
+      v.discharge_coefficient * hole_m2 * thin_plate_flux(p, m.rig.ambient.pressure_Pa, temperature_K);
+  const double inlet_m2 = v.discharge_coefficient * port_area(5.2 - v.open_above_V, v.inlet_area_per_V_m2,
+                                                              v.inlet_leak_m2, v.transition_m2);
+  double at_valve_Pa = m.rig.supply.pressure_Pa, below_Pa = p;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = 0.5 * (at_valve_Pa + below_Pa);
+    (inlet_m2 * thin_plate_flux(m.rig.supply.pressure_Pa, middle, temperature_K) < w ? at_valve_Pa
+                                                                                     : below_Pa) = middle;
+  }
+  const double area_m2 = 0.25 * std::numbers::pi * bore_m * bore_m;
+  const double per_m = 2.0 * kGasConstant_J_kg_K * temperature_K / area_m2 * w *
+                       (32.0 * 1.82e-5 / (bore_m * bore_m) + friction * w / (2.0 * area_m2 * bore_m));
+  EXPECT_GT(at_valve_Pa / p, 1.2) << "the line throttles";
+  EXPECT_NEAR((at_valve_Pa * at_valve_Pa - p * p) / (per_m * length_m), 1.0, 1e-4);
+}
+
 TEST(Departures, DeadVolumeSlowsAFill) {
   Machine larger = filling();
   larger.departures.volume_error = VolumeError{30e-6};
