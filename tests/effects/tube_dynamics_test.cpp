@@ -1,7 +1,10 @@
 // tube_dynamics against closed forms and balances.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <numbers>
+#include <vector>
 
 #include "tests/effects/chamber_under_effects.hpp"
 
@@ -38,22 +41,38 @@ TEST(TubeDynamics, WhatTheValvePassesIsFoundInHoseAndChamber) {
   const double flow = 2e-3;
   const double per_flow = 1.4 * RT() / 150e-6;
   for (const double length_m : {0.01, 1.0, 8.0}) {
-    TubeDynamics<double> tube = tube_of(length_m, 4.0, 0.0025, 2e5);
-    const double hose_m3 = hose_volume_m3(length_m, 4.0);
-    double chamber_Pa = 2e5;
-    for (int k = 1; k <= 100; ++k) {
-      double passed = 0.0;
-      const auto valve = [&](double, double share) {
-        passed += share * flow;
-        return Valve{flow, 0.0};
-      };
-      chamber_Pa = tube.advance(chamber_Pa, {per_flow, 0.0, 0.0}, kEnds, valve).end_Pa;
-      ASSERT_NEAR(passed / flow, 1.0, 1e-12) << "the shares of a step's mean";
-      const double gained_kg =
-          ((chamber_Pa - 2e5) * 150e-6 + (tube.at_valve_Pa() - 2e5) * hose_m3) / (1.4 * RT());
-      ASSERT_NEAR(gained_kg / (flow * 0.0025 * k), 1.0, 1e-9) << "step " << k << ", " << length_m << " m";
+    for (const double share : {0.0, 0.5}) {
+      TubeDynamics<double> tube = tube_of(length_m, 4.0, 0.0025, 2e5, {.chamber_share = share});
+      const double chamber_m3 = 150e-6 + tube.at_chamber_m3();
+      double chamber_Pa = 2e5;
+      for (int k = 0; k < 4000; ++k) {  // until it rests
+        double passed = 0.0;
+        const double rate = k < 100 ? flow : 0.0;
+        const auto valve = [&](double, double part) {
+          passed += part * rate;
+          return Valve{rate, 0.0};
+        };
+        chamber_Pa =
+            tube.advance(chamber_Pa, {per_flow * 150e-6 / chamber_m3, 0.0, 0.0}, kEnds, valve).end_Pa;
+        ASSERT_NEAR(passed, rate, 1e-12 * flow) << "the shares of a step's mean";
+      }
+      EXPECT_NEAR(tube.at_valve_Pa() / chamber_Pa, 1.0, 1e-9);
+      const double gained_kg = (chamber_Pa - 2e5) * (150e-6 + hose_volume_m3(length_m, 4.0)) / (1.4 * RT());
+      EXPECT_NEAR(gained_kg / (flow * 0.25), 1.0, 1e-9) << length_m << " m, share " << share;
     }
   }
+}
+
+TEST(TubeDynamics, PartOfNoLengthChangesNothing) {
+  TubeDynamics<double> tube = tube_of(1.0, 4.0, 0.0025, 2e5);
+  const auto valve = [](double, double) { return Valve{2e-3, 0.0}; };
+  const double chamber_Pa = tube.advance(2e5, {1.4 * RT() / 150e-6, 0.0, 0.0}, kEnds, valve).end_Pa;
+  const double at_valve_Pa = tube.at_valve_Pa(), flow_kg_s = tube.flow_kg_s();
+  EXPECT_GT(at_valve_Pa - chamber_Pa, 1e3);
+  EXPECT_NEAR(tube.advance(chamber_Pa, {1.4 * RT() / 150e-6, 0.0, 0.0}, kEnds, valve, 0.0).end_Pa, chamber_Pa,
+              1.0);
+  EXPECT_NEAR(tube.at_valve_Pa(), at_valve_Pa, 10.0);
+  EXPECT_NEAR(tube.flow_kg_s(), flow_kg_s, 1e-6);
 }
 
 TEST(TubeDynamics, SteadyDropIsThatOfIsothermalFlowWithLaminarPlusTurbulentFriction) {
@@ -131,11 +150,16 @@ double shut_hose_Hz(double length_m, const Line& line) {
   return crossings_s.size() < 9 ? 0.0 : 4.0 / (crossings_s[8] - crossings_s[0]);
 }
 
-TEST(TubeDynamics, ShutHoseSwingsAtTheFrequencyOfItsLump) {
+TEST(TubeDynamics, ShutHoseSwingsAtTheFirstFrequencyOfItsSections) {
+  // n equal springs and masses in a row, one end shut and one open; shut with a half spring at c = 1/2
   const double length_m = 1.0;
-  const double lump_Hz = std::sqrt(1.4 * RT()) / (2.0 * std::numbers::pi * length_m);
-  EXPECT_NEAR(shut_hose_Hz(length_m, {}) / lump_Hz, 1.0, 0.01);
-  EXPECT_NEAR(shut_hose_Hz(length_m, {.chamber_share = 0.5}) / lump_Hz, std::numbers::sqrt2, 0.01);
+  const auto n = static_cast<double>(TubeDynamics<double>::kSections);
+  const double passes_Hz = std::sqrt(1.4 * RT()) / (2.0 * std::numbers::pi * length_m);
+  EXPECT_NEAR(shut_hose_Hz(length_m, {}) / passes_Hz, 2.0 * n * std::sin(std::numbers::pi / (4.0 * n + 2.0)),
+              0.01);
+  const double halved = shut_hose_Hz(length_m, {.chamber_share = 0.5}) / passes_Hz;
+  EXPECT_NEAR(halved, 2.0 * n * std::sin(std::numbers::pi / (4.0 * n)), 0.01);
+  EXPECT_NEAR(halved / (std::numbers::pi / 2.0), 1.0, 0.02) << "of a line's first";
 }
 
 TEST(TubeDynamics, RestingHoseAddsItsAirToTheChamberWhereverItStands) {
@@ -154,53 +178,70 @@ TEST(TubeDynamics, RestingHoseAddsItsAirToTheChamberWhereverItStands) {
   }
 }
 
-TEST(TubeDynamics, WithHalfItsAirAtEachEndOneLumpFollowsALineOfManyCells) {
-  // a chamber that is filled through 4 m of 4 mm in cells of 0.1 m, and then compressed
-  constexpr std::size_t kCells = 40;
-  constexpr double length_m = 4.0, bore_mm = 4.0, chamber_m3 = 150e-6, step_s = 2e-5;
-  const double area_m2 = 0.25e-6 * std::numbers::pi * bore_mm * bore_mm, cell_m = length_m / kCells;
-  const auto passed_kg_s = [](double t_s) { return t_s < 0.2 ? 1e-3 : 0.0; };
-  const auto swing = [](double t_s) { return 0.3 * std::sin(20.0 * t_s); };
-  std::array<double, kCells> p_Pa{}, w_kg_s{};
+/// A chamber that is filled through a hose and then compressed.
+struct Filled {
+  double length_m, bore_mm, chamber_m3, flow_kg_s;
+
+  double passed_kg_s(double t_s) const { return t_s < 0.2 ? flow_kg_s : 0.0; }
+  static double swing(double t_s) { return 0.3 * std::sin(20.0 * t_s); }
+  static double swing_1_s(double t_s) { return 0.3 * 20.0 * std::cos(20.0 * t_s); }
+};
+constexpr double kFine_s = 2e-5;
+
+/// The chamber's pressure behind a line of 48 cells, half a cell at each end [Pa].
+std::vector<double> behind_a_line_Pa(const Filled& of) {
+  constexpr std::size_t kCells = 48;
+  const double bore_m = 1e-3 * of.bore_mm;
+  const double area_m2 = 0.25 * std::numbers::pi * bore_m * bore_m, cell_m = of.length_m / kCells;
+  std::array<double, kCells + 1> p_Pa{};
+  std::array<double, kCells> w_kg_s{};
   p_Pa.fill(2e5);
-  double line_chamber_Pa = 2e5;
-  std::vector<double> line_Pa;
+  std::vector<double> chamber_Pa;
   for (int k = 0; k < 40000; ++k) {
-    const double t_s = k * step_s;
-    const double volume_m3 = chamber_m3 * (1.0 + swing(t_s));
-    const double squeeze_1_s = 0.3 * 20.0 * std::cos(20.0 * t_s) / (1.0 + swing(t_s));
+    const double t_s = k * kFine_s;
+    const double volume_m3 = of.chamber_m3 * (1.0 + Filled::swing(t_s)) + 0.5 * area_m2 * cell_m;
     for (std::size_t i = 0; i < kCells; ++i) {
-      const double next_Pa = i + 1 < kCells ? p_Pa[i + 1] : line_chamber_Pa;
-      const double density = 0.5 * (p_Pa[i] + next_Pa) / RT();
-      const double bore_m = 1e-3 * bore_mm;
+      const double density = 0.5 * (p_Pa[i] + p_Pa[i + 1]) / RT();
       const double drag = 32.0 * 1.8e-5 / (density * bore_m * bore_m) +
                           0.03 * std::abs(w_kg_s[i]) / (2.0 * density * area_m2 * bore_m);
-      w_kg_s[i] = (w_kg_s[i] + step_s * area_m2 / cell_m * (p_Pa[i] - next_Pa)) / (1.0 + step_s * drag);
+      w_kg_s[i] = (w_kg_s[i] + kFine_s * area_m2 / cell_m * (p_Pa[i] - p_Pa[i + 1])) / (1.0 + kFine_s * drag);
     }
-    for (std::size_t i = 0; i < kCells; ++i) {
-      const double in_kg_s = i == 0 ? passed_kg_s(t_s) : w_kg_s[i - 1];
-      p_Pa[i] += step_s * 1.4 * RT() / (area_m2 * cell_m) * (in_kg_s - w_kg_s[i]);
+    p_Pa[0] += kFine_s * 1.4 * RT() / (0.5 * area_m2 * cell_m) * (of.passed_kg_s(t_s) - w_kg_s[0]);
+    for (std::size_t i = 1; i < kCells; ++i) {
+      p_Pa[i] += kFine_s * 1.4 * RT() / (area_m2 * cell_m) * (w_kg_s[i - 1] - w_kg_s[i]);
     }
-    line_chamber_Pa += step_s * 1.4 * (RT() / volume_m3 * w_kg_s.back() - line_chamber_Pa * squeeze_1_s);
-    line_Pa.push_back(line_chamber_Pa);
+    p_Pa.back() += kFine_s * 1.4 / volume_m3 *
+                   (RT() * w_kg_s.back() - p_Pa.back() * of.chamber_m3 * Filled::swing_1_s(t_s));
+    chamber_Pa.push_back(p_Pa.back());
   }
-  const auto error_Pa = [&](double share) {
-    TubeDynamics<double> tube = tube_of(length_m, bore_mm, step_s, 2e5, {.chamber_share = share});
-    double chamber_Pa = 2e5, squares = 0.0;
-    for (std::size_t k = 0; k < line_Pa.size(); ++k) {
-      const double t_s = static_cast<double>(k) * step_s;
-      const double volume_m3 = chamber_m3 * (1.0 + swing(t_s)) + tube.at_chamber_m3();
-      const double squeeze_1_s = 0.3 * 20.0 * std::cos(20.0 * t_s) * chamber_m3 / volume_m3;
-      chamber_Pa = tube.advance(chamber_Pa, {1.4 * RT() / volume_m3, 0.0, 1.4 * squeeze_1_s}, {1e5, 2e6},
-                                [&](double, double) {
-                                  return Valve{passed_kg_s(t_s), 0.0};
-                                })
-                       .end_Pa;
-      squares += (chamber_Pa - line_Pa[k]) * (chamber_Pa - line_Pa[k]);
-    }
-    return std::sqrt(squares / static_cast<double>(line_Pa.size()));
-  };
-  EXPECT_LT(error_Pa(0.5), 0.4 * error_Pa(0.0)) << "Pa " << error_Pa(0.5) << " and " << error_Pa(0.0);
+  return chamber_Pa;
+}
+
+TEST(TubeDynamics, WithHalfItsAirAtEachEndOfASectionItFollowsALineOfManyCells) {
+  // wide and long; and as narrow as a small valve's, where friction is all
+  for (const Filled& of : {Filled{4.0, 4.0, 150e-6, 1e-3}, Filled{2.5, 0.8, 10e-6, 1e-5}}) {
+    const std::vector<double> line_Pa = behind_a_line_Pa(of);
+    const auto error_Pa = [&](double share) {
+      TubeDynamics<double> tube = tube_of(of.length_m, of.bore_mm, kFine_s, 2e5, {.chamber_share = share});
+      double chamber_Pa = 2e5;
+      std::vector<double> all_Pa;
+      for (std::size_t k = 0; k < line_Pa.size(); ++k) {
+        const double t_s = static_cast<double>(k) * kFine_s;
+        const double volume_m3 = of.chamber_m3 * (1.0 + Filled::swing(t_s)) + tube.at_chamber_m3();
+        const double squeeze_1_s = Filled::swing_1_s(t_s) * of.chamber_m3 / volume_m3;
+        chamber_Pa = tube.advance(chamber_Pa, {1.4 * RT() / volume_m3, 0.0, 1.4 * squeeze_1_s}, {1e5, 2e6},
+                                  [&](double, double) {
+                                    return Valve{of.passed_kg_s(t_s), 0.0};
+                                  })
+                         .end_Pa;
+        all_Pa.push_back(chamber_Pa);
+      }
+      return rms_difference(all_Pa, line_Pa);
+    };
+    const auto [least, most] = std::minmax_element(line_Pa.begin(), line_Pa.end());
+    EXPECT_LT(error_Pa(0.5), 1e-3 * (*most - *least)) << "Pa, " << of.length_m << " m, " << error_Pa(0.5);
+    EXPECT_LT(error_Pa(0.5), 0.2 * error_Pa(0.0)) << "Pa " << error_Pa(0.0);
+  }
 }
 
 TEST(TubeDynamics, VeryShortHoseIsAsNone) {
@@ -234,7 +275,7 @@ TEST(TubeDynamics, HoseOfAnyLengthAndBoreIsTheSameAtFourStepsAsAtManyMore) {
         };
         const std::vector<double> fine = at(256);
         EXPECT_LT(rms_difference(at(4), fine), 250.0) << "Pa, " << length_m << " m of " << bore_mm << " mm";
-        EXPECT_LT(rms_difference(at(64), fine), 50.0) << "Pa, " << length_m << " m of " << bore_mm << " mm";
+        EXPECT_LT(rms_difference(at(64), fine), 100.0) << "Pa, " << length_m << " m of " << bore_mm << " mm";
       }
     }
   }
