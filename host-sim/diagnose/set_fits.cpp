@@ -151,6 +151,11 @@ SetFits::Look SetFits::look(const Fit& base, double base_squares, std::size_t ef
   std::vector<Figures> starts;
   if (base.on == 0) {
     starts = sizes_of(effect, base.figures, {0.3, 3.0, 30.0, -1.0});
+    if (effect == effects::kIdTubeDynamics) {
+      // a hose of 3 m under a chirp is found neither from 0.9 m nor from 9 m
+      const std::vector<Figures> between = sizes_of(effect, base.figures, {10.0});
+      starts.insert(starts.end(), between.begin(), between.end());
+    }
   } else {
     // that which errs least beside the others as they stand, and a typical one: heat has two minima
     const std::optional<Figures> least = least_erring(
