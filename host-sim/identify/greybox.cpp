@@ -28,10 +28,9 @@ struct Hose {
   double length_m, bore_m;
 
   double volume_m3() const { return 0.25 * std::numbers::pi * bore_m * bore_m * length_m; }
-  /// A quarter of the period in which its air swings against that of a chamber.
-  double late_s(const plant::Gas& gas, double chamber_m3) const {
-    const double sound_m_s = std::sqrt(gas.kappa * gas.specific_gas_constant_J_kg_K() * gas.temperature_K);
-    return 0.5 * std::numbers::pi * length_m / (sound_m_s * std::sqrt(1.0 + volume_m3() / chamber_m3));
+  /// What a wave takes to go through it.
+  double late_s(const plant::Gas& gas) const {
+    return length_m / std::sqrt(gas.kappa * gas.specific_gas_constant_J_kg_K() * gas.temperature_K);
   }
 };
 
@@ -54,8 +53,7 @@ double null_V(const effects::ChamberEffects& of, double at_s) {
 
 }  // namespace
 
-GreyboxModel greybox_of(const trace::RigDescription& rig, std::optional<unsigned> chamber, double volume_m3,
-                        double at_s) {
+GreyboxModel greybox_of(const trace::RigDescription& rig, std::optional<unsigned> chamber, double at_s) {
   const effects::ChamberEffects of = effects_of(rig);
   const auto figure = [&](effects::Id id, std::size_t place) {
     return of.figures[effects::kFirstFigure[id] + place];
@@ -101,7 +99,7 @@ GreyboxModel greybox_of(const trace::RigDescription& rig, std::optional<unsigned
                           figure(effects::kIdVolumeError, 0) + kMl_per_m3 * hose.volume_m3(),
                           exponent,
                           leak_mL_s,
-                          figure(effects::kIdDeadTime, 0) + hose.late_s(gas, volume_m3),
+                          figure(effects::kIdDeadTime, 0) + hose.late_s(gas),
                           std::numbers::pi * spool_late_s / spool_damping,  // 1/f
                           spool_damping,
                           figure(effects::kIdValveHysteresis, 0),

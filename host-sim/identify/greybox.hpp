@@ -7,18 +7,17 @@
 //
 // A hose of length L and cross-section A between valve and chamber becomes its air, v_0 += A L, and a dead time,
 //
-//   d += (pi/2) (L/c) / sqrt(1 + A L/v),   c^2 = kappa R T
+//   d += L/c,   c^2 = kappa R T
 //
-// a quarter of the period in which the air in the hose and that of the chamber swing against each other (lumped as in
-// effects/tube_dynamics.hpp). The board knows no swinging: it waits until most of a step has come through, and leaves the rest to its
-// estimates. v is the mean volume of the chamber.
+// what a wave takes to go through it. The board knows no swinging: it waits until a step comes through, and leaves the
+// rest to its estimates. (A quarter of the period in which the air of one lump swings against the chamber's is pi/2 times
+// as long: with it the closed loop of tests/bench/model_effects.cpp errs by a fifth more.)
 //
 // A supply that droops by R' for each kg/s droops on a board by R = R'/(n R T) for each Pa m3/s of C phi.
 //
 // Source: "Modeling and Identification of Pneumatic Actuators" (1)-(4), (12); firmware/control/greybox.hpp.
 #pragma once
 
-#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -36,10 +35,10 @@ struct GreyboxModel {
 
 /// Carries area_shape, flow_function, volume_error, chamber_leak, dead_time, spool_lag, valve_hysteresis, sensor_lag and
 /// supply_droop, without the parameters that refine them but the share of a measured supply, of heat_transfer the exponent, and
-/// tube_dynamics as above, of a chamber of `volume_m3` [m3] in the mean. A spool's coil, and damping beyond the board's range, become
+/// tube_dynamics as above. A spool's coil, and damping beyond the board's range, become
 /// a longer period: it is as late in all as the rig's. A null that drifts stands where it is `at_s` [s] after a log's first row.
 /// Throws trace::InputError when an effect is not the catalogue's, or a figure beyond what a board takes.
 GreyboxModel greybox_of(const trace::RigDescription& rig, std::optional<unsigned> chamber = std::nullopt,
-                        double volume_m3 = std::numeric_limits<double>::infinity(), double at_s = 0.0);
+                        double at_s = 0.0);
 
 }  // namespace plenum::host::identify

@@ -96,7 +96,7 @@ DemoGap close_gap(const trace::RigDescription& sheet, const Machine& machine, st
   commission(again, configured, seed);
   if (found.effects.contains("sensor_bias")) calibrate(again.session(), found);
   try {
-    again.upload(identify::greybox_of(found, {}, log.mean_volume_m3()).file);
+    again.upload(identify::greybox_of(found).file);
     gap.uploaded = true;
   } catch (const client::Refused& refused) {
     gap.refusal = refused.what();

@@ -114,7 +114,7 @@ void print_calibration(const Options& options, const trace::RigDescription& foun
 void save_model(const Options& options, std::uint32_t date_s, const trace::RigDescription& found,
                 const std::vector<trace::NamedLog>& logs) {
   identify::GreyboxModel model =
-      identify::greybox_of(found, chamber_in_name(options.logs.front()), logs.front().log.mean_volume_m3(),
+      identify::greybox_of(found, chamber_in_name(options.logs.front()),
                            logs.back().log.time_s.back() - logs.back().log.time_s.front());
   identify::chamber::Scene scene = identify::chamber::make_scene(found);
   for (const trace::NamedLog& log : logs)

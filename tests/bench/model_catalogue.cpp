@@ -109,7 +109,7 @@ Line measured(const std::optional<plenum::bench::EffectTrial>& trial) {
   const auto fit = identify::chamber::fit_greybox(fitted, sheet);
   for (const std::string& id : fit.kept) line.found += (line.found.empty() ? "" : ", ") + id;
   take(2, identify::chamber::to_model_file(fit, {}), sheet);
-  const auto own = identify::greybox_of(real, {}, plenum::bench::kMeanVolume_m3);
+  const auto own = identify::greybox_of(real);
   if (own.left_out.empty() || own.left_out.front() == kSensorBias) take(3, own.file, real);
   return line;
 }

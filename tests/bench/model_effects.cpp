@@ -22,8 +22,7 @@ using plenum::bench::EffectTrial;
 using plenum::bench::median;
 
 double rms_kPa(const trace::RigDescription& real, const trace::RigDescription& known) {
-  return plenum::bench::tracking_rms_kPa(real, known,
-                                         identify::greybox_of(known, {}, plenum::bench::kMeanVolume_m3).file);
+  return plenum::bench::tracking_rms_kPa(real, known, identify::greybox_of(known).file);
 }
 
 }  // namespace

@@ -170,7 +170,7 @@ class Diagnose(CommandTest):
             self.done("upload", *rig, f"{model}.json")
             regulated = self.done("regulate", *rig, "--preview", 4, "--amplitude", 60, "--json", "-", "--out", "tracked")
             rmse_kPa[model] = json.loads(regulated)["chambers"][0]["rmse_kPa"]
-        self.assertLess(max(rmse_kPa["found"], rmse_kPa["identified"]), 0.2 * rmse_kPa["nine"], rmse_kPa)
+        self.assertLess(max(rmse_kPa["found"], rmse_kPa["identified"]), 0.25 * rmse_kPa["nine"], rmse_kPa)
 
     def test_a_wandering_null_is_drawn_and_rivals_beside_it_are_told_from_it(self):
         wander = ",".join(f"wander_{k}_V:{0.06 * math.sin(0.9 * k):.4f}" for k in range(1, 21))

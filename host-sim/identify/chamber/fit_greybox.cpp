@@ -435,7 +435,6 @@ GreyboxFit fit_greybox(const std::vector<trace::Log>& logs, const trace::RigDesc
 
   GreyboxFit result;
   result.rig = rig;
-  result.volume_m3 = logs.front().mean_volume_m3();
   for (const std::size_t id : chooser.candidates()) {
     if ((last.on & bit(id)) != 0) {
       result.kept.emplace_back(effects::kCatalogue[id]->id);
@@ -464,7 +463,7 @@ WholeRun free_run_over(const trace::RigDescription& rig, const trace::Log& log) 
 }
 
 trace::ModelFile to_model_file(const GreyboxFit& fit, std::optional<unsigned> chamber) {
-  trace::ModelFile file = greybox_of(fit.rig, chamber, fit.volume_m3).file;
+  trace::ModelFile file = greybox_of(fit.rig, chamber).file;
   file.fit["rms_one_step_kPa"] = fit.rms_next_tick_kPa;
   file.fit["rms_free_run_kPa"] = fit.rms_free_run_kPa;
   file.fit["rms_heldout_kPa"] = fit.rms_heldout_kPa;

@@ -34,7 +34,6 @@ struct NotTold {
 
 struct GreyboxFit {
   trace::RigDescription rig;          ///< the given one with the valve as fitted and the effects kept
-  double volume_m3 = 0.0;             ///< of the chamber in the mean, over the first log
   std::vector<FigureFit> parameters;  ///< of the last fit, on all rows
   std::vector<NotTold> not_told;
   std::vector<TriedEffects> tried;  ///< in order; the first without any
@@ -66,7 +65,7 @@ struct WholeRun {
 /// Of a rig that was found.
 WholeRun free_run_over(const trace::RigDescription& rig, const trace::Log& log);
 
-/// The file that the tools write: greybox_of(fit.rig) at its volume, and the fit in numbers. Throws trace::InputError when a figure is beyond what
+/// The file that the tools write: greybox_of(fit.rig), and the fit in numbers. Throws trace::InputError when a figure is beyond what
 /// a board takes.
 trace::ModelFile to_model_file(const GreyboxFit& fit, std::optional<unsigned> chamber);
 
