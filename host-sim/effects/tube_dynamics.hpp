@@ -115,8 +115,7 @@ class TubeDynamics {
     const auto now = valve(at_valve_Pa(), 0.0);
     const N room_Pa = select(now.rate > N(0.0), ends.most_Pa - at_valve_Pa(), at_valve_Pa() - ends.least_Pa);
     Line line{at_valve_Pa(), now.rate, smaller(now.slope, -magnitude(now.rate) / larger(room_Pa, N(1e3)))};
-    const N h = kGamma * span_s;
-    const Elimination by{h, chamber, 1.0 / (1.0 + h * chamber.decay_1_s), 1.0 / (h * per_section_)};
+    const Common by = common(kGamma * span_s, chamber);
     const auto stage = [&](const State& from, const State& near, double share) {
       PerSection thinness = thinness_of(near);
       const N as_lump = lump(by, from, line, thinness);
@@ -157,14 +156,28 @@ class TubeDynamics {
     N at_Pa, rate, slope;
   };
 
-  /// What all stages of a step have in common: gamma h, 1/(1 + gamma h decay), and the flow that raises an inner pressure
-  /// by a pascal in that time.
-  struct Elimination {
-    N h;
-    const Chamber& chamber;
-    N kept;
-    N per_fill;
+  /// What all stages of a step have in common, over gamma h.
+  struct Common {
+    N added, kept;           ///< a chamber without flow goes from p to (p + added) kept
+    N gained;                ///< by the chamber, for a flow of 1 kg/s
+    N push;                  ///< flow for a pascal across a section
+    N fill, first_fill;      ///< pressure for a flow of 1 kg/s into an inner node and into that at the valve
+    N per_fill;              ///< 1/fill
+    N fill_lump, push_lump;  ///< of the hose as one lump
   };
+
+  Common common(const N& h, const Chamber& chamber) const {
+    const N kept = 1.0 / (1.0 + h * chamber.decay_1_s);
+    return {.added = h * chamber.constant,
+            .kept = kept,
+            .gained = h * chamber.per_flow * kept,
+            .push = h * per_inertia_,
+            .fill = h * per_section_,
+            .first_fill = h * per_volume_,
+            .per_fill = 1.0 / (h * per_section_),
+            .fill_lump = h * (1.0 / kParts) * per_section_,
+            .push_lump = h * (1.0 / kParts) * per_inertia_};
+  }
 
   static State sum(const State& a, double k, const State& b) {
     State r;
@@ -194,51 +207,45 @@ class TubeDynamics {
   }
 
   /// The flow through the hose after a stage as it would be in one lump, its friction solved exactly.
-  N lump(const Elimination& by, const State& from, const Line& valve, const PerSection& thinness) const {
-    const N per_hose = by.h * (1.0 / kParts) * per_section_;
-    const N per_inertia = by.h * (1.0 / kParts) * per_inertia_;
+  N lump(const Common& by, const State& from, const Line& valve, const PerSection& thinness) const {
     const N thin = mean_of(thinness);
     // linear w + square |w| w = driven, all times what the slope of the valve's flow makes of the pressure there
-    const N held = 1.0 - per_hose * valve.slope;
-    const N free_t = from.p[0] + per_hose * (valve.rate - valve.slope * valve.at_Pa);
-    const N free_p = (from.chamber + by.h * by.chamber.constant) * by.kept;
-    const N gained = by.h * by.chamber.per_flow * by.kept;
+    const N held = 1.0 - by.fill_lump * valve.slope;
+    const N free_t = from.p[0] + by.fill_lump * (valve.rate - valve.slope * valve.at_Pa);
+    const N free_p = (from.chamber + by.added) * by.kept;
     const N linear =
-        held + per_inertia * (per_hose + held * (gained + kParts * (laminar_ * thin + straight_)));
-    const N square = held * per_inertia * kParts * turbulent_ * thin;
-    const N driven = held * mean_of(from.w) + per_inertia * (free_t - held * free_p);
+        held + by.push_lump * (by.fill_lump + held * (by.gained + kParts * (laminar_ * thin + straight_)));
+    const N square = held * by.push_lump * kParts * turbulent_ * thin;
+    const N driven = held * mean_of(from.w) + by.push_lump * (free_t - held * free_p);
     return 2.0 * driven / (linear + root(linear * linear + 4.0 * square * magnitude(driven)));
   }
 
   /// A stage: y = from + gamma h f(y), the friction's square by its tangent at the flows `near`. From the chamber up: behind a
   /// section stands free + gained w, and its own flow obeys linear w = driven + push p, p being the pressure above it.
-  State implicit(const Elimination& by, const State& from, const PerSection& near, const Line& valve,
+  State implicit(const Common& by, const State& from, const PerSection& near, const Line& valve,
                  const PerSection& thinness) const {
-    const N push = by.h * per_inertia_;
     PerSection free, gained;
-    free.back() = (from.chamber + by.h * by.chamber.constant) * by.kept;
-    gained.back() = by.h * by.chamber.per_flow * by.kept;
+    free.back() = (from.chamber + by.added) * by.kept;
+    gained.back() = by.gained;
     const auto section = [&](std::size_t i, N& linear, N& driven) {
-      const N chord = push * turbulent_ * thinness[i] * magnitude(near[i]);
-      linear = 1.0 + push * (gained[i] + laminar_ * thinness[i] + straight_) + 2.0 * chord;
-      driven = from.w[i] + chord * near[i] - push * free[i];
+      const N chord = by.push * turbulent_ * thinness[i] * magnitude(near[i]);
+      linear = 1.0 + by.push * (gained[i] + laminar_ * thinness[i] + straight_) + 2.0 * chord;
+      driven = from.w[i] + chord * near[i] - by.push * free[i];
     };
-    const N fill = by.h * per_section_;
     N linear, driven;
     for (std::size_t i = kSections - 1; i > 0; --i) {
       section(i, linear, driven);
-      const N each = 1.0 / (linear + fill * push);
-      free[i - 1] = (linear * from.p[i] - fill * driven) * each;
-      gained[i - 1] = fill * linear * each;
+      const N each = 1.0 / (linear + by.fill * by.push);
+      free[i - 1] = (linear * from.p[i] - by.fill * driven) * each;
+      gained[i - 1] = by.fill * linear * each;
     }
     section(0, linear, driven);
-    const N first_fill = by.h * per_volume_;
-    const N free_t = from.p[0] + first_fill * (valve.rate - valve.slope * valve.at_Pa);
-    const N held = 1.0 - first_fill * valve.slope;
-    const N each = 1.0 / (held * linear + first_fill * push);
+    const N free_t = from.p[0] + by.first_fill * (valve.rate - valve.slope * valve.at_Pa);
+    const N held = 1.0 - by.first_fill * valve.slope;
+    const N each = 1.0 / (held * linear + by.first_fill * by.push);
     State to;
-    to.w[0] = (held * driven + push * free_t) * each;
-    to.p[0] = larger((linear * free_t - first_fill * driven) * each, N(1e3));
+    to.w[0] = (held * driven + by.push * free_t) * each;
+    to.p[0] = larger((linear * free_t - by.first_fill * driven) * each, N(1e3));
     for (std::size_t i = 0; i < kSections; ++i) {
       const N p = free[i] + gained[i] * to.w[i];
       if (i + 1 < kSections) {
