@@ -275,7 +275,11 @@ TEST(TubeDynamics, HoseOfAnyLengthAndBoreIsTheSameAtFourStepsAsAtManyMore) {
         };
         const std::vector<double> fine = at(256);
         EXPECT_LT(rms_difference(at(4), fine), 250.0) << "Pa, " << length_m << " m of " << bore_mm << " mm";
-        EXPECT_LT(rms_difference(at(64), fine), 100.0) << "Pa, " << length_m << " m of " << bore_mm << " mm";
+        // each section of 3 cm of 2 mm is filled within 20 us
+        const double bound_Pa =
+            machine.gain_m2_V == small.gain_m2_V && length_m == 0.03 && bore_mm == 2.0 ? 100.0 : 50.0;
+        EXPECT_LT(rms_difference(at(64), fine), bound_Pa)
+            << "Pa, " << length_m << " m of " << bore_mm << " mm";
       }
     }
   }
