@@ -50,9 +50,8 @@ inline std::vector<EffectTrial> effect_trials() {
           {"volume_error", false, {{"offset_mL", 30.0}}}};
 }
 
-/// Chambers of a trial's rig, their mean volume, and the references' length.
+/// Chambers of a trial's rig, and the references' length.
 inline constexpr unsigned kChambers = 4;
-inline constexpr double kMeanVolume_m3 = 172e-6;
 inline constexpr std::size_t kRows = 1000;
 
 inline host::rig::RigConfig effect_rig(const trace::RigDescription& real) {
