@@ -242,4 +242,15 @@ N power(const N& x, const N& a) {
   return exponential(a * logarithm(x)).e;
 }
 
+/// Wright's omega function: y > 0 with y + ln y = x, to 1e-9 of itself (Corless and Jeffrey, LNCS 2385 (2002)). Below -24, where it is
+/// less than 4e-11, as at -24. Newton's method from below, whose tangents never lead beyond.
+template <class N>
+N wright_omega(const N& any) {
+  const N x = larger(any, N(-24.0));
+  const N grown = exponential(smaller(x, N(1.0))).e;
+  N y = select(x < N(1.0), grown / (1.0 + grown), x - logarithm(larger(x, N(1.0))));
+  for (int i = 0; i < 4; ++i) y = y * (1.0 + x - logarithm(y)) / (1.0 + y);
+  return y;
+}
+
 }  // namespace plenum::host::effects

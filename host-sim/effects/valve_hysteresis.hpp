@@ -1,17 +1,18 @@
 // valve_hysteresis: the spool sticks until the command has moved by its backlash.
 //
-//   x = (1 - r) y + r (u - z w/2),   y(t) = min(max(y(t-), u - w/2), u + w/2)
-//   dz/du = (1 - z (b sgn u' + (1 - b) sgn z))/(d b w/2)
+//   x = u - h m,   dm/du = s L/(z + g L),   h = w/2,  g = c h,  z = (d + 2 b (1 - c)) h
+//   L = 1 - s m while the friction holds (s m > 0, s = sgn u'),  else 1 - (2 b - 1) s m
 //
-// u command, x effective command [V]; w width of the loop [V]; y the play operator, a friction that sticks or slides; z
-// Bouc and Wen's friction of exponent 1, which creeps before it slides; r share of the latter, which rounds the loop's
-// corners; d [-]: after a reversal the spool follows with 1 - 2/d of the command's speed, for d >= 2 never against it; b [-]:
-// it takes hold over d b half widths, and lets go as it took hold at b = 1 (Dahl), in proportion to the command at b = 1/2;
-// below, it would yield energy. Assumptions: rate-independent. Vanishes at w = 0, where x = u; r = 0 is the play alone.
-// Numerical treatment: exact for a held command but for a logarithm (2e-7); y and z start in the middle of the loop. Source:
-// Visintin, Differential Models of Hysteresis (1994), III.2; Dahl, AIAA Journal 14 (1976); Bouc (1967) and Wen, J. Eng.
-// Mech. Div. 102 (1976); Erlicher and Point, C. R. Mecanique 332 (2004), for the bound of b; valve dead band and
-// hysteresis as measured in "Pressure regulator valve", section II.
+// u command, x effective command [V]; w width of the loop [V]; m friction, of the greatest. At c = 1 the spool hangs on a spring
+// of its command, and the friction takes hold over the spool's own way, dm/dx = s L/(d h): Dahl's at b = 1, Bouc and Wen's of
+// exponent 1 below. At c = 0 it takes hold over the way of the command; between, part of the spring lies on either side of it.
+// d [-]: after a reversal the spool follows with d/(d + 2 b) of the command's speed, whatever c, and never against it; d = 0, c = 1
+// is the play operator. b [-]: 1 lets go as it took hold, 1/2 in proportion; below, it would yield energy. Assumptions:
+// rate-independent; an inner loop is forgotten where it closes. Vanishes at w = 0, where x = u. Numerical treatment: exact for a
+// held command, over a way y of which z ln(L0/L) + g (L0 - L) = k y, k = 1 while it holds, else 2 b - 1: L = Wright's omega function
+// times z/g (m to 5e-5). m starts in the middle of the loop. Source: Visintin, Differential Models of Hysteresis (1994), III.2;
+// Dahl, AIAA Journal 14 (1976); Bouc (1967) and Wen, J. Eng. Mech. Div. 102 (1976); Erlicher and Point, C. R. Mecanique 332
+// (2004), for the bound of b; valve dead band and hysteresis as measured in "Pressure regulator valve", section II.
 #pragma once
 
 #include <array>
@@ -23,9 +24,10 @@ namespace plenum::host::effects {
 
 inline constexpr std::array<Parameter, 4> kValveHysteresisParameters{{
     {"width_V", "of the loop: command change at a reversal that moves nothing", 0.0, 1.5, 0.0, 0.05},
-    {"rounding", "r: share of creep before sliding", 0.0, 1.0, 0.0, 0.1, Coordinate::linear, true},
-    {"reach", "d: after a reversal it moves by 1 - 2/d of the command", 2.0, 20.0, 2.0, 0.5,
+    {"softness", "d: after a reversal it moves by d/(d + 2 b) of the command", 0.0, 10.0, 0.0, 0.1,
      Coordinate::linear, true},
+    {"spring", "c: share of the spring between command and friction", 0.0, 1.0, 1.0, 0.1, Coordinate::linear,
+     true},
     {"letting_go", "b: 1 lets go as it took hold, 1/2 in proportion", 0.5, 1.0, 1.0, 0.1, Coordinate::linear,
      true},
 }};
@@ -33,9 +35,8 @@ inline constexpr Effect kValveHysteresis{
     "valve_hysteresis",
     Equation::command,
     "after a reversal the valve stays where it is until the command has crossed its backlash",
-    "x = (1 - r) clamp(y, u - w/2, u + w/2) + r (u - z w/2), dz/du = (1 - z (b sgn u' + (1 - b) sgn z))/(d b "
-    "w/2)",
-    "play operator (Visintin 1994), Bouc (1967) and Wen (1976), Dahl (1976) for b = 1",
+    "x = u - m w/2, dm/du = s L/(d + 2 b (1 - c) + c L)/(w/2), L = 1 - s m, or 1 - (2 b - 1) s m letting go",
+    "play operator (Visintin 1994), Dahl (1976), Bouc (1967) and Wen (1976)",
     kValveHysteresisParameters};
 
 template <class N>
@@ -43,33 +44,53 @@ class ValveHysteresis {
  public:
   void prepare(const N* x, double command_V) {
     half_V_ = 0.5 * x[0];
-    rounding_ = x[1];
-    per_reach_ = 1.0 / larger(half_V_ * x[2] * x[3], N(1e-6));
-    yielding_ = 2.0 * x[3] - 1.0;
+    const N half_V = larger(half_V_, N(kLeastHalf_V));
+    by_log_V_ = larger(x[1] + 2.0 * x[3] * (1.0 - x[2]), N(kLeastByLog)) * half_V;
+    straight_V_ = larger(x[2], N(kLeastStraight)) * half_V;
+    yielding_ = larger(2.0 * x[3] - 1.0, N(kLeastYielding));
     command_V_ = N(command_V);
-    creep_ = N(0.0);
-    place_V_ = N(command_V);
+    friction_ = N(0.0);
   }
   N follow(const N& command) {
-    place_V_ = smaller(larger(place_V_, command - half_V_), command + half_V_);
     const N move = command - command_V_;
+    const N way = magnitude(move);
     command_V_ = command;
-    // m: friction along the movement. While it holds against it, m < 0, m' = 1 - (2 b - 1) m; then m' = 1 - m.
-    const N along = select(move < N(0.0), N(-1.0), N(1.0));
-    const N way = magnitude(move) * per_reach_;
-    const N held = larger(-(along * creep_), N(0.0));
-    const N back = smaller(way, held * log_per(yielding_ * held));
-    const Exponential<N> let_go = exponential(-(yielding_ * back));
-    const N m = select(held > N(0.0), back * let_go.phi_1 - held * let_go.e, along * creep_);
-    creep_ = along * (1.0 + (m - 1.0) * exponential(back - way).e);
-    return place_V_ + rounding_ * (command - half_V_ * creep_ - place_V_);
+    const auto moves = way > N(0.0);
+    if (any(moves)) {
+      const N along = select(move < N(0.0), N(-1.0), N(1.0));
+      N m = along * friction_;
+      N ahead = way;
+      const N against = larger(-m, N(0.0));
+      if (any(against > N(0.0))) {
+        // all of it is let go over z ln(1 + k a)/k + g a
+        const N free = against * (by_log_V_ * log_per(yielding_ * against) + straight_V_);
+        const N left = (1.0 - loose(1.0 + yielding_ * against, yielding_ * smaller(way, free))) / yielding_;
+        m = select(against > N(0.0), select(way < free, left, N(0.0)), m);
+        ahead = larger(way - free, N(0.0));
+      }
+      const auto holds = ahead > N(0.0);
+      if (any(holds)) m = select(holds, 1.0 - loose(larger(1.0 - m, N(kLeastLoose)), ahead), m);
+      friction_ = select(moves, along * m, friction_);
+    }
+    return command - half_V_ * friction_;
   }
 
  private:
+  /// Of the half width, and of what the friction lets go by: below these the equations divide by zero.
+  static constexpr double kLeastHalf_V = 1e-6, kLeastByLog = 1e-9, kLeastStraight = 1e-3,
+                          kLeastYielding = 1e-4, kLeastLoose = 1e-12;
+
+  /// What `loose`, L above, becomes over `way_V`, k y above.
+  N loose(const N& loose, const N& way_V) const {
+    const N straight = straight_V_ * loose;
+    return by_log_V_ / straight_V_ *
+           wright_omega(logarithm(straight / by_log_V_) + (straight - way_V) / by_log_V_);
+  }
   /// ln(1 + x)/x for x in 0 .. 1, to 2e-7: 2 artanh(t)/x with t = x/(2 + x).
   static N log_per(const N& x) { return 2.0 * artanh_per(x / (2.0 + x)) / (2.0 + x); }
 
-  N half_V_{}, rounding_{}, per_reach_{}, yielding_{}, place_V_{}, command_V_{}, creep_{};
+  N half_V_{}, by_log_V_{}, straight_V_{}, yielding_{};  ///< h, z, g, 2 b - 1
+  N command_V_{}, friction_{};
 };
 
 }  // namespace plenum::host::effects

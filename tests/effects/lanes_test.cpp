@@ -65,6 +65,23 @@ TEST(Exponential, OfALaneIsThatOfItsNumber) {
   }
 }
 
+TEST(WrightOmega, SolvesItsEquationFromNothingToABillion) {
+  std::vector<double> x;
+  for (double at = -24.0; at < 30.0; at += 0.07) x.push_back(at);
+  for (double at = 30.0; at < 1e9; at *= 1.3) x.push_back(at);
+  for (std::size_t first = 0; first + kLanes <= x.size(); first += kLanes) {
+    const Lanes<0> eight = wright_omega(lanes_of(x, first));
+    for (int i = 0; i < kLanes; ++i) {
+      const double at = x[first + static_cast<std::size_t>(i)];
+      for (const double y : {lane(eight, i), wright_omega(at)}) {
+        // an error of y by a share e leaves (1 + y) e of the equation
+        EXPECT_NEAR(y + std::log(y), at, 1e-9 * (1.0 + y)) << "x = " << at;
+      }
+    }
+  }
+  EXPECT_LT(wright_omega(-1e6), 4e-11);
+}
+
 TEST(Logarithm, AgreesWithTheLibraryOverAllNormalNumbers) {
   std::vector<double> x{1.0,
                         0.5,
