@@ -46,8 +46,8 @@ class ChamberModel {
   void follow_supply(double logged_Pa) { supply_droop_.follow(logged_Pa); }
 
   /// One tick with `command_V` held; returns the sensor's reading at its end. `volume_m3`: at the ends of the steps,
-  /// one more than there are steps.
-  N tick(double command_V, const double* volume_m3);
+  /// one more than there are steps; and of so many more that follow the tick, if those are `known_after`.
+  N tick(double command_V, const double* volume_m3, std::size_t known_after = 0);
 
   const N& pressure_Pa() const { return pressure_Pa_; }
   /// What the sensor reads while the pressure rests.
@@ -417,7 +417,7 @@ N ChamberModel<N>::step(const Openings& open, const N& volume_m3, const N& squee
 }
 
 template <class N>
-N ChamberModel<N>::tick(double command_V, const double* volume_m3) {
+N ChamberModel<N>::tick(double command_V, const double* volume_m3, std::size_t known_after) {
   if (on(kIdDeadTime)) dead_time_.hold(command_V);
   if (on(kIdSensorBias)) sensor_bias_.tick(command_V);
   N sum(0.0);
@@ -431,7 +431,8 @@ N ChamberModel<N>::tick(double command_V, const double* volume_m3) {
     const double logged = 0.5 * (volume_m3[i] + volume_m3[i + 1]);
     const typename VolumeError<N>::Motion actual =
         on(kIdVolumeError)
-            ? volume_error_.step(volume_m3 + i, i + 1 < timing_.steps, step_s_)
+            ? volume_error_.step(volume_m3 + i, static_cast<std::size_t>(timing_.steps - i) + known_after,
+                                 step_s_)
             : typename VolumeError<N>::Motion{N(logged), N((volume_m3[i + 1] - volume_m3[i]) / step_s_)};
     if (on(kIdChamberLeak)) leak_.at(logged);
     const N begin = read_Pa();

@@ -100,8 +100,9 @@ inline std::vector<double> run(EffectSet on, const Figures& figures, const Drive
                              drive.volume_m3.front(), start_warmth_Pa);
   std::vector<double> reading_Pa{start_Pa};
   for (std::size_t row = 0; row + 1 < drive.command_V.size(); ++row) {
-    reading_Pa.push_back(model.tick(
-        drive.command_V[row], drive.volume_m3.data() + row * static_cast<std::size_t>(drive.timing.steps)));
+    const auto steps = static_cast<std::size_t>(drive.timing.steps), first = row * steps;
+    reading_Pa.push_back(model.tick(drive.command_V[row], drive.volume_m3.data() + first,
+                                    drive.volume_m3.size() - 1 - first - steps));
   }
   return reading_Pa;
 }

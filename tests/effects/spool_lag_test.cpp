@@ -12,7 +12,7 @@ namespace {
 constexpr double kNull_V = 5.0;
 
 SpoolLag<double> spool_of(double frequency_Hz, double damping, double step_s) {
-  const double x[] = {1.0 / frequency_Hz, damping, 0.0, 0.0, 0.0, 0.0};
+  const double x[] = {1.0 / frequency_Hz, damping, 0.0, 0.0, 0.0, 0.0, 2.0};
   SpoolLag<double> spool;
   spool.prepare(x, step_s, 0.0, kNull_V);
   return spool;
@@ -53,7 +53,7 @@ TEST(SpoolLag, SpoolOfLimitedSpeedFollowsARampAsLateAsTheForceForItsSpeedTakes) 
   const double step_s = 1e-4, damping = 0.7, slew_V_s = 40.0, frequency_Hz = 20.0;
   const double omega_1_s = 2.0 * std::numbers::pi * frequency_Hz;
   for (const double rate_V_s : {5.0, 20.0, 36.0}) {
-    const double x[] = {1.0 / frequency_Hz, damping, 1.0 / (slew_V_s * slew_V_s), 0.0, 0.0, 0.0};
+    const double x[] = {1.0 / frequency_Hz, damping, 1.0 / (slew_V_s * slew_V_s), 0.0, 0.0, 0.0, 2.0};
     SpoolLag<double> spool;
     spool.prepare(x, step_s, 0.0, kNull_V);
     double late_V = 0.0;
@@ -67,10 +67,43 @@ TEST(SpoolLag, SpoolOfLimitedSpeedFollowsARampAsLateAsTheForceForItsSpeedTakes) 
   }
 }
 
+TEST(SpoolLag, ASharperLimitIsNotNoticedUntilItIsNear) {
+  // x' = r asks for v = r/(1 - (r/S)^n)^(1/n), and v for c - x = 2 zeta v/w
+  const double step_s = 1e-4, damping = 0.7, slew_V_s = 40.0, frequency_Hz = 20.0;
+  const double omega_1_s = 2.0 * std::numbers::pi * frequency_Hz;
+  for (const double sharpness : {1.0, 4.0, 12.0}) {
+    for (const double rate_V_s : {5.0, 20.0, 36.0}) {
+      const double x[] = {1.0 / frequency_Hz, damping, 1.0 / (slew_V_s * slew_V_s), 0.0, 0.0, 0.0, sharpness};
+      SpoolLag<double> spool;
+      spool.prepare(x, step_s, 0.0, kNull_V);
+      double late_V = 0.0;
+      for (int k = 0; k < 100000; ++k) {
+        const double command_V = rate_V_s * step_s * (k + 0.5);
+        late_V = command_V - spool.follow(command_V);
+      }
+      const double share = std::pow(rate_V_s / slew_V_s, sharpness);
+      const double expected_V = 2.0 * damping / omega_1_s * rate_V_s / std::pow(1.0 - share, 1.0 / sharpness);
+      EXPECT_NEAR(late_V / expected_V, 1.0, 1e-3) << rate_V_s << " V/s, sharpness " << sharpness;
+    }
+  }
+}
+
+TEST(SpoolLag, SharpnessOfTwoIsTheRootThatIsCalculatedForIt) {
+  const double x[] = {0.05, 0.7, 1.0 / 900.0, 0.0, 0.0, 0.0, 2.0},
+               beside[] = {0.05, 0.7, 1.0 / 900.0, 0.0, 0.0, 0.0, 2.0 + 1e-9};
+  SpoolLag<double> root, power;
+  root.prepare(x, 0.001, kNull_V, kNull_V);
+  power.prepare(beside, 0.001, kNull_V, kNull_V);
+  for (int k = 0; k < 400; ++k) {
+    const double command_V = kNull_V + (k % 100 < 50 ? 3.0 : -0.01);
+    ASSERT_NEAR(root.follow(command_V), power.follow(command_V), 1e-5) << "V, step " << k;
+  }
+}
+
 TEST(SpoolLag, NoSpoolIsFasterThanItsSlew) {
   for (const double frequency_Hz : {10.0, 100.0, 1e4, kInfinity}) {
     const double slew_V_s = 30.0, step_s = 0.001;
-    const double x[] = {1.0 / frequency_Hz, 0.5, 1.0 / (slew_V_s * slew_V_s), 0.0, 0.0, 0.0};
+    const double x[] = {1.0 / frequency_Hz, 0.5, 1.0 / (slew_V_s * slew_V_s), 0.0, 0.0, 0.0, 2.0};
     SpoolLag<double> spool;
     spool.prepare(x, step_s, 0.0, kNull_V);
     for (int k = 0; k < 100; ++k) {
@@ -84,7 +117,7 @@ TEST(SpoolLag, NoSpoolIsFasterThanItsSlew) {
 
 TEST(SpoolLag, CoilBeforeAFastSpoolIsAFirstOrderLag) {
   const double step_s = 0.002, coil_s = 0.006;
-  const double x[] = {0.0, 0.8, 0.0, coil_s, 0.0, 0.0};
+  const double x[] = {0.0, 0.8, 0.0, coil_s, 0.0, 0.0, 2.0};
   SpoolLag<double> spool;
   spool.prepare(x, step_s, 0.0, kNull_V);
   for (int k = 0; k < 30; ++k) {
@@ -95,7 +128,7 @@ TEST(SpoolLag, CoilBeforeAFastSpoolIsAFirstOrderLag) {
 
 TEST(SpoolLag, CoilThatFallsFasterThanItRisesIsADifferentLagEachWay) {
   const double step_s = 0.002, coil_s = 0.006, rise = 0.5;
-  const double x[] = {0.0, 0.8, 0.0, coil_s, rise, 0.0};
+  const double x[] = {0.0, 0.8, 0.0, coil_s, rise, 0.0, 2.0};
   SpoolLag<double> spool;
   spool.prepare(x, step_s, 0.0, kNull_V);
   for (int k = 0; k < 400; ++k) {
@@ -112,7 +145,7 @@ TEST(SpoolLag, CoilThatFallsFasterThanItRisesIsADifferentLagEachWay) {
 
 TEST(SpoolLag, CoilThatComesBackMoreSlowlyThanItLeavesIsADifferentLagOnEitherSideOfTheNull) {
   const double step_s = 0.002, coil_s = 0.006, back = 0.3;
-  const double x[] = {0.0, 0.8, 0.0, coil_s, 0.0, back};
+  const double x[] = {0.0, 0.8, 0.0, coil_s, 0.0, back, 2.0};
   for (const double side : {1.0, -1.0}) {
     SpoolLag<double> spool;
     spool.prepare(x, step_s, kNull_V, kNull_V);

@@ -69,13 +69,48 @@ TEST(VolumeError, UndoesTheLagOfAPositionSensor) {
   EXPECT_LT(std::sqrt(undone_squares / late_squares), 0.03);
 }
 
+TEST(VolumeError, UndoesTheDeadTimeOfAPositionSensor) {
+  const std::vector<double> command_V = jumping_command_V(800);
+  const plant::VolumeMotion motion = swinging_volume();
+  const Drive actual = drive_of(command_V, motion, 4);
+  for (const double delay_s : {0.03, 0.0741}) {
+    Drive logged = actual;
+    for (std::size_t i = 0; i < logged.volume_m3.size(); ++i) {
+      logged.volume_m3[i] = motion.at(0.01 / 4.0 * static_cast<double>(i) - delay_s).volume_m3;
+    }
+    const std::vector<double> expected = run(0, nominal(), actual, 3e5);
+    const std::vector<double> late = run(0, nominal(), logged, 3e5);
+    const std::vector<double> undone = run(
+        only(kIdVolumeError), with(nominal(), kIdVolumeError, {0.0, 0.0, 0.0, 0.0, delay_s}), logged, 3e5);
+    const std::size_t known = expected.size() - 10;  // the log ends before what it says of its last rows
+    double late_squares = 0.0, undone_squares = 0.0;
+    for (std::size_t k = 0; k < known; ++k) {
+      late_squares += std::pow(late[k] - expected[k], 2);
+      undone_squares += std::pow(undone[k] - expected[k], 2);
+    }
+    EXPECT_GT(std::sqrt(late_squares / static_cast<double>(known)), 3e3) << "Pa";
+    EXPECT_LT(std::sqrt(undone_squares / late_squares), 2e-3) << delay_s << " s";
+  }
+}
+
+TEST(VolumeError, GoesOnAsTheLogLastMovedBeyondItsEnd) {
+  // a volume that grows evenly is known at any time
+  const double logged_m3[] = {200e-6, 202e-6, 204e-6};
+  const double figures[] = {0.0, 0.0, 0.0, 0.0, 0.0333};
+  VolumeError<double> error;
+  error.prepare(figures, 200e-6);
+  const VolumeError<double>::Motion motion = error.step(logged_m3, 2, 0.01);
+  EXPECT_NEAR(motion.volume_m3, 201e-6 + 2e-6 * 3.33, 1e-15);
+  EXPECT_NEAR(motion.rate_m3_s, 200e-6, 1e-12);
+}
+
 TEST(VolumeError, LeavesATenthOfTheLoggedVolume) {
   const double logged_m3[] = {200e-6, 220e-6};
-  const double figures[] = {-5000.0, 0.0, 0.0, 0.0};
+  const double figures[] = {-5000.0, 0.0, 0.0, 0.0, 0.0};
   VolumeError<double> error;
   error.prepare(figures, 200e-6);
   EXPECT_DOUBLE_EQ(error.volume(200e-6), 20e-6);
-  const VolumeError<double>::Motion least = error.step(logged_m3, false, 0.01);
+  const VolumeError<double>::Motion least = error.step(logged_m3, 1, 0.01);
   EXPECT_DOUBLE_EQ(least.volume_m3, 21e-6);
   EXPECT_DOUBLE_EQ(least.rate_m3_s, 0.1 * 20e-6 / 0.01);
 }
