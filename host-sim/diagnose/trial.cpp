@@ -26,6 +26,17 @@ std::vector<Record> as_fitted(const std::vector<HeldOut>& heldout) {
   return records;
 }
 
+/// Whether it refines an effect otherwise than by a curve, of which no coefficient is plain by itself.
+bool refines(std::size_t figure) {
+  for (std::size_t i = effects::kEffects; i-- > 0;) {
+    const std::size_t first = effects::kFirstFigure[i];
+    if (figure >= first) {
+      return i != effects::kIdNullDrift && effects::kCatalogue[i]->parameters[figure - first].refines;
+    }
+  }
+  return false;
+}
+
 /// Of the rows from `first` on, every other second, or those between.
 Record::Half half_of(const Record& record, std::size_t first, bool second) {
   return {first, static_cast<std::size_t>(std::ceil(kBetween_s / record.drive.timing.tick_s)), second};
@@ -68,8 +79,10 @@ double Trial::joint_mean_square() const {
 double Trial::evidence(double correlated_rows) const {
   if (!valid()) return -std::numeric_limits<double>::infinity();
   const double pieces = std::clamp(static_cast<double>(rows) / correlated_rows, kLeastPieces, kMostPieces);
-  return -0.5 * pieces * std::log(joint_mean_square()) -
-         0.5 * static_cast<double>(variables) * std::log(pieces);
+  double price = static_cast<double>(variables) * std::log(pieces);
+  for (const double z2 : refinements)
+    price += std::min(std::log(pieces), z2 * pieces / static_cast<double>(rows));
+  return -0.5 * pieces * std::log(joint_mean_square()) - 0.5 * price;
 }
 
 Trial tried(const Split& rows, Fit fit) {
@@ -91,7 +104,17 @@ Trial tried(const Split& rows, Fit fit) {
       joint_squares(scene, fit, rows.heldout_as_fitted, start, rows.heldout.front().continues >= 0);
   trial.joint_squares = joint.both;
   trial.judged_squares = joint.judged();
-  trial.variables = fit.variables.size() + fit.warmths + fit.nulls * effects::kOwnNull;
+  trial.variables = fit.warmths + fit.nulls * effects::kOwnNull;
+  const Eigen::VectorXd errors = standard_errors(fit, 1.0);
+  for (std::size_t i = 0; i < fit.variables.size(); ++i) {
+    const identify::chamber::Variable& v = fit.variables[i];
+    if (refines(v.figure)) {
+      const double off = (fit.figures[v.figure] - scene.nominal[v.figure]) / v.scale;
+      trial.refinements.push_back(std::pow(off / errors[static_cast<Eigen::Index>(i)], 2));
+    } else {
+      ++trial.variables;
+    }
+  }
   for (const HeldOut& held : rows.heldout) {
     if (held.continues >= 0) continue;
     if (conducts(scene, held.record, fit.on, fit.variables)) ++trial.variables;
