@@ -37,6 +37,35 @@ bool refines(std::size_t figure) {
   return false;
 }
 
+/// Trial::refinements.
+std::vector<double> refinements_of(const Scene& scene, const Fit& fit) {
+  Eigen::MatrixXd covariance = identify::chamber::covariance(fit, 1.0);
+  std::vector<std::pair<Eigen::Index, double>> off;  // variable, and how far from its plain value
+  for (std::size_t i = 0; i < fit.variables.size(); ++i) {
+    const identify::chamber::Variable& v = fit.variables[i];
+    if (!refines(v.figure)) continue;
+    off.emplace_back(i, (fit.figures[v.figure] - scene.nominal[v.figure]) / v.scale);
+  }
+  std::vector<double> all;
+  while (!off.empty()) {
+    const auto z2 = [&](const auto& one) {
+      const double variance = covariance(one.first, one.first);
+      return variance > 0.0 ? one.second * one.second / variance : std::numeric_limits<double>::infinity();
+    };
+    const auto least =
+        std::min_element(off.begin(), off.end(), [&](const auto& a, const auto& b) { return z2(a) < z2(b); });
+    const auto [i, way] = *least;
+    all.push_back(z2(*least));
+    off.erase(least);
+    if (std::isinf(all.back())) continue;
+    // the others where this one is at its plain value
+    const Eigen::VectorXd with = covariance.col(i) / covariance(i, i);
+    for (auto& [j, of] : off) of -= with(j) * way;
+    covariance -= with * covariance.row(i).eval();
+  }
+  return all;
+}
+
 /// Of the rows from `first` on, every other second, or those between.
 Record::Half half_of(const Record& record, std::size_t first, bool second) {
   return {first, static_cast<std::size_t>(std::ceil(kBetween_s / record.drive.timing.tick_s)), second};
@@ -80,8 +109,12 @@ double Trial::evidence(double correlated_rows) const {
   if (!valid()) return -std::numeric_limits<double>::infinity();
   const double pieces = std::clamp(static_cast<double>(rows) / correlated_rows, kLeastPieces, kMostPieces);
   double price = static_cast<double>(variables) * std::log(pieces);
-  for (const double z2 : refinements)
-    price += std::min(std::log(pieces), z2 * pieces / static_cast<double>(rows));
+  bool plain = true;
+  for (const double z2 : refinements) {
+    const double deviation = z2 * pieces / static_cast<double>(fit.rows);
+    plain = plain && deviation < std::log(pieces);
+    price += plain ? deviation : std::log(pieces);
+  }
   return -0.5 * pieces * std::log(joint_mean_square()) - 0.5 * price;
 }
 
@@ -104,17 +137,9 @@ Trial tried(const Split& rows, Fit fit) {
       joint_squares(scene, fit, rows.heldout_as_fitted, start, rows.heldout.front().continues >= 0);
   trial.joint_squares = joint.both;
   trial.judged_squares = joint.judged();
-  trial.variables = fit.warmths + fit.nulls * effects::kOwnNull;
-  const Eigen::VectorXd errors = standard_errors(fit, 1.0);
-  for (std::size_t i = 0; i < fit.variables.size(); ++i) {
-    const identify::chamber::Variable& v = fit.variables[i];
-    if (refines(v.figure)) {
-      const double off = (fit.figures[v.figure] - scene.nominal[v.figure]) / v.scale;
-      trial.refinements.push_back(std::pow(off / errors[static_cast<Eigen::Index>(i)], 2));
-    } else {
-      ++trial.variables;
-    }
-  }
+  trial.refinements = refinements_of(scene, fit);
+  trial.variables =
+      fit.variables.size() - trial.refinements.size() + fit.warmths + fit.nulls * effects::kOwnNull;
   for (const HeldOut& held : rows.heldout) {
     if (held.continues >= 0) continue;
     if (conducts(scene, held.record, fit.on, fit.variables)) ++trial.variables;

@@ -66,7 +66,8 @@ struct Trial {
   /// Of figures and warmths: neither the start pressures, which every trial has, nor the parameters that refine an effect, but for the
   /// way of a null.
   std::size_t variables = 0;
-  /// Of the latter z^2 above, were each row a piece of information.
+  /// Of the latter z^2 above, were each row that is fitted a piece of information: of the least first, each with those before it at
+  /// their plain values. Two that are alike are each near their plain value while the other is free, but not both.
   std::vector<double> refinements;
 
   double joint_mean_square() const;  ///< S/n above

@@ -433,7 +433,8 @@ N ChamberModel<N>::tick(double command_V, const double* volume_m3, std::size_t k
         on(kIdVolumeError)
             ? volume_error_.step(volume_m3 + i, static_cast<std::size_t>(timing_.steps - i) + known_after,
                                  step_s_)
-            : typename VolumeError<N>::Motion{N(logged), N((volume_m3[i + 1] - volume_m3[i]) / step_s_)};
+            : typename VolumeError<N>::Motion{N(logged),
+                                              N((volume_m3[i + 1] - volume_m3[i]) * (1.0 / step_s_))};
     if (on(kIdChamberLeak)) leak_.at(logged);
     const N begin = read_Pa();
     const N volume = on(kIdTubeDynamics) ? actual.volume_m3 + tube_.at_chamber_m3() : actual.volume_m3;

@@ -243,14 +243,14 @@ N power(const N& x, const N& a) {
 }
 
 /// Wright's omega function: y > 0 with y + ln y = x, to 1e-9 of itself (Corless and Jeffrey, LNCS 2385 (2002)). Below -24, where it is
-/// less than 4e-11, as at -24. Newton's method from below, whose tangents never lead beyond.
+/// less than 4e-11, nothing. Newton's method from below, whose tangents never lead beyond.
 template <class N>
-N wright_omega(const N& any) {
-  const N x = larger(any, N(-24.0));
+N wright_omega(const N& at) {
+  const N x = larger(at, N(-24.0));
   const N grown = exponential(smaller(x, N(1.0))).e;
   N y = select(x < N(1.0), grown / (1.0 + grown), x - logarithm(larger(x, N(1.0))));
   for (int i = 0; i < 4; ++i) y = y * (1.0 + x - logarithm(y)) / (1.0 + y);
-  return y;
+  return select(at < x, N(0.0), y);
 }
 
 }  // namespace plenum::host::effects

@@ -6,11 +6,12 @@
 // u command, x effective command [V]; w width of the loop [V]; m friction, of the greatest. At c = 1 the spool hangs on a spring
 // of its command, and the friction takes hold over the spool's own way, dm/dx = s L/(d h): Dahl's at b = 1, Bouc and Wen's of
 // exponent 1 below. At c = 0 it takes hold over the way of the command; between, part of the spring lies on either side of it.
-// d [-]: after a reversal the spool follows with d/(d + 2 b) of the command's speed, whatever c, and never against it; d = 0, c = 1
-// is the play operator. b [-]: 1 lets go as it took hold, 1/2 in proportion; below, it would yield energy. Assumptions:
-// rate-independent; an inner loop is forgotten where it closes. Vanishes at w = 0, where x = u. Numerical treatment: exact for a
-// held command, over a way y of which z ln(L0/L) + g (L0 - L) = k y, k = 1 while it holds, else 2 b - 1: L = Wright's omega function
-// times z/g (m to 5e-5). m starts in the middle of the loop. Source: Visintin, Differential Models of Hysteresis (1994), III.2;
+// d [-]: where the friction is at its greatest the spool follows a reversal with d/(d + 2 b) of the command's speed, whatever c,
+// and never against it; d = 0, c = 1 is the play operator. b [-]: 1 lets go as it took hold, 1/2 in proportion; below, it would
+// yield energy. Assumptions: rate-independent; m is all that is remembered, so that but for the play an inner loop does not close
+// where it began. Vanishes at w = 0, where x = u. Numerical treatment: exact for a held command, over a way y of which
+// z ln(L0/L) + g (L0 - L) = k y, k = 1 while it holds, else 2 b - 1: L = Wright's omega function times z/g (m to 2e-4: c and
+// 2 b - 1 begin at 1e-4). m starts in the middle of the loop. Source: Visintin, Differential Models of Hysteresis (1994), III.2;
 // Dahl, AIAA Journal 14 (1976); Bouc (1967) and Wen, J. Eng. Mech. Div. 102 (1976); Erlicher and Point, C. R. Mecanique 332
 // (2004), for the bound of b; valve dead band and hysteresis as measured in "Pressure regulator valve", section II.
 #pragma once
@@ -24,7 +25,7 @@ namespace plenum::host::effects {
 
 inline constexpr std::array<Parameter, 4> kValveHysteresisParameters{{
     {"width_V", "of the loop: command change at a reversal that moves nothing", 0.0, 1.5, 0.0, 0.05},
-    {"softness", "d: after a reversal it moves by d/(d + 2 b) of the command", 0.0, 10.0, 0.0, 0.1,
+    {"softness", "d: a reversal at full friction moves it by d/(d + 2 b) of the command", 0.0, 10.0, 0.0, 0.1,
      Coordinate::linear, true},
     {"spring", "c: share of the spring between command and friction", 0.0, 1.0, 1.0, 0.1, Coordinate::linear,
      true},
@@ -45,9 +46,10 @@ class ValveHysteresis {
   void prepare(const N* x, double command_V) {
     half_V_ = 0.5 * x[0];
     const N half_V = larger(half_V_, N(kLeastHalf_V));
-    by_log_V_ = larger(x[1] + 2.0 * x[3] * (1.0 - x[2]), N(kLeastByLog)) * half_V;
-    straight_V_ = larger(x[2], N(kLeastStraight)) * half_V;
-    yielding_ = larger(2.0 * x[3] - 1.0, N(kLeastYielding));
+    const N straight = kLeastStraight + (1.0 - kLeastStraight) * x[2];
+    by_log_V_ = larger(x[1] + 2.0 * x[3] * (1.0 - straight), N(kLeastByLog)) * half_V;
+    straight_V_ = straight * half_V;
+    yielding_ = kLeastYielding + (1.0 - kLeastYielding) * (2.0 * x[3] - 1.0);
     command_V_ = N(command_V);
     friction_ = N(0.0);
   }
@@ -76,8 +78,9 @@ class ValveHysteresis {
   }
 
  private:
-  /// Of the half width, and of what the friction lets go by: below these the equations divide by zero.
-  static constexpr double kLeastHalf_V = 1e-6, kLeastByLog = 1e-9, kLeastStraight = 1e-3,
+  /// Of the half width, and of what the friction lets go by: below these the equations divide by zero. The two that a bound of a figure
+  /// leads to are where its range begins, so that a small change of the figure is felt there.
+  static constexpr double kLeastHalf_V = 1e-6, kLeastByLog = 1e-9, kLeastStraight = 1e-4,
                           kLeastYielding = 1e-4, kLeastLoose = 1e-12;
 
   /// What `loose`, L above, becomes over `way_V`, k y above.

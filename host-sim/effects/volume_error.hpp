@@ -9,8 +9,7 @@
 // flow gains, at rest and moving, and has no figure here. Assumptions: all constant; v_0 is not kept with the figures, so that a
 // rig which is saved with a bow is one of logs of the same mean volume; the gas of the first row is that of a chamber at rest.
 // Vanishes at D = q = s = tau = d = 0. The chamber keeps at least a tenth of the logged volume. Numerical treatment: v_l is
-// straight between the steps of the log and goes on beyond its end as it last moved (a simulation, which knows no more than
-// the tick under way, has all of d from that); v_l' at a step's end is extrapolated from the chords of it and of the step
+// straight between the steps of the log and goes on beyond its end as it last moved; v_l' at a step's end is extrapolated from the chords of it and of the step
 // before. Source: dead volume of "Pneumatic actuators" (5); Doebelin, Measurement Systems, 3 (linearity, first-order
 // instruments, dead time).
 #pragma once
@@ -31,6 +30,8 @@ inline constexpr std::array<Parameter, 5> kVolumeErrorParameters{{
     {"lag_s", "tau: time constant of the position sensor", 0.0, 0.2, 0.0, 0.003, Coordinate::linear, true},
     {"delay_s", "d: dead time of the position sensor", 0.0, 0.2, 0.0, 0.003, Coordinate::linear, true},
 }};
+inline constexpr std::size_t kVolumeDelay = 4;  ///< d among these
+static_assert(kVolumeErrorParameters[kVolumeDelay].name == "delay_s");
 inline constexpr Effect kVolumeError{
     "volume_error",
     Equation::energy,
@@ -53,8 +54,8 @@ class VolumeError {
     bow_ = x[1];
     s_shape_ = x[2];
     lag_s_ = x[3];
-    delay_s_ = x[4];
-    delayed_ = any(x[4] > N(0.0));
+    delay_s_ = x[kVolumeDelay];
+    delayed_ = any(x[kVolumeDelay] > N(0.0));
     mean_m3_ = mean_m3;
     moves_ = false;
   }
@@ -80,10 +81,11 @@ class VolumeError {
     rate_m3_s_ = rate_m3_s;
     const N way = middle_m3 * (1.0 / mean_m3_) - 1.0;
     const N volume_m3 = straight(middle_m3, way) + lag_s_ * (0.5 * (begin_m3_s + end_m3_s_));
-    const N least_m3 = kKept * middle_m3;
+    const N least_m3(kKept * 0.5 * (logged_m3[0] + logged_m3[1]));
     const N actual_m3_s = rate_m3_s * (1.0 + way * (2.0 * bow_ + 3.0 * way * s_shape_)) +
                           lag_s_ * ((end_m3_s_ - begin_m3_s) * (1.0 / step_s));
-    return {larger(volume_m3, least_m3), select(volume_m3 > least_m3, actual_m3_s, kKept * rate_m3_s)};
+    return {larger(volume_m3, least_m3), select(volume_m3 > least_m3, actual_m3_s,
+                                                N(kKept * (logged_m3[1] - logged_m3[0]) * (1.0 / step_s)))};
   }
 
  private:

@@ -113,6 +113,10 @@ TEST(VolumeError, LeavesATenthOfTheLoggedVolume) {
   const VolumeError<double>::Motion least = error.step(logged_m3, 1, 0.01);
   EXPECT_DOUBLE_EQ(least.volume_m3, 21e-6);
   EXPECT_DOUBLE_EQ(least.rate_m3_s, 0.1 * 20e-6 / 0.01);
+  // a log that falls would fall below nothing before it is told
+  const double falling_m3[] = {200e-6, 160e-6}, late[] = {0.0, 0.0, 0.0, 0.0, 0.1};
+  error.prepare(late, 200e-6);
+  EXPECT_DOUBLE_EQ(error.step(falling_m3, 1, 0.01).volume_m3, 18e-6);
 }
 
 }  // namespace

@@ -93,6 +93,25 @@ TEST(EffectsChamber, ChambersOfABoardMoveAsTheyWouldAlone) {
   }
 }
 
+// A sensor that tells a motion late is a chamber that moves sooner: of what the tick under way does not show the plant has no guess.
+TEST(EffectsChamber, PositionToldLateIsTheChamberThatMovesSooner) {
+  constexpr double kDelay_s = 0.0537, kHertz = 0.9;
+  const plant::VolumeSine told{.amplitude_m3 = 45e-6, .frequency_Hz = kHertz, .phase_rad = 0.3};
+  plant::VolumeSine sooner = told;
+  sooner.phase_rad += 2.0 * std::numbers::pi * kHertz * kDelay_s;
+  const plant::ChamberConfig config;
+  const auto chamber = [&](const plant::VolumeSine& sine, const Wanted& effects) {
+    return EffectsChamber(plant::ThinPlateValve({}), config, plant::VolumeMotion(150e-6, {{sine, {}, {}}}),
+                          effects::chamber_effects(effects), kTick_s);
+  };
+  EffectsChamber late = chamber(told, {{"volume_error", {{"delay_s", kDelay_s}}}});
+  EffectsChamber moved = chamber(sooner, {{"volume_error", {}}});
+  for (int k = 0; k < 1000; ++k) {
+    const double command_V = k < 50 ? 6.0 : 4.95;  // filled, then all but shut
+    ASSERT_NEAR(late.advance(command_V) / moved.advance(command_V), 1.0, 2e-5) << "tick " << k;
+  }
+}
+
 TEST(EffectsChamber, DeadTimeOfThirtyMillisecondsIsThePlantFedThreeTicksLate) {
   const RigConfig config = quiet_rig({{"dead_time", {{"delay_s", 0.03}}}});
   const auto moments = excited(config);
