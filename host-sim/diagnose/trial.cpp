@@ -26,46 +26,6 @@ std::vector<Record> as_fitted(const std::vector<HeldOut>& heldout) {
   return records;
 }
 
-/// Whether it refines an effect otherwise than by a curve, of which no coefficient is plain by itself.
-bool refines(std::size_t figure) {
-  for (std::size_t i = effects::kEffects; i-- > 0;) {
-    const std::size_t first = effects::kFirstFigure[i];
-    if (figure >= first) {
-      return i != effects::kIdNullDrift && effects::kCatalogue[i]->parameters[figure - first].refines;
-    }
-  }
-  return false;
-}
-
-/// Trial::refinements.
-std::vector<double> refinements_of(const Scene& scene, const Fit& fit) {
-  Eigen::MatrixXd covariance = identify::chamber::covariance(fit, 1.0);
-  std::vector<std::pair<Eigen::Index, double>> off;  // variable, and how far from its plain value
-  for (std::size_t i = 0; i < fit.variables.size(); ++i) {
-    const identify::chamber::Variable& v = fit.variables[i];
-    if (!refines(v.figure)) continue;
-    off.emplace_back(i, (fit.figures[v.figure] - scene.nominal[v.figure]) / v.scale);
-  }
-  std::vector<double> all;
-  while (!off.empty()) {
-    const auto z2 = [&](const auto& one) {
-      const double variance = covariance(one.first, one.first);
-      return variance > 0.0 ? one.second * one.second / variance : std::numeric_limits<double>::infinity();
-    };
-    const auto least =
-        std::min_element(off.begin(), off.end(), [&](const auto& a, const auto& b) { return z2(a) < z2(b); });
-    const auto [i, way] = *least;
-    all.push_back(z2(*least));
-    off.erase(least);
-    if (std::isinf(all.back())) continue;
-    // the others where this one is at its plain value
-    const Eigen::VectorXd with = covariance.col(i) / covariance(i, i);
-    for (auto& [j, of] : off) of -= with(j) * way;
-    covariance -= with * covariance.row(i).eval();
-  }
-  return all;
-}
-
 /// Of the rows from `first` on, every other second, or those between.
 Record::Half half_of(const Record& record, std::size_t first, bool second) {
   return {first, static_cast<std::size_t>(std::ceil(kBetween_s / record.drive.timing.tick_s)), second};
@@ -108,14 +68,8 @@ double Trial::joint_mean_square() const {
 double Trial::evidence(double correlated_rows) const {
   if (!valid()) return -std::numeric_limits<double>::infinity();
   const double pieces = std::clamp(static_cast<double>(rows) / correlated_rows, kLeastPieces, kMostPieces);
-  double price = static_cast<double>(variables) * std::log(pieces);
-  bool plain = true;
-  for (const double z2 : refinements) {
-    const double deviation = z2 * pieces / static_cast<double>(fit.rows);
-    plain = plain && deviation < std::log(pieces);
-    price += plain ? deviation : std::log(pieces);
-  }
-  return -0.5 * pieces * std::log(joint_mean_square()) - 0.5 * price;
+  return -0.5 * pieces * std::log(joint_mean_square()) -
+         0.5 * static_cast<double>(variables) * std::log(pieces);
 }
 
 Trial tried(const Split& rows, Fit fit) {
@@ -137,9 +91,7 @@ Trial tried(const Split& rows, Fit fit) {
       joint_squares(scene, fit, rows.heldout_as_fitted, start, rows.heldout.front().continues >= 0);
   trial.joint_squares = joint.both;
   trial.judged_squares = joint.judged();
-  trial.refinements = refinements_of(scene, fit);
-  trial.variables =
-      fit.variables.size() - trial.refinements.size() + fit.warmths + fit.nulls * effects::kOwnNull;
+  trial.variables = fit.variables.size() + fit.warmths + fit.nulls * effects::kOwnNull;
   for (const HeldOut& held : rows.heldout) {
     if (held.continues >= 0) continue;
     if (conducts(scene, held.record, fit.on, fit.variables)) ++trial.variables;

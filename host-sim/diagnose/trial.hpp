@@ -5,9 +5,7 @@
 // S sum of squared errors over fitted and held-out rows of the fit to both (joint_squares: figures that the fitted rows leave
 // unknown must not decide what the held-out rows say), n their number, N all rows there are, c rows for one independent piece
 // of information in the error, N/c held within 20 to 200, k variables of the trial: Schwarz's criterion for a free run, whose
-// errors are correlated. A parameter that refines an effect, but for the way of a null, costs no more than its plain value would,
-// z^2/2 at z standard errors from that: a coil is not to pay for rising more slowly than it falls when it does not. Differences of
-// evidence are logarithms of odds. The held-out rows have a veto besides: an effect
+// errors are correlated. Differences of evidence are logarithms of odds. The held-out rows have a veto besides: an effect
 // that, fitted without them, lowers their error neither as it foretells them nor, by most, what of it no unknown figure accounts for
 // (judged_Pa) does not enter.
 #pragma once
@@ -63,12 +61,8 @@ struct Trial {
   std::size_t rows = 0;
   double joint_squares = 0.0;   ///< over fitted and held-out rows of the fit to both
   double judged_squares = 0.0;  ///< JointSquares::judged()
-  /// Of figures and warmths: neither the start pressures, which every trial has, nor the parameters that refine an effect, but for the
-  /// way of a null.
+  /// Of figures and warmths: the start pressures, which every trial has, do not count.
   std::size_t variables = 0;
-  /// Of the latter z^2 above, were each row that is fitted a piece of information: of the least first, each with those before it at
-  /// their plain values. Two that are alike are each near their plain value while the other is free, but not both.
-  std::vector<double> refinements;
 
   double joint_mean_square() const;  ///< S/n above
   double heldout_Pa() const;

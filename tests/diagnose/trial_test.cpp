@@ -43,45 +43,6 @@ TEST(Evidence, DiffersByTheLogarithmOfTheErrorsForEachPieceWhateverTheUnit) {
   }
 }
 
-TEST(Evidence, LetsAParameterThatRefinesCostNoMoreThanItsPlainValueWould) {
-  const double pieces = 6000.0 / kCorrelatedRows;
-  const Trial plain = trial_of(3000, 1e4);
-  const auto price = [&](const std::vector<double>& refinements) {
-    Trial refined = plain;
-    refined.refinements = refinements;
-    return plain.evidence(kCorrelatedRows) - refined.evidence(kCorrelatedRows);
-  };
-  EXPECT_EQ(price({0.0}), 0.0);
-  // two standard errors off, of 3000 rows of 6000, and far more
-  EXPECT_NEAR(price({4.0 * 0.5 * kCorrelatedRows}), 2.0, 1e-9);
-  EXPECT_NEAR(price({0.0, 1e3 * kCorrelatedRows}), 0.5 * std::log(pieces), 1e-9);
-  // beside the others' plain values nothing more is free
-  EXPECT_NEAR(price({1e3 * kCorrelatedRows, 0.0}), std::log(pieces), 1e-9);
-}
-
-TEST(Evidence, CountsOfASpoolsRefinementsThoseThatTheLogShows) {
-  // a coil of 2 ms that rises as it falls and leaves the null as it returns
-  Scene scene = identify::chamber::chamber_scene(identify::chamber::jumping_V(1500), 30e-6);
-  Record& record = scene.records[0];
-  effects::Figures machine = scene.nominal;
-  double* const spool = machine.data() + effects::kFirstFigure[effects::kIdSpoolLag];
-  spool[0] = 1.0 / 15.0;
-  spool[3] = 0.002;
-  const effects::EffectSet on = bit(effects::kIdSpoolLag);
-  std::mt19937 bits(5);
-  std::normal_distribution<double> noise(0.0, 100.0);
-  record.measured_Pa = run(scene, record, on, machine, estimate_start(scene, record, on, machine));
-  for (double& reading_Pa : record.measured_Pa) reading_Pa += noise(bits);
-  const Trial refined =
-      tried(split_of(scene, {HeldOut{.record = record}}), fit(scene, on, machine, {}, {.refined = on}));
-  ASSERT_EQ(refined.refinements.size(), 5U);  // slew, coil, its rise and return, sharpness
-  // its rise and its return are near their plain values, the coil is not
-  EXPECT_TRUE(std::is_sorted(refined.refinements.begin(), refined.refinements.begin() + 2));
-  EXPECT_LT(refined.refinements[1], 10.0);
-  EXPECT_GT(*std::max_element(refined.refinements.begin(), refined.refinements.end()), 300.0);
-  EXPECT_EQ(refined.variables, refined.fit.variables.size() - 5U);
-}
-
 // The same rows, of which a null that wanders has some shown: whether they continue the fitted log or are another's.
 TEST(Evidence, CountsAllRowsOfATrialWhoeverIsShownSomeOfThem) {
   const auto with_heldout = [](bool continues) {

@@ -265,16 +265,13 @@ Fit fit(const Scene& scene, EffectSet on, const Figures& figures, const std::vec
   return result;
 }
 
-Eigen::MatrixXd covariance(const Fit& fit, double correlated_rows) {
+Eigen::VectorXd standard_errors(const Fit& fit, double correlated_rows) {
   const Eigen::Index n = fit.gram.rows() - 1;
   Eigen::MatrixXd H = fit.gram.topLeftCorner(n, n);
   const double variance = fit.squares / static_cast<double>(fit.rows) * correlated_rows;
   H.diagonal().array() += 1e-9 * H.diagonal().maxCoeff() + 1e-12;
-  return variance * H.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
-}
-
-Eigen::VectorXd standard_errors(const Fit& fit, double correlated_rows) {
-  return covariance(fit, correlated_rows).diagonal().cwiseAbs().cwiseSqrt();
+  const Eigen::VectorXd inverse = H.ldlt().solve(Eigen::MatrixXd::Identity(n, n)).diagonal();
+  return (inverse.cwiseAbs() * variance).cwiseSqrt();
 }
 
 JointSquares joint_squares(const Scene& scene, const Fit& fit, const std::vector<Record>& heldout,

@@ -137,8 +137,6 @@ bool conducts(const Scene& scene, const Record& record, effects::EffectSet on,
 Fit fit(const Scene& scene, effects::EffectSet on, const effects::Figures& figures,
         const std::vector<effects::Start>& start, const FitOptions& options = {});
 
-/// Covariance of a fit's scaled variables, its errors being correlated over so many rows.
-Eigen::MatrixXd covariance(const Fit& fit, double correlated_rows);
 /// Standard errors of a fit's scaled variables, its errors being correlated over so many rows; a variable that the log
 /// does not show has a very large one.
 Eigen::VectorXd standard_errors(const Fit& fit, double correlated_rows);
