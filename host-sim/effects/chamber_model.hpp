@@ -13,6 +13,8 @@
 // Actuators" (1)-(4); Hochbruck and Ostermann, Acta Numerica 19 (2010).
 #pragma once
 
+#include <span>
+
 #include "host-sim/effects/catalogue.hpp"
 #include "host-sim/plant/gas.hpp"
 
@@ -46,8 +48,8 @@ class ChamberModel {
   void follow_supply(double logged_Pa) { supply_droop_.follow(logged_Pa); }
 
   /// One tick with `command_V` held; returns the sensor's reading at its end. `volume_m3`: at the ends of the steps,
-  /// one more than there are steps; and of so many more that follow the tick, if those are `known_after`.
-  N tick(double command_V, const double* volume_m3, std::size_t known_after = 0);
+  /// one more than there are steps, and of as many as are known of those that follow.
+  N tick(double command_V, std::span<const double> volume_m3);
 
   const N& pressure_Pa() const { return pressure_Pa_; }
   /// What the sensor reads while the pressure rests.
@@ -417,7 +419,7 @@ N ChamberModel<N>::step(const Openings& open, const N& volume_m3, const N& squee
 }
 
 template <class N>
-N ChamberModel<N>::tick(double command_V, const double* volume_m3, std::size_t known_after) {
+N ChamberModel<N>::tick(double command_V, std::span<const double> volume_m3) {
   if (on(kIdDeadTime)) dead_time_.hold(command_V);
   if (on(kIdSensorBias)) sensor_bias_.tick(command_V);
   N sum(0.0);
@@ -428,13 +430,12 @@ N ChamberModel<N>::tick(double command_V, const double* volume_m3, std::size_t k
   Halves halves{};
   for (int i = 0; i < timing_.steps; ++i) {
     if (i == 0 || opens_on) open = openings_over(command_V, i, halves);
-    const double logged = 0.5 * (volume_m3[i] + volume_m3[i + 1]);
+    const std::span<const double> ends_m3 = volume_m3.subspan(static_cast<std::size_t>(i));
+    const double logged = 0.5 * (ends_m3[0] + ends_m3[1]);
     const typename VolumeError<N>::Motion actual =
         on(kIdVolumeError)
-            ? volume_error_.step(volume_m3 + i, static_cast<std::size_t>(timing_.steps - i) + known_after,
-                                 step_s_)
-            : typename VolumeError<N>::Motion{N(logged),
-                                              N((volume_m3[i + 1] - volume_m3[i]) * (1.0 / step_s_))};
+            ? volume_error_.step(ends_m3, step_s_)
+            : typename VolumeError<N>::Motion{N(logged), N((ends_m3[1] - ends_m3[0]) * (1.0 / step_s_))};
     if (on(kIdChamberLeak)) leak_.at(logged);
     const N begin = read_Pa();
     const N volume = on(kIdTubeDynamics) ? actual.volume_m3 + tube_.at_chamber_m3() : actual.volume_m3;

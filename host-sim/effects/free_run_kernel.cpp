@@ -32,9 +32,7 @@ void PLENUM_KERNEL(const Surroundings& around, const Drive& drive, EffectSet on,
   const std::size_t rows = readings.size() / static_cast<std::size_t>(kLanes);
   for (std::size_t row = 0; row + 1 < rows; ++row) {
     if (!drive.supply_Pa.empty()) model.follow_supply(drive.supply_Pa[row]);
-    const std::size_t first = row * steps;
-    put(model.tick(drive.command_V[row], drive.volume_m3.data() + first,
-                   drive.volume_m3.size() - 1 - first - steps));
+    put(model.tick(drive.command_V[row], std::span(drive.volume_m3).subspan(row * steps)));
   }
 }
 

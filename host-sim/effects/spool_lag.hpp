@@ -8,7 +8,8 @@
 // that a magnet pulls away and a spring returns; S greatest speed of the spool [V/s], that of saturated current and of flow
 // forces; n [-] how suddenly it is met, 2 where nothing else is known. Assumptions: no stop. Vanishes at f -> infinity
 // with tau = 0 and S -> infinity, which is x'' = w^2 (u - x) - 2 zeta w x'. Numerical treatment: closed form for a command
-// held over a step (second_order.hpp), in which c enters by its mean. What enters is the mean of x over the step, from the equation integrated over it,
+// held over a step (second_order.hpp), in which c enters by its mean. What enters is the mean of x over the step, from the
+// equation integrated over it,
 //   int (x - u) = -(x1' - x0')/w^2 - 2 zeta (x1 - x0)/w:
 // exact at any w, so that a spool faster than the step is late by the right area, 2 zeta/w to the first order. With a
 // speed limit the way of the step is cut by the limit at its mean speed, and v regains what the spring then keeps.

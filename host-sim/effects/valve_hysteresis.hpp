@@ -83,9 +83,9 @@ class ValveHysteresis {
   static constexpr double kLeastHalf_V = 1e-6, kLeastByLog = 1e-9, kLeastStraight = 1e-4,
                           kLeastYielding = 1e-4, kLeastLoose = 1e-12;
 
-  /// What `loose`, L above, becomes over `way_V`, k y above.
-  N loose(const N& loose, const N& way_V) const {
-    const N straight = straight_V_ * loose;
+  /// What L above becomes over `way_V`, k y above.
+  N loose(const N& before, const N& way_V) const {
+    const N straight = straight_V_ * before;
     return by_log_V_ / straight_V_ *
            wright_omega(logarithm(straight / by_log_V_) + (straight - way_V) / by_log_V_);
   }

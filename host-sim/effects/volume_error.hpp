@@ -9,12 +9,13 @@
 // flow gains, at rest and moving, and has no figure here. Assumptions: all constant; v_0 is not kept with the figures, so that a
 // rig which is saved with a bow is one of logs of the same mean volume; the gas of the first row is that of a chamber at rest.
 // Vanishes at D = q = s = tau = d = 0. The chamber keeps at least a tenth of the logged volume. Numerical treatment: v_l is
-// straight between the steps of the log and goes on beyond its end as it last moved; v_l' at a step's end is extrapolated from the chords of it and of the step
-// before. Source: dead volume of "Pneumatic actuators" (5); Doebelin, Measurement Systems, 3 (linearity, first-order
-// instruments, dead time).
+// straight between the steps of the log and goes on beyond its end as it last moved; v_l' at a step's end is extrapolated
+// from the chords of it and of the step before. Source: dead volume of "Pneumatic actuators" (5); Doebelin, Measurement
+// Systems, 3 (linearity, first-order instruments, dead time).
 #pragma once
 
 #include <array>
+#include <span>
 
 #include "host-sim/effects/effect.hpp"
 #include "host-sim/effects/lanes.hpp"
@@ -64,15 +65,14 @@ class VolumeError {
     const N logged(logged_m3);
     return larger(straight(logged, logged * (1.0 / mean_m3_) - 1.0), kKept * logged);
   }
-  /// A step passes, in which the logged volume goes from the first of these to the second, and on to as many more as `known` has
-  /// beyond one.
-  Motion step(const double* logged_m3, std::size_t known, double step_s) {
-    const N begin_m3 = logged_at(logged_m3, known, 0, step_s),
-            next_m3 = logged_at(logged_m3, known, 1, step_s);
+  /// A step passes, in which the logged volume goes from the first of these to the second; as far as it is known it goes on to the
+  /// others.
+  Motion step(std::span<const double> logged_m3, double step_s) {
+    const N begin_m3 = logged_at(logged_m3, 0, step_s), next_m3 = logged_at(logged_m3, 1, step_s);
     const N middle_m3 = 0.5 * (begin_m3 + next_m3);
     const N rate_m3_s = (next_m3 - begin_m3) * (1.0 / step_s);
     if (!moves_) {
-      rate_m3_s_ = 2.0 * rate_m3_s - (logged_at(logged_m3, known, 2, step_s) - next_m3) * (1.0 / step_s);
+      rate_m3_s_ = 2.0 * rate_m3_s - (logged_at(logged_m3, 2, step_s) - next_m3) * (1.0 / step_s);
       end_m3_s_ = 0.5 * (rate_m3_s_ + rate_m3_s);
       moves_ = true;
     }
@@ -94,11 +94,12 @@ class VolumeError {
   N straight(const N& logged_m3, const N& way) const {
     return logged_m3 + offset_m3_ + mean_m3_ * way * way * (bow_ + way * s_shape_);
   }
-  /// v_l after so many steps; `known`: as many ends of steps follow the first of these.
-  N logged_at(const double* logged_m3, std::size_t known, std::size_t steps, double step_s) const {
+  /// v_l after so many steps.
+  N logged_at(std::span<const double> logged_m3, std::size_t steps, double step_s) const {
+    const std::size_t last = logged_m3.size() - 1;
     const auto at = [&](std::size_t k) {
-      if (k <= known) return logged_m3[k];
-      return logged_m3[known] + static_cast<double>(k - known) * (logged_m3[known] - logged_m3[known - 1]);
+      if (k <= last) return logged_m3[k];
+      return logged_m3[last] + static_cast<double>(k - last) * (logged_m3[last] - logged_m3[last - 1]);
     };
     if (!delayed_) return N(at(steps));
     return each(delay_s_, [&](double delay_s) {

@@ -45,11 +45,11 @@ EffectsChamber::EffectsChamber(const plant::Valve& valve, const plant::ChamberCo
               .volume_m3 = volume.mean_m3()},
              {.tick_s = tick_s, .average_s = tick_s, .steps = kSteps}, effects.on, figures_->data(),
              config.initial_pressure_Pa, config.initial_command_V, volume.at(0.0).volume_m3) {
+  if (config.spool) throw std::invalid_argument("a chamber with effects has its spool among them: spool_lag");
   // a position sensor with a dead time says where the volume was: where it is then, the motion knows
   const double ahead =
       (*figures_)[effects::kFirstFigure[effects::kIdVolumeError] + effects::kVolumeDelay] * kSteps / tick_s;
   volume_m3_.resize(kSteps + 1 + (ahead > 0.0 ? static_cast<std::size_t>(std::ceil(ahead)) + 2 : 0));
-  if (config.spool) throw std::invalid_argument("a chamber with effects has its spool among them: spool_lag");
 }
 
 double EffectsChamber::advance(double command_V) {
@@ -58,7 +58,7 @@ double EffectsChamber::advance(double command_V) {
     volume_m3_[i] = motion.at(tick_s_ * static_cast<double>(i) / kSteps).volume_m3;
   }
   ++ticks_;
-  return model_.tick(command_V, volume_m3_.data(), volume_m3_.size() - 1 - kSteps);
+  return model_.tick(command_V, volume_m3_);
 }
 
 }  // namespace plenum::host::rig

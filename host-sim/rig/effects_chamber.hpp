@@ -40,8 +40,8 @@ class EffectsChamber {
   std::uint64_t ticks_ = 0;
   std::unique_ptr<const effects::Figures> figures_;  ///< where model_ looks, also after a move
   effects::ChamberModel<double> model_;
-  std::vector<double>
-      volume_m3_;  ///< at the ends of a tick's steps, and of as many more as model_ looks ahead
+  /// At the ends of a tick's steps, and of as many more as model_ looks ahead.
+  std::vector<double> volume_m3_;
 };
 
 }  // namespace plenum::host::rig

@@ -215,7 +215,7 @@ TEST(SensorAverage, IsOverTheEndOfATickHoweverLong) {
     ChamberModel<double> model({}, {.tick_s = kTick_s, .average_s = average_s, .steps = 4}, 0, figures.data(),
                                1.5e5, 7.0, 1.0);
     const double before = model.pressure_Pa();
-    const double reading = model.tick(7.0, volume_m3.data());
+    const double reading = model.tick(7.0, volume_m3);
     const double rate_Pa_s = (model.pressure_Pa() - before) / kTick_s;
     return (model.pressure_Pa() - reading) / rate_Pa_s;
   };

@@ -100,9 +100,8 @@ inline std::vector<double> run(EffectSet on, const Figures& figures, const Drive
                              drive.volume_m3.front(), start_warmth_Pa);
   std::vector<double> reading_Pa{start_Pa};
   for (std::size_t row = 0; row + 1 < drive.command_V.size(); ++row) {
-    const auto steps = static_cast<std::size_t>(drive.timing.steps), first = row * steps;
-    reading_Pa.push_back(model.tick(drive.command_V[row], drive.volume_m3.data() + first,
-                                    drive.volume_m3.size() - 1 - first - steps));
+    const std::size_t first = row * static_cast<std::size_t>(drive.timing.steps);
+    reading_Pa.push_back(model.tick(drive.command_V[row], std::span(drive.volume_m3).subspan(first)));
   }
   return reading_Pa;
 }
@@ -147,7 +146,7 @@ inline double flow_kg_s(EffectSet on, const Figures& figures, double command_V, 
   double before_Pa = pressure_Pa;
   for (int k = 0; k < ticks; ++k) {
     before_Pa = model.pressure_Pa();
-    model.tick(command_V, volume_m3.data());
+    model.tick(command_V, volume_m3);
   }
   return (model.pressure_Pa() - before_Pa) * kVolume_m3 / (1.4 * RT(around) * kTick_s);
 }

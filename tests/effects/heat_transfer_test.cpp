@@ -69,7 +69,7 @@ TEST(HeatTransfer, PressureAfterAFastSqueezeFadesWithTheGassOwnTimeConstant) {
   ChamberModel<double> model({}, timing, only(kIdHeatTransfer), figures.data(), 3e5, 5.0, 200e-6);
   std::vector<double> squeeze;
   for (int i = 0; i <= 64; ++i) squeeze.push_back(200e-6 * (1.0 - 0.2 * i / 64.0));
-  model.tick(5.0, squeeze.data());
+  model.tick(5.0, squeeze);
   const std::vector<double> hold(65, squeeze.back());
   const double mass_kg = 3e5 * 200e-6 / RT();
   const double c_v = Surroundings{}.gas.specific_gas_constant_J_kg_K() / 0.4;
@@ -78,7 +78,7 @@ TEST(HeatTransfer, PressureAfterAFastSqueezeFadesWithTheGassOwnTimeConstant) {
   const double first_Pa = model.pressure_Pa() - 3e5 / 0.8;
   EXPECT_GT(first_Pa, 2e4) << "Pa: heated by the squeeze";
   for (int k = 1; k <= 300; ++k) {
-    model.tick(5.0, hold.data());
+    model.tick(5.0, hold);
     ASSERT_NEAR(model.pressure_Pa() - 3e5 / 0.8, first_Pa * std::exp(-k * kTick_s / tau_s), 1e-3)
         << "Pa after " << k << " ticks";
   }

@@ -98,8 +98,8 @@ TEST(SensorLag, DoesNotTouchTheChamber) {
   ChamberModel<double> read({}, drive.timing, only(kIdSensorLag) | only(kIdSensorBias), figures.data(), 3e5,
                             drive.command_V[0], drive.volume_m3[0]);
   for (std::size_t k = 0; k + 1 < drive.command_V.size(); ++k) {
-    plain.tick(drive.command_V[k], drive.volume_m3.data() + 4 * k);
-    read.tick(drive.command_V[k], drive.volume_m3.data() + 4 * k);
+    plain.tick(drive.command_V[k], std::span(drive.volume_m3).subspan(4 * k));
+    read.tick(drive.command_V[k], std::span(drive.volume_m3).subspan(4 * k));
     ASSERT_EQ(plain.pressure_Pa(), read.pressure_Pa()) << "Pa, tick " << k;
   }
 }

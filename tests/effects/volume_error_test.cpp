@@ -99,7 +99,7 @@ TEST(VolumeError, GoesOnAsTheLogLastMovedBeyondItsEnd) {
   const double figures[] = {0.0, 0.0, 0.0, 0.0, 0.0333};
   VolumeError<double> error;
   error.prepare(figures, 200e-6);
-  const VolumeError<double>::Motion motion = error.step(logged_m3, 2, 0.01);
+  const VolumeError<double>::Motion motion = error.step(logged_m3, 0.01);
   EXPECT_NEAR(motion.volume_m3, 201e-6 + 2e-6 * 3.33, 1e-15);
   EXPECT_NEAR(motion.rate_m3_s, 200e-6, 1e-12);
 }
@@ -110,13 +110,13 @@ TEST(VolumeError, LeavesATenthOfTheLoggedVolume) {
   VolumeError<double> error;
   error.prepare(figures, 200e-6);
   EXPECT_DOUBLE_EQ(error.volume(200e-6), 20e-6);
-  const VolumeError<double>::Motion least = error.step(logged_m3, 1, 0.01);
+  const VolumeError<double>::Motion least = error.step(logged_m3, 0.01);
   EXPECT_DOUBLE_EQ(least.volume_m3, 21e-6);
   EXPECT_DOUBLE_EQ(least.rate_m3_s, 0.1 * 20e-6 / 0.01);
   // a log that falls would fall below nothing before it is told
   const double falling_m3[] = {200e-6, 160e-6}, late[] = {0.0, 0.0, 0.0, 0.0, 0.1};
   error.prepare(late, 200e-6);
-  EXPECT_DOUBLE_EQ(error.step(falling_m3, 1, 0.01).volume_m3, 18e-6);
+  EXPECT_DOUBLE_EQ(error.step(falling_m3, 0.01).volume_m3, 18e-6);
 }
 
 }  // namespace

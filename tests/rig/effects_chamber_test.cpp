@@ -93,7 +93,7 @@ TEST(EffectsChamber, ChambersOfABoardMoveAsTheyWouldAlone) {
   }
 }
 
-// A sensor that tells a motion late is a chamber that moves sooner: of what the tick under way does not show the plant has no guess.
+// A chamber whose motion is told late moves sooner than its log says, and what the rig does not log of it yet is no guess.
 TEST(EffectsChamber, PositionToldLateIsTheChamberThatMovesSooner) {
   constexpr double kDelay_s = 0.0537, kHertz = 0.9;
   const plant::VolumeSine told{.amplitude_m3 = 45e-6, .frequency_Hz = kHertz, .phase_rad = 0.3};
