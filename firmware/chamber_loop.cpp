@@ -17,6 +17,7 @@ constexpr float kFarthest = 10.0F;
 constexpr numeric::Scalar kDriftForgetting = numeric::Scalar(1.0F / 512.0F);
 /// So long a volume whose sensor is silent is taken to move on as it did.
 constexpr std::uint8_t kBridged_ticks = 4;
+constexpr numeric::Scalar kHalf = numeric::Scalar(0.5F);
 constexpr numeric::Scalar kHalfTick_s = numeric::Scalar(0.5F * config::kTick_s);
 
 }  // namespace
@@ -25,9 +26,11 @@ void ChamberLoop::configure(const config::ChamberSettings& settings,
                             const control::Regulator::Config& regulator) noexcept {
   settings_ = settings;
   volume_.configure({.tracking_index = config::tracking_index(settings)});
+  const config::RampRates ramp = config::ramp_rates(settings);
   shaper_.configure({.low_kPa = settings.pressure_low_kPa,
                      .high_kPa = settings.pressure_high_kPa,
-                     .ramp_kPa_s = settings.reference_ramp_kPa_per_s});
+                     .rise_kPa_s = ramp.rise_kPa_s,
+                     .fall_kPa_s = ramp.fall_kPa_s});
   control::Regulator::Config limited = regulator;
   limited.command_low_V = settings.command_low_V;
   limited.command_high_V = settings.command_high_V;
@@ -176,10 +179,15 @@ safety::FaultSet ChamberLoop::measure(const Measured& readings, bool regulation_
                                 .residual_kPa = residual_kPa_,
                                 .drift_kPa = drift_kPa_,
                                 .drift_limit_kPa = drift_limit_kPa_,
+                                .regulated = was_regulating_,
+                                .reference_kPa = reference_kPa_,
                                 .command_V = command_V_,
                                 .driven = was_regulating_ || was_exciting_,
                                 .regulation_asked = regulation_asked,
                                 .model_ready = has_model() || !model_needed});
+  seen_ = static_cast<std::uint8_t>(
+      (seen.on_target ? canopen::regulation::kOnTarget : 0U) |
+      (safety::holds(seen.causes, safety::Fault::control_deviation) ? canopen::regulation::kDeviates : 0U));
   if (seen.position_usable) {
     observe_volume(config::volume_mL(settings_, readings.position.mean_V));
   } else {
@@ -205,6 +213,8 @@ safety::FaultSet ChamberLoop::measure(const Measured& readings, bool regulation_
 float ChamberLoop::command(const Order& order, canopen::ChamberImage& image) noexcept {
   if (order.commanded && !rests_by_settings_) rest_by_settings();
   has_commanded_ = true;
+  image.deviation_Pa =
+      Pascals::of_core(was_regulating_ ? reference_kPa_ - pressure_kPa_ : numeric::Scalar(0));
   numeric::Scalar driven = driven_V(order, image);
   if (!numeric::is_finite(driven)) {
     begin_anew();
@@ -243,7 +253,7 @@ numeric::Scalar ChamberLoop::driven_V(const Order& order, canopen::ChamberImage&
   if (regulating) return allowed(regulated_V(order, image));
   image.feedforward_V = settings_.null_V;
   image.demand_Pa = Pascals::of_core(pressure_kPa_);
-  image.reference_Pa = image.demand_Pa;
+  image.regulation = 0;
   // The guard of the excitation lives on fresh pressures: without one the ports are shut.
   // Within limits that leave nothing they stay shut.
   if (exciting)
@@ -276,8 +286,11 @@ numeric::Scalar ChamberLoop::regulated_V(const Order& order, canopen::ChamberIma
   const control::Regulator::Command command = open_loop ? regulator_.feedforward(model, reference, motion_)
                                                         : regulator_.regulate(model, reference, motion_);
   image.feedforward_V = Volts::of_core(command.feedforward_V);
-  image.demand_Pa = Pascals::of_core(shaper_.demand_kPa());
-  image.reference_Pa = Pascals::of_core(reference.kPa[0]);
+  image.demand_Pa = Pascals::of_core(reference.kPa[1]);
+  image.regulation =
+      static_cast<std::uint8_t>(seen_ | (shaper_.ramp_runs() ? canopen::regulation::kRampRuns : 0U) |
+                                (shaper_.limit_touched() ? canopen::regulation::kLimitTouched : 0U));
+  reference_kPa_ = reference.at(0, kHalf);
   return command.command_V;
 }
 

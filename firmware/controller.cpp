@@ -154,7 +154,7 @@ Outputs Controller::step(const Inputs& inputs) noexcept {
   outputs.digital = {.valve_power = valve_power, .fault_lamp = report.any};
   last_drive_ = order.drive;
 
-  image_.status_word = order.status_word;
+  image_.status_word = static_cast<std::uint16_t>(order.status_word | regulation_bits());
   image_.error_code = report.code;
   image_.error_register = report.error_register;
   image_.fault_chamber = report.chamber;
@@ -222,6 +222,21 @@ safety::FaultReport Controller::judge(const Inputs& inputs, bool upset) noexcept
       risen && supervisor_.accepts_reset(image_.reset_word) && supervisor_.accepts_reset(image_.control_word);
   image_.reset_word = 0;
   return faults_.step(causes, board_causes, reset);
+}
+
+/// Bits 8 to 11 of 6041h.
+std::uint16_t Controller::regulation_bits() const noexcept {
+  std::uint8_t any = 0;
+  bool watched = false;
+  bool on_target = true;
+  for (std::size_t c = 0; c < config::kChambers; ++c) {
+    any = static_cast<std::uint8_t>(any | image_.chamber[c].regulation);
+    if (!chamber_[c].in_use() || !settings_.chamber(c).target_watched) continue;
+    watched = true;
+    on_target = on_target && (image_.chamber[c].regulation & canopen::regulation::kOnTarget) != 0;
+  }
+  const std::uint8_t of_all = watched && on_target ? canopen::regulation::kOnTarget : std::uint8_t{0};
+  return static_cast<std::uint16_t>(((any & ~canopen::regulation::kOnTarget) | of_all) << 8U);
 }
 
 /// What stands in 6380h may be of yesterday: until a set point of now has come a chamber goes on in ACTIVE as in HOLD.

@@ -114,6 +114,7 @@ class Controller {
   bool memory_upset() noexcept;
   safety::FaultReport judge(const Inputs& inputs, bool upset) noexcept;
   Outputs drive(safety::Drive drive, bool powered) noexcept;
+  std::uint16_t regulation_bits() const noexcept;
   safety::Drive drive_of(std::size_t chamber, safety::Drive drive) const noexcept;
   void record(safety::Drive drive) noexcept;
   bool model_needed() const noexcept { return image_.control_mode != canopen::ControlMode::excitation; }

@@ -183,6 +183,10 @@ void read_chamber_settings(TomlTable& table, ChamberSettings& settings) {
   read_fields(table, plenum::config::kChamberTicks, settings);
   const std::optional<std::size_t> safe = table.choice("safe_output", {"null", "vent"});
   if (safe) settings.safe_output = *safe == 0 ? SafeOutput::null : SafeOutput::vent;
+  if (const auto ramp = table.choice("ramp_type", {"none", "one_rate", "two_rates"}))
+    settings.ramp_type = static_cast<plenum::config::RampType>(*ramp);
+  settings.deviation_watched = table.flag("deviation_watched").value_or(settings.deviation_watched);
+  settings.target_watched = table.flag("target_watched").value_or(settings.target_watched);
 }
 
 void read_chamber(TomlTable& table, std::size_t c, BoardFile& board, Places& inputs, Places& outputs) {

@@ -43,6 +43,16 @@ void put_count(TextLine& line, const Identity&) {
 constexpr std::string_view kComments[] = {
     "CiA 301 node with the pressure control of CiA 408, one module a chamber. Own choices:",
     "6042h knows only 1, the set point over the bus. 6043h: -1 excitation, 3 feedforward, 4 closed loop.",
+    "6041h: bit 8 every chamber that watches a target window (63F0h) is within it (own), 9 a ramp runs,",
+    "10 a set point touches a limit, 11 a control deviation. 2230h: the same of each chamber.",
+    "605Fh: bit m is set where 6043h takes the mode m (own). 6391h: 10 bar are 100 %, in a ramp's times, "
+    "too.",
+    "6120h to 6125h: the line of the sensor through both ends of its signal window. Writing one end leaves "
+    "the",
+    "other where it is. They, 63A0h, 63A1h, 63B0h to 63B5h, 63D1h to 63D5h and 63F0h to 63F4h show 2400h.. .",
+    "What has one value only (6123h, 63A2h to 63A4h, 63B3h, 63B6h, 63C0h to 63C6h, 63E0h to 63E2h) takes "
+    "that",
+    "one and does nothing: the valve's gain, dead band and characteristic are the model's.",
     "Pressures of the 63xxh records are absolute, in mbar, -32768 stands for a pressure that is not known.",
     "A rising edge of R in 6040h resets faults only while the rest of the word asks for no more than",
     "DISABLED, in FAULT_HOLD for no more than HOLD. No reset of node or communication takes a fault away.",
@@ -56,7 +66,7 @@ constexpr std::string_view kComments[] = {
     "another identifier likewise: 0609 0030h. Remote frames are not answered, whatever bit 30 says.",
     "The bit rate is that of the interface, LSS takes that one alone.",
     "1010h:2 keeps 1005h, 1014h, 1016h, 1017h, 1019h, 1029h and the PDOs,",
-    "1010h:3 keeps the settings, 2160h, 2228h:2 and 6394h. A default is what 1011h restores.",
+    "1010h:3 keeps the settings, 2160h, 2228h:2, 6056h and 6394h. A default is what 1011h restores.",
     "A model: a number of one's own to 2121h:1 before each image (may be left out), the image to",
     "2110h + c. When 2128h + c:1 says that it is staged, the mask of chambers to 2120h:1, the CRC-32 of the",
     "images' own CRCs in chamber order to 2120h:2, and 746D6F63h to 2120h:3, which keeps it, too.",
@@ -67,7 +77,7 @@ constexpr std::string_view kComments[] = {
     "Reset node leaves a frozen log (2300h:4 = 2) as it is, 0 to 2300h:1 lets it roll on.",
     "2830h: byte 2 is 0 none, 1 hold, 2 safe, 3 vent, byte 3 bit 0 of a chamber, bit 1 clears by itself.",
     "REAL32 values and limits are written as decimal numbers.",
-    "Settings (2400h.., 63A0h, 63A1h) are written in INIT, FAULT_INIT only: 241Ah tells why not.",
+    "Settings (2400h.. and what shows them) are written in INIT, FAULT_INIT only: 241Ah tells why not.",
     "Objects 2xxxh are the manufacturer's.",
 };
 

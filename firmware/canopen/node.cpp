@@ -142,6 +142,7 @@ void Node::forget_process() noexcept {
   image.excitation = kFresh.excitation;
   image.volume_code = kFresh.volume_code;
   image.preview_ticks = kFresh.preview_ticks;
+  image.parameter_set_code = kFresh.parameter_set_code;
   device_.desk.forget_staged();
   device_.recorder.forget_orders();
   for (ChamberImage& chamber : image.chamber) {

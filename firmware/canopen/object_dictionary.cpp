@@ -5,10 +5,11 @@
 
 #include "firmware/canopen/dictionary/capture.hpp"
 #include "firmware/canopen/dictionary/communication.hpp"
+#include "firmware/canopen/dictionary/device_control.hpp"
 #include "firmware/canopen/dictionary/faults.hpp"
-#include "firmware/canopen/dictionary/fluid_power.hpp"
 #include "firmware/canopen/dictionary/models.hpp"
 #include "firmware/canopen/dictionary/pdo.hpp"
+#include "firmware/canopen/dictionary/pressure_control.hpp"
 #include "firmware/canopen/dictionary/process.hpp"
 #include "firmware/canopen/dictionary/settings.hpp"
 #include "firmware/canopen/dictionary/store.hpp"
@@ -20,20 +21,12 @@ using namespace dictionary;
 
 namespace {
 
-template <std::size_t... sizes>
-constexpr auto joined(const Entry (&... areas)[sizes]) {
-  std::array<Entry, (sizes + ...)> rows{};
-  Entry* end = rows.data();
-  ((end = std::copy(std::begin(areas), std::end(areas), end)), ...);
-  return rows;
-}
-
-constexpr auto kTable =
-    joined(dictionary::kCommunicationRows, dictionary::kPdoRows, dictionary::kModelRows,
-           dictionary::kStoreRows, dictionary::kModelParameterRows, dictionary::kProcessRows,
-           dictionary::kCaptureRows, dictionary::kChamberFloatRows.row, dictionary::kChamberTickRows.row,
-           dictionary::kChamberChoiceRows, dictionary::kBoardFloatRows.row, dictionary::kBoardTickRows.row,
-           dictionary::kRefusalRows, dictionary::kFaultRows, dictionary::kFluidPowerRows);
+constexpr auto kTable = joined(
+    dictionary::kCommunicationRows, dictionary::kPdoRows, dictionary::kModelRows, dictionary::kStoreRows,
+    dictionary::kModelParameterRows, dictionary::kProcessRows, dictionary::kCaptureRows,
+    dictionary::kChamberFloatRows.row, dictionary::kChamberTickRows.row, dictionary::kChamberChoiceRows,
+    dictionary::kBoardFloatRows.row, dictionary::kBoardTickRows.row, dictionary::kRefusalRows,
+    dictionary::kFaultRows, dictionary::kDeviceControlRows, dictionary::kPressureControlRows);
 
 constexpr bool before(const Entry& a, const Entry& b) {
   return a.index < b.index || (a.index == b.index && a.sub < b.sub);

@@ -69,6 +69,7 @@ inline constexpr std::uint16_t kRegulator =
     0x2210;  ///< + chamber {feedforward V, feedback V, command V, residual Pa, drift Pa}
 inline constexpr std::uint16_t kCodes = 0x2220;          ///< + chamber {command code, volume code}
 inline constexpr std::uint16_t kCodeScale = 0x2228;      ///< {command LSB V, volume LSB m3}
+inline constexpr std::uint16_t kRegulation = 0x2230;     ///< + 1 + chamber: bits of `regulation`
 inline constexpr std::uint16_t kCapture = 0x2300;        ///< {order, chamber, length, state, rows}
 inline constexpr std::uint16_t kCaptureBuffer = 0x2301;  ///< DOMAIN, read only: telemetry/recorder.hpp
 inline constexpr std::uint16_t kExcitation =
@@ -95,7 +96,6 @@ inline constexpr std::uint16_t kErrorCode = 0x604E;
 inline constexpr std::uint16_t kChamberStride = 0x800;  ///< the indices below are of chamber 0
 inline constexpr std::uint16_t kSetpoint = 0x6380;      ///< {I16 mbar, unit, prefix}, as the next three
 inline constexpr std::uint16_t kActual = 0x6381;
-inline constexpr std::uint16_t kReference = 0x6391;
 inline constexpr std::uint16_t kDemand = 0x6390;
 inline constexpr std::uint16_t kUpperLimit = 0x63A0;
 inline constexpr std::uint16_t kLowerLimit = 0x63A1;
@@ -112,6 +112,15 @@ inline constexpr std::uint16_t kStateMask = 0x7;
 inline constexpr std::uint16_t kResetFault = 0x8;  ///< R of 6040h, on its rising edge
 inline constexpr std::uint16_t kReady = 0x8;       ///< R of 6041h: no fault
 }  // namespace word
+
+/// Bits of 2230h. In 6041h they stand eight bits higher (CiA 408 has the last three there): those of any chamber, but of
+/// kOnTarget that it is every one's that watches for it.
+namespace regulation {
+inline constexpr std::uint8_t kOnTarget = 0x1;
+inline constexpr std::uint8_t kRampRuns = 0x2;
+inline constexpr std::uint8_t kLimitTouched = 0x4;
+inline constexpr std::uint8_t kDeviates = 0x8;
+}  // namespace regulation
 
 /// One LSB of a command code: FFFFh stands for 10 V.
 inline constexpr float kCommandLsb_V = telemetry::kCommandLsb_V;

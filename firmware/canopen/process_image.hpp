@@ -36,9 +36,10 @@ struct ChamberImage {
   Setpoint setpoint_Pa{0};       ///< 6380h / 2150h:1
   Setpoint hold_setpoint_Pa{0};  ///< 6394h
   // to the bus
-  config::Pascals actual_Pa;      ///< 6381h / 2150h:2, mean over the tick just past
-  config::Pascals demand_Pa;      ///< 6390h, the set point that is followed, within the limits
-  config::Pascals reference_Pa;   ///< 6391h, the set point after ramp and limits
+  config::Pascals actual_Pa;  ///< 6381h / 2150h:2, mean over the tick just past
+  config::Pascals demand_Pa;  ///< 6390h, what is followed: the set point after limits and ramp
+  config::Pascals
+      deviation_Pa;  ///< 63D0h, what was followed minus the pressure, means over the tick just past
   config::CubicMetres volume_m3;  ///< 2150h:3
   float position_V =
       0.0F;  ///< 2150h:4, mean at the position sensor's pin over the last tick in which a sample came
@@ -47,6 +48,7 @@ struct ChamberImage {
   config::Volts feedback_V;     ///< 2210h:2
   config::Pascals residual_Pa;  ///< 2210h:4, measured minus predicted pressure of this tick
   config::Pascals drift_Pa;  ///< 2210h:5, mean magnitude of what the model alone misses of a tick's pressure
+  std::uint8_t regulation = 0;  ///< 2230h
 
   friend bool operator==(const ChamberImage&, const ChamberImage&) noexcept = default;
 };
@@ -105,6 +107,7 @@ struct ProcessImage {
   config::Twice<std::uint16_t> reset_word{0};  ///< the 6040h since the last tick in which R rose; 0: in none
   config::Twice<ControlMode> control_mode{ControlMode::pressure_closed_loop};  ///< 6043h
   ExcitationImage excitation;                                                  ///< 2310h
+  std::uint32_t parameter_set_code = 0;  ///< 6056h, the master's own mark
   std::uint32_t sync_count = 0;  ///< counts SYNCs taken while operational: the watchdog's food in excitation
   /// Goes on each time that every set-point PDO which has come in ACTIVE has come again, and where none has with each set point by
   /// SDO: the watchdog's food.

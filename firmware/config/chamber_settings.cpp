@@ -54,6 +54,9 @@ SettingVerdict check_together(const ChamberSettings& s) noexcept {
   if (s.safe_output != SafeOutput::null && s.safe_output != SafeOutput::vent) {
     return {SettingError::out_of_range, "safe_output", static_cast<float>(s.safe_output), 0.0F, 1.0F};
   }
+  if (s.ramp_type > RampType::by_quadrant) {
+    return {SettingError::out_of_range, "ramp_type", static_cast<float>(s.ramp_type), 0.0F, 3.0F};
+  }
   return {};
 }
 
@@ -68,6 +71,20 @@ SettingVerdict validate(const ChamberSettings& settings) noexcept {
 SettingVerdict validate(const BoardSettings& settings) noexcept {
   if (const SettingVerdict verdict = check_each(settings, kBoardFloats); !verdict) return verdict;
   return check_each(settings, kBoardTicks);
+}
+
+RampRates ramp_rates(const ChamberSettings& settings) noexcept {
+  constexpr float kAtOnce_kPa_s = 1e6F;  // beyond all pressures within a tick
+  switch (settings.ramp_type) {
+    case RampType::none:
+      return {kAtOnce_kPa_s, kAtOnce_kPa_s};
+    case RampType::one_rate:
+      return {settings.reference_ramp_kPa_per_s, settings.reference_ramp_kPa_per_s};
+    case RampType::two_rates:
+    case RampType::by_quadrant:
+      break;
+  }
+  return {settings.reference_ramp_kPa_per_s, settings.reference_fall_kPa_per_s};
 }
 
 }  // namespace plenum::config

@@ -16,6 +16,14 @@ enum class SafeOutput : std::uint8_t {
   vent   ///< vent_V: the exhaust port is open
 };
 
+/// How the reference goes to a set point (63B0h).
+enum class RampType : std::uint8_t {
+  none,        ///< at once
+  one_rate,    ///< at reference_ramp_kPa_per_s up and down
+  two_rates,   ///< up at reference_ramp_kPa_per_s, down at reference_fall_kPa_per_s
+  by_quadrant  ///< in CiA 408 by the sign of the value, too; an absolute pressure has but one: as two_rates
+};
+
 struct ChamberSettings {
   bool in_use = true;  ///< false: nothing is connected; the chamber is not watched and gets null_V
 
@@ -37,10 +45,12 @@ struct ChamberSettings {
   /// How hard the load moves the volume: half a stroke of A mL at f Hz has A (2 pi f)^3. Higher values follow faster, and noisier.
   float volume_jerk_mL_per_s3 = 30000.0F;
 
-  float pressure_low_kPa = 101.325F;           ///< lowest reference (63A1h)
-  float pressure_high_kPa = 800.0F;            ///< highest reference (63A0h)
-  float over_pressure_kPa = 900.0F;            ///< fault 8302h above
+  float pressure_low_kPa = 101.325F;  ///< lowest reference (63A1h)
+  float pressure_high_kPa = 800.0F;   ///< highest reference (63A0h)
+  float over_pressure_kPa = 900.0F;   ///< fault 8302h above
+  RampType ramp_type = RampType::one_rate;
   float reference_ramp_kPa_per_s = 100000.0F;  ///< steepest reference; the default is no limit in practice
+  float reference_fall_kPa_per_s = 100000.0F;  ///< steepest one downwards, where the type has two rates
 
   float command_low_V = 3.0F;   ///< lowest command the regulator may give
   float command_high_V = 7.0F;  ///< highest command
@@ -52,6 +62,16 @@ struct ChamberSettings {
   std::uint16_t residual_ticks = 50;  ///< ... for this many ticks on end; 0: not watched
   /// Warning FF0Bh when the model alone misses, in the mean, this many times its fit error of a tick's pressure [1]; 0: not watched.
   float drift_alarm_ratio = 4.0F;
+
+  bool deviation_watched = false;    ///< warning FF0Ch when set point minus pressure, after the ramp, ...
+  float deviation_low_kPa = -50.0F;  ///< ... is below this ...
+  float deviation_high_kPa = 50.0F;  ///< ... or above this ...
+  std::uint16_t deviation_delay_ms = 500;  ///< ... for so long
+  bool target_watched = false;             ///< 63F5h, and 6041h, say when it ...
+  float target_low_kPa = -2.0F;            ///< ... is no less than this ...
+  float target_high_kPa = 2.0F;            ///< ... and no more than this ...
+  std::uint16_t target_time_ms = 100;      ///< ... for so long
+
   std::uint16_t over_pressure_ticks = 2;  ///< over-pressure must last this long [ticks]
   std::uint16_t stale_limit_ticks = 3;  ///< this many ticks on end without a fresh sample are a fault [ticks]
   std::uint16_t stuck_ticks =
@@ -84,6 +104,12 @@ struct SettingVerdict {
 
 SettingVerdict validate(const ChamberSettings& settings) noexcept;
 SettingVerdict validate(const BoardSettings& settings) noexcept;
+
+/// Steepest reference upwards and downwards [kPa/s].
+struct RampRates {
+  float rise_kPa_s, fall_kPa_s;
+};
+RampRates ramp_rates(const ChamberSettings& settings) noexcept;
 
 /// Absolute pressure [kPa] of a voltage at the pressure sensor [V].
 inline float pressure_kPa(const ChamberSettings& settings, float sensor_V) noexcept {

@@ -38,6 +38,11 @@ inline constexpr SettingField<ChamberSettings, float> kChamberFloats[] = {
     {"drift_alarm_ratio", &ChamberSettings::drift_alarm_ratio, 0.0F, 1000.0F},
     {"volume_noise_mL", &ChamberSettings::volume_noise_mL, 0.001F, 100.0F},
     {"volume_jerk_mL_per_s3", &ChamberSettings::volume_jerk_mL_per_s3, 1.0F, 1e8F},
+    {"reference_fall_kPa_per_s", &ChamberSettings::reference_fall_kPa_per_s, 0.1F, 1e6F},
+    {"deviation_low_kPa", &ChamberSettings::deviation_low_kPa, -2000.0F, 0.0F},
+    {"deviation_high_kPa", &ChamberSettings::deviation_high_kPa, 0.0F, 2000.0F},
+    {"target_low_kPa", &ChamberSettings::target_low_kPa, -2000.0F, 0.0F},
+    {"target_high_kPa", &ChamberSettings::target_high_kPa, 0.0F, 2000.0F},
 };
 
 inline constexpr SettingField<ChamberSettings, std::uint16_t> kChamberTicks[] = {
@@ -45,6 +50,8 @@ inline constexpr SettingField<ChamberSettings, std::uint16_t> kChamberTicks[] = 
     {"over_pressure_ticks", &ChamberSettings::over_pressure_ticks, 1.0F, 100.0F},
     {"stale_limit_ticks", &ChamberSettings::stale_limit_ticks, 1.0F, 100.0F},
     {"stuck_ticks", &ChamberSettings::stuck_ticks, 0.0F, 60000.0F},
+    {"deviation_delay_ms", &ChamberSettings::deviation_delay_ms, 0.0F, 60000.0F},
+    {"target_time_ms", &ChamberSettings::target_time_ms, 0.0F, 60000.0F},
 };
 
 inline constexpr SettingField<BoardSettings, float> kBoardFloats[] = {

@@ -22,7 +22,8 @@ class ReferenceShaper {
   struct Config {
     Scalar low_kPa = Scalar(100);        ///< set points below are raised to it
     Scalar high_kPa = Scalar(700);       ///< set points above are lowered to it
-    Scalar ramp_kPa_s = Scalar(100000);  ///< largest rate of the reference
+    Scalar rise_kPa_s = Scalar(100000);  ///< largest rate of the reference upwards
+    Scalar fall_kPa_s = Scalar(100000);  ///< and downwards
   };
 
   /// How far ahead a regulator may look: the longest delay of a valve, and the tick in which a command acts.
@@ -47,12 +48,15 @@ class ReferenceShaper {
   /// end of `ahead` ticks, 1 to kMostAhead.
   const Reference& step(Scalar setpoint_kPa, std::uint8_t preview_ticks, std::size_t ahead) noexcept;
 
-  /// The newest set point, within the limits.
-  Scalar demand_kPa() const noexcept { return latched_kPa(0); }
+  /// The reference at the last tick's end was not yet where its set point wants it.
+  bool ramp_runs() const noexcept { return ramp_runs_; }
+  /// The newest set point lies beyond the limits. None, as 0 stands for, does not.
+  bool limit_touched() const noexcept { return limit_touched_; }
 
   /// Of what configure() alone writes: config/seal.hpp.
   std::uint64_t sum_of_constants() const noexcept {
-    return config::sum_of_object(config_) + config::sum_of_object(step_kPa_);
+    return config::sum_of_object(config_) + config::sum_of_object(rise_kPa_) +
+           config::sum_of_object(fall_kPa_);
   }
   /// Of what the next step() goes on from.
   std::uint64_t sum_of_latched() const noexcept {
@@ -69,10 +73,13 @@ class ReferenceShaper {
   }
 
   Config config_;
-  Scalar step_kPa_ = Scalar(1000);           ///< what the ramp allows in a tick
+  Scalar rise_kPa_ = Scalar(1000);  ///< what the ramp allows in a tick
+  Scalar fall_kPa_ = Scalar(1000);
   std::array<Scalar, kKept> latched_kPa_{};  ///< a ring, from newest_ on backwards in time
   std::uint32_t newest_ = 0;
   Reference reference_;
+  bool ramp_runs_ = false;
+  bool limit_touched_ = false;
 };
 
 }  // namespace plenum::control

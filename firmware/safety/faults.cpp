@@ -61,6 +61,8 @@ constexpr std::array<FaultSpec, kFaults> kFaultSpecs = {{
      "CAN cable, termination, bit rate"},
     {Fault::model_drift, "model drift", 0xFF0B, kOwn, Reaction::none, Scope::chamber, Clears::by_itself,
      "log of the chamber (2301h), diagnosed: what has changed of valve, supply, hose or sensor; drift_alarm_ratio"},
+    {Fault::control_deviation, "control deviation", 0xFF0C, kOwn, Reaction::none, Scope::chamber, Clears::by_itself,
+     "a set point that the valve cannot follow, supply, leak, valve; deviation_low_kPa, deviation_high_kPa, deviation_delay_ms"},
     {Fault::pdo_short, "PDO too short", 0x8210, kComm, Reaction::none, Scope::board, Clears::by_itself,
      "mapping of the RPDO (1600h..) here and in the master: a PDO shorter than it changes nothing"},
     {Fault::sync_refused, "SYNC that 1019h does not allow", 0x8240, kComm, Reaction::none, Scope::board, Clears::by_itself,

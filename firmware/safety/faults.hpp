@@ -40,12 +40,13 @@ enum class Fault : std::uint8_t {
   can_overrun,
   can_passive,
   model_drift,
+  control_deviation,
   pdo_short,
   sync_refused,
   pdo_long,
 };
 
-inline constexpr std::size_t kFaults = 27;
+inline constexpr std::size_t kFaults = 28;
 
 /// A set of faults, bit f for fault f.
 using FaultSet = std::uint32_t;

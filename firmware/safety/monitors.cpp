@@ -31,6 +31,12 @@ bool lasts(std::uint16_t count, std::uint16_t limit_ticks) noexcept {
   return limit_ticks != 0 && count >= limit_ticks;
 }
 
+/// So many ticks on end are as long as that; at least one.
+bool lasts_ms(std::uint16_t ticks, std::uint16_t time_ms) noexcept {
+  constexpr std::uint32_t kTick_ms = config::kTick_us / 1000;
+  return ticks != 0 && ticks * kTick_ms >= time_ms;
+}
+
 /// No model is taken to fit better: sensors are noisier on one day than on another.
 constexpr float kLeastFit_kPa = 0.2F;
 
@@ -39,6 +45,24 @@ constexpr float kLeastFit_kPa = 0.2F;
 numeric::Scalar drift_limit_kPa(const config::ChamberSettings& settings, float fit_error_kPa) noexcept {
   if (!(fit_error_kPa > 0.0F)) return 0;
   return numeric::Scalar(settings.drift_alarm_ratio * numeric::max(fit_error_kPa, kLeastFit_kPa));
+}
+
+/// A tick without a usable pressure says nothing for or against.
+void ChamberMonitor::watch_deviation(const config::ChamberSettings& settings, const Input& in,
+                                     const Output& seen) noexcept {
+  if (in.regulated && !seen.pressure_usable) return;
+  const bool watched = settings.deviation_watched || settings.target_watched;
+  const numeric::Scalar deviation_kPa =
+      watched && in.regulated ? in.reference_kPa - numeric::Scalar(seen.pressure_kPa) : numeric::Scalar(0);
+  const auto within = [deviation_kPa](float low_kPa, float high_kPa) noexcept {
+    return deviation_kPa >= numeric::Scalar(low_kPa) && deviation_kPa <= numeric::Scalar(high_kPa);
+  };
+  const bool deviates = settings.deviation_watched && in.regulated &&
+                        !within(settings.deviation_low_kPa, settings.deviation_high_kPa);
+  const bool near =
+      settings.target_watched && in.regulated && within(settings.target_low_kPa, settings.target_high_kPa);
+  deviates_ = lasts_ms(deviating_.go_on(deviates, in.ticks), settings.deviation_delay_ms);
+  on_target_ = lasts_ms(within_target_.go_on(near, in.ticks), settings.target_time_ms);
 }
 
 ChamberMonitor::Output ChamberMonitor::step(const config::ChamberSettings& settings,
@@ -98,6 +122,9 @@ ChamberMonitor::Output ChamberMonitor::step(const config::ChamberSettings& setti
   const numeric::Scalar limit_kPa = drifted_ ? kDriftGone * in.drift_limit_kPa : in.drift_limit_kPa;
   drifted_ = in.drift_limit_kPa > numeric::Scalar(0) && in.drift_kPa > limit_kPa;
   out.causes |= if_so(drifted_, Fault::model_drift);
+  watch_deviation(settings, in, out);
+  out.causes |= if_so(deviates_, Fault::control_deviation);
+  out.on_target = on_target_;
   out.causes |= if_so(in.regulation_asked && !in.model_ready, Fault::no_model);
   return out;
 }

@@ -64,6 +64,8 @@ class ChamberMonitor {
     numeric::Scalar drift_kPa =
         0;  ///< mean magnitude of what the model alone misses of a tick's pressure ...
     numeric::Scalar drift_limit_kPa = 0;  ///< ... and from where on it is told: drift_limit_kPa(); 0: never
+    bool regulated = false;               ///< over the tick ...
+    numeric::Scalar reference_kPa = 0;    ///< ... to this, in the mean
     numeric::Scalar command_V = 0;        ///< held over the tick
     bool driven = false;                  ///< regulated or excited over the tick
     bool regulation_asked = false;        ///< 6040h asks for HOLD or ACTIVE
@@ -73,6 +75,7 @@ class ChamberMonitor {
     FaultSet causes = 0;
     bool pressure_usable = false;  ///< fresh, finite and in range: may be regulated on
     bool position_usable = false;
+    bool on_target = false;     ///< within the target window for as long as it asks for
     float pressure_kPa = 0.0F;  ///< what the sensor says, where usable
   };
 
@@ -80,12 +83,17 @@ class ChamberMonitor {
   Output step(const config::ChamberSettings& settings, const Input& input) noexcept;
 
  private:
+  void watch_deviation(const config::ChamberSettings& settings, const Input& in, const Output& seen) noexcept;
+
   TickCount pressure_stale_, position_stale_, over_pressure_, residual_;
   float pressure_before_V_ = 0.0F;
   numeric::Scalar lowest_V_ = 0, highest_V_ = 0;  ///< commands while it stood still
   TickCount still_;
   bool over_pressure_tripped_ = false;
   bool drifted_ = false;
+  TickCount deviating_, within_target_;
+  bool deviates_ = false;
+  bool on_target_ = false;
 };
 
 /// Whether the set point of a chamber is of now: written since ACTIVE began, or within the ticks before it for which the set-point

@@ -39,6 +39,7 @@ constexpr std::array kOfBoard = std::to_array<Row>({
     {0xFF09, "memory upset"},
     {0xFF0A, "pressure sensor stuck"},
     {0xFF0B, "model drift"},
+    {0xFF0C, "control deviation"},
 });
 
 // The high byte, or its first digit where the second is 0.

@@ -266,7 +266,8 @@ std::vector<Row> rows_of_blocks() {
                   }});
   rows.push_back({"ReferenceShaper::step", kOfFunction, [](Instructions& count, Tape& tape) {
                     control::ReferenceShaper shaper;
-                    shaper.configure({.ramp_kPa_s = between(tape, 1.0, 100000.0)});
+                    const numeric::Scalar ramp_kPa_s = between(tape, 1.0, 100000.0);
+                    shaper.configure({.rise_kPa_s = ramp_kPa_s, .fall_kPa_s = ramp_kPa_s});
                     shaper.reset(between(tape, 0.0, 1000.0));
                     const auto preview = static_cast<std::uint8_t>(tape() % 12);
                     const std::size_t ahead = 1 + tape() % control::ReferenceShaper::kMostAhead;

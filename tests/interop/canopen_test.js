@@ -237,6 +237,26 @@ test('a fault is an emergency of its code, and a reset of it one of code 0', asy
     assert.strictEqual(await read(0x6041, 0, UNSIGNED16) & 15, 8, 'INIT');
 });
 
+test('as a master of CiA 408 it reads who the board is, and sets ramp, deviation and target window of a chamber', async () => {
+    const chamber = 0x800 * 3;
+    const quantity = async (index, dataType) => [await read(index, 1, dataType), await read(index, 2, UNSIGNED8),
+                                                 await read(index, 3, canopen.DataType.INTEGER8)];
+    assert.strictEqual(await read(0x6052, 0, VISIBLE_STRING), String(await read(0x1018, 4, UNSIGNED32)));
+    assert.strictEqual(await read(0x6050, 0, VISIBLE_STRING), await read(0x100A, 0, VISIBLE_STRING));
+    await write(0x63B1 + chamber, 1, 4000, UNSIGNED16);
+    await write(0x63B4 + chamber, 1, 8000, UNSIGNED16);
+    await write(0x63B0 + chamber, 0, 2, canopen.DataType.INTEGER8);
+    assert.deepStrictEqual(await quantity(0x63B1 + chamber, UNSIGNED16), [4000, 0x03, -3]);
+    assert.deepStrictEqual(await quantity(0x63B4 + chamber, UNSIGNED16), [8000, 0x03, -3]);
+    await write(0x63D3 + chamber, 1, 150, INTEGER16);
+    assert.deepStrictEqual(await quantity(0x63D5 + chamber, INTEGER16), [-150, 0x4E, -3]);
+    await write(0x63F1 + chamber, 1, 250, UNSIGNED16);
+    assert.deepStrictEqual(await quantity(0x63F1 + chamber, UNSIGNED16), [250, 0x03, -3]);
+    await assert.rejects(write(0x63E0 + chamber, 0, 1, canopen.DataType.INTEGER8), { code: 0x06090031 });
+    await write(0x63B0 + chamber, 0, 1, canopen.DataType.INTEGER8);
+    await write(0x63B1 + chamber, 1, 10, UNSIGNED16);
+});
+
 test('by LSS it gives the board another node id, finds a board that has none, and names it', async () => {
     master.nmt.enterPreOperational(NODE);
     const identity = { timeout: DEADLINE_MS };

@@ -197,8 +197,8 @@ TEST_P(FollowWithPreview, ReferenceOfARowIsTheBoardsReferenceAtThatTick) {
   ASSERT_EQ(rows.size(), reference_Pa.size());
   const std::size_t first = tick_of(rows[0], watched);
   for (std::size_t k = 0; k < rows.size(); ++k) {
-    // the bus carries millibars
-    ASSERT_NEAR(static_cast<double>(watched.moments[first + k][0][0].image.reference_Pa),
+    // what the tick before is to end at; the bus carries millibars
+    ASSERT_NEAR(static_cast<double>(watched.moments[first + k - 1][0][0].image.demand_Pa),
                 rows[k].reference_Pa[0], 51.0)
         << "Pa, row " << k << ", preview " << GetParam() << " ticks";
     ASSERT_EQ(rows[k].reference_Pa[0], reference_Pa[k]);

@@ -81,6 +81,11 @@ inline Abort read_supply(const Device& device, Place, std::uint32_t& bits) noexc
   return Abort::none;
 }
 
+inline Abort read_regulation(const Device& device, Place at, std::uint32_t& bits) noexcept {
+  bits = device.image.chamber[at.sub - std::size_t{1}].regulation;
+  return Abort::none;
+}
+
 using C = ChamberImage;
 using L = telemetry::LatencyHistogram;
 
@@ -146,6 +151,10 @@ inline constexpr Entry kProcessRows[] = {
           fixed<std::bit_cast<std::uint32_t>(kCommandLsb_V)>),
     kept(value(0x2228, 2, kOnce, "Volume code LSB [m3]", real32, read_write, no, {1.0e-10F, 1.0e-4F, true},
                read_volume_lsb, write_volume_lsb)),
+    highest<config::kChambers>(object::kRegulation, kOnce,
+                               "Regulation (1 on target, 2 ramp runs, 4 limit touched, 8 deviates)"),
+    value(object::kRegulation, {1, config::kChambers}, kOnce, "Of a chamber: regulation", unsigned8,
+          read_only, transmit, kAny, read_regulation),
 };
 
 }  // namespace plenum::canopen::dictionary

@@ -3,10 +3,14 @@
 // Only object_dictionary.cpp includes this folder. Each area is one file: its rows, and what reads and writes them.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <bit>
 #include <cstdint>
+#include <iterator>
 #include <span>
 #include <type_traits>
+
 #include "firmware/canopen/object_dictionary.hpp"
 #include "firmware/numeric/nearest.hpp"
 
@@ -171,6 +175,27 @@ constexpr Entry highest(std::uint16_t index, Many many, const char* name) {
 constexpr Entry of_node(Entry row) {
   row.of_node = true;
   return row;
+}
+
+/// A write that changes nothing, of a value whose range allows but one.
+inline Abort accept(Device&, Place, std::uint32_t) noexcept {
+  return Abort::none;
+}
+
+/// Rows and arrays of rows, one after the other.
+template <typename... Areas>
+constexpr auto joined(const Areas&... areas) {
+  std::array<Entry, (sizeof(Areas) + ...) / sizeof(Entry)> rows{};
+  Entry* end = rows.data();
+  const auto append = [&end](const auto& area) {
+    if constexpr (std::is_same_v<decltype(area), const Entry&>) {
+      *end++ = area;
+    } else {
+      end = std::copy(std::begin(area), std::end(area), end);
+    }
+  };
+  (append(areas), ...);
+  return rows;
 }
 
 /// 1010h stores this row and 1011h restores it.

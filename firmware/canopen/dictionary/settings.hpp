@@ -57,25 +57,16 @@ inline Abort write_chamber_ticks(Device& device, Place at, std::uint32_t bits) n
   return set_chamber(device, at, settings);
 }
 
-inline Abort read_in_use(const Device& device, Place at, std::uint32_t& bits) noexcept {
-  bits = device.settings.chamber(at.instance).in_use ? 1 : 0;
+template <auto member>
+Abort read_choice(const Device& device, Place at, std::uint32_t& bits) noexcept {
+  bits = static_cast<std::uint32_t>(device.settings.chamber(at.instance).*member);
   return Abort::none;
 }
 
-inline Abort write_in_use(Device& device, Place at, std::uint32_t bits) noexcept {
+template <auto member>
+Abort write_choice(Device& device, Place at, std::uint32_t bits) noexcept {
   config::ChamberSettings settings = device.settings.edited(at.instance);
-  settings.in_use = bits != 0;
-  return set_chamber(device, at, settings);
-}
-
-inline Abort read_safe_output(const Device& device, Place at, std::uint32_t& bits) noexcept {
-  bits = static_cast<std::uint32_t>(device.settings.chamber(at.instance).safe_output);
-  return Abort::none;
-}
-
-inline Abort write_safe_output(Device& device, Place at, std::uint32_t bits) noexcept {
-  config::ChamberSettings settings = device.settings.edited(at.instance);
-  settings.safe_output = static_cast<config::SafeOutput>(bits);
+  settings.*member = static_cast<std::remove_reference_t<decltype(settings.*member)>>(bits);
   return set_chamber(device, at, settings);
 }
 
@@ -162,14 +153,23 @@ inline constexpr auto kChamberFloatRows =
     field_rows(object::kChamberSettings, kChambersNext, "Chamber settings", config::kChamberFloats, real32,
                read_chamber_float, write_chamber_float);
 inline constexpr auto kChamberTickRows =
-    field_rows(object::kChamberTicks, kChambersNext, "Chamber settings: ticks", config::kChamberTicks,
-               unsigned16, read_chamber_ticks, write_chamber_ticks);
+    field_rows(object::kChamberTicks, kChambersNext, "Chamber settings: ticks and times",
+               config::kChamberTicks, unsigned16, read_chamber_ticks, write_chamber_ticks);
+/// One of 0 to `most`.
+template <auto member>
+constexpr Entry choice(int sub, const char* name, float most) {
+  return kept(value(object::kChamberChoices, sub, kChambersNext, name, unsigned8, read_write, no,
+                    {0.0F, most, true}, read_choice<member>, write_choice<member>));
+}
+
 inline constexpr Entry kChamberChoiceRows[] = {
-    highest<2>(object::kChamberChoices, kChambersNext, "Chamber settings: choices"),
-    kept(value(object::kChamberChoices, 1, kChambersNext, "in_use", unsigned8, read_write, no,
-               {0.0F, 1.0F, true}, read_in_use, write_in_use)),
-    kept(value(object::kChamberChoices, 2, kChambersNext, "safe_output (0 null, 1 vent)", unsigned8,
-               read_write, no, {0.0F, 1.0F, true}, read_safe_output, write_safe_output)),
+    highest<5>(object::kChamberChoices, kChambersNext, "Chamber settings: choices"),
+    choice<&config::ChamberSettings::in_use>(1, "in_use", 1.0F),
+    choice<&config::ChamberSettings::safe_output>(2, "safe_output (0 null, 1 vent)", 1.0F),
+    choice<&config::ChamberSettings::ramp_type>(
+        3, "ramp_type (0 none, 1 one rate, 2 two rates, 3 by quadrant: as 2)", 3.0F),
+    choice<&config::ChamberSettings::deviation_watched>(4, "deviation_watched", 1.0F),
+    choice<&config::ChamberSettings::target_watched>(5, "target_watched", 1.0F),
 };
 inline constexpr auto kBoardFloatRows =
     field_rows(object::kBoardSettings, kOnce, "Board settings", config::kBoardFloats, real32,

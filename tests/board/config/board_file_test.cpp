@@ -72,6 +72,24 @@ TEST(BoardFile, TheExampleIsReadWhole) {
   EXPECT_TRUE(board.watchdog.empty());
 }
 
+TEST(BoardFile, SaysHowAReferenceRampsAndWhatIsWatched) {
+  const std::string command = "command = { device = \"dac\", channel = \"voltage0\" }";
+  const auto settings = [&](const std::string& lines) {
+    return parse_board(with(command, command + lines), "").settings.chamber[0];
+  };
+  using plenum::config::RampType;
+  EXPECT_EQ(settings("").ramp_type, RampType::one_rate);
+  EXPECT_FALSE(settings("").deviation_watched);
+  const auto ramped = settings("\nramp_type = \"two_rates\"\nreference_fall_kPa_per_s = 40.0");
+  EXPECT_EQ(ramped.ramp_type, RampType::two_rates);
+  EXPECT_EQ(ramped.reference_fall_kPa_per_s, 40.0F);
+  const auto watched =
+      settings("\ndeviation_watched = true\ndeviation_delay_ms = 250\ntarget_watched = true");
+  EXPECT_TRUE(watched.deviation_watched);
+  EXPECT_EQ(watched.deviation_delay_ms, 250);
+  EXPECT_TRUE(watched.target_watched);
+}
+
 TEST(BoardFile, AChamberThatIsNotListedOrNotInUseHasNoChannelAndIsNotWatched) {
   const BoardFile board = read_board(PLENUM_SOURCE_DIR "/board/service/board.toml");
   for (const std::size_t c : {2U, 4U, 5U, 6U, 7U}) {
@@ -180,6 +198,8 @@ INSTANTIATE_TEST_SUITE_P(
                 "board.toml: line 10: chamber[1].null_V = 2, expected 3.01 to 6.99"},
         Mistake{kCommand, "command = { device = \"dac\", channel = \"voltage0\" }\nsafe_output = \"open\"",
                 "board.toml: line 10: chamber[1].safe_output = 'open', expected null, vent"},
+        Mistake{kCommand, "command = { device = \"dac\", channel = \"voltage0\" }\nramp_type = \"steep\"",
+                "board.toml: line 10: chamber[1].ramp_type = 'steep', expected none, one_rate, two_rates"},
         Mistake{kCommand, "command = { device = \"dac\", channel = \"voltage0\" }\nin_use = 1",
                 "board.toml: line 10: chamber[1].in_use is a whole number, expected true or false"},
         // 5 V is the null: above it the valve fills

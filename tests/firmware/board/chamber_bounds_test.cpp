@@ -54,9 +54,11 @@ TEST_P(ChamberBounds, OfItsModelLeaveTheCommandWithinTheInstallersRangeAndEveryV
                   command_V <= settings.chamber[0].command_high_V)
           << command_V << " V, set " << i << ", tick " << tick;
       for (const float value :
-           std::initializer_list<float>{image.actual_Pa, image.demand_Pa, image.reference_Pa, image.volume_m3,
+           std::initializer_list<float>{image.actual_Pa, image.demand_Pa, image.volume_m3,
                                         image.feedforward_V, image.feedback_V, image.residual_Pa})
         ASSERT_TRUE(std::isfinite(value)) << "set " << i << ", tick " << tick;
+      if (tick <= int{config::kMostPreview_ticks})
+        continue;  // until the first set point is due it stays at the pressure
       ASSERT_GE(image.demand_Pa, 999.0F * settings.chamber[0].pressure_low_kPa)
           << "6390h tells what is followed";
       ASSERT_LE(image.demand_Pa, 1001.0F * settings.chamber[0].pressure_high_kPa);

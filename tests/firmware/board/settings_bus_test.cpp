@@ -37,11 +37,9 @@ TEST(SettingsOnTheBus, BoundTheReferenceByTheUpperLimit) {
   bench.session.write<std::int16_t>(object::kUpperLimit + 2 * object::kChamberStride, 1, 3500);
   regulate(bench, 500.0);
   ASSERT_EQ(bench.state(), safety::State::active);
-  EXPECT_EQ(bench.image().chamber[2].reference_Pa, 350'000.0F);
   EXPECT_EQ(bench.image().chamber[2].demand_Pa, 350'000.0F);
   EXPECT_NEAR(bench.chamber[2].pressure_kPa, 350.0, 0.5) << "kPa, after 1.5 s";
-  EXPECT_EQ(bench.image().chamber[3].reference_Pa, 500'000.0F) << "the others follow the set point";
-  EXPECT_EQ(bench.image().chamber[3].demand_Pa, 500'000.0F);
+  EXPECT_EQ(bench.image().chamber[3].demand_Pa, 500'000.0F) << "the others follow the set point";
 }
 
 TEST(SettingsOnTheBus, BoundTheCommandOfAModelInForce) {
@@ -120,7 +118,7 @@ TEST(SettingsOnTheBus, AreRefusedWhileTheBoardRegulates) {
   regulate(bench, 300.0);
   EXPECT_THROW(bench.session.write<std::int16_t>(object::kUpperLimit, 1, 2500), host::client::SdoAbort);
   bench.run(10);
-  EXPECT_EQ(bench.image().chamber[0].reference_Pa, 300'000.0F);
+  EXPECT_EQ(bench.image().chamber[0].demand_Pa, 300'000.0F);
 }
 
 TEST(SettingsOnTheBus, LeaveTheOutputsOfAStandingBoardAlone) {
@@ -130,6 +128,113 @@ TEST(SettingsOnTheBus, LeaveTheOutputsOfAStandingBoardAlone) {
   bench.session.write<float>(object::kChamberSettings, 12, 500.0F);  // the ramp
   bench.run(1);
   EXPECT_EQ(bench.analog_out.held_V, before_V);
+}
+
+constexpr std::uint16_t of_chamber(std::uint16_t index, unsigned chamber) {
+  return static_cast<std::uint16_t>(index + chamber * object::kChamberStride);
+}
+
+// 4 s for 10 bar up, 8 s down: 2.5 and 1.25 kPa a tick.
+TEST(Cia408, RampsUpAndDownAtTheTimesThatAreWritten) {
+  Bench bench;
+  wake(bench);
+  for (const unsigned c : {1U, 4U}) {
+    bench.session.write<std::int8_t>(of_chamber(0x63B0, c), 0, 2);
+    bench.session.write<std::uint16_t>(of_chamber(0x63B1, c), 1, 4000);
+    bench.session.write<std::uint16_t>(of_chamber(0x63B4, c), 1, 8000);
+  }
+  regulate(bench, 300.0);
+  ASSERT_EQ(bench.state(), safety::State::active);
+  EXPECT_EQ(bench.image().status_word, 0xF);
+  const auto follow = [&](double target_kPa, float step_kPa, int ticks) {
+    bench.setpoint_kPa = target_kPa;
+    float before_kPa = bench.image().chamber[4].demand_Pa / 1000.0F;
+    for (int tick = 1; tick <= ticks; ++tick) {
+      bench.tick();
+      const float demand_kPa = bench.image().chamber[4].demand_Pa / 1000.0F;
+      ASSERT_NEAR(demand_kPa - before_kPa, step_kPa, 1e-3) << "tick " << tick;
+      if (tick < ticks) {
+        ASSERT_EQ(bench.image().status_word, 0x20F) << "tick " << tick;
+      }
+      EXPECT_EQ(bench.image().chamber[0].regulation, 0) << "who has no ramp";
+      before_kPa = demand_kPa;
+    }
+    bench.run(1);
+    EXPECT_EQ(bench.image().status_word, 0xF) << "there";
+  };
+  follow(350.0, 2.5F, 20);
+  follow(300.0, -1.25F, 40);
+  EXPECT_NEAR(bench.chamber[4].pressure_kPa, 300.0, 0.5);
+}
+
+TEST(Cia408, ShowsASetPointBeyondTheLimits) {
+  Bench bench;
+  wake(bench);
+  bench.session.write<std::int16_t>(of_chamber(object::kUpperLimit, 2), 1, 3500);
+  regulate(bench, 350.0);
+  EXPECT_EQ(bench.image().status_word, 0xF);
+  bench.setpoint_kPa = 351.0;
+  bench.run(2);
+  EXPECT_EQ(bench.image().status_word, 0x40F);
+  EXPECT_EQ(bench.image().chamber[2].regulation, canopen::regulation::kLimitTouched);
+  EXPECT_EQ(bench.image().chamber[3].regulation, 0);
+  bench.control(0x3);
+  bench.run(2);
+  EXPECT_EQ(bench.image().status_word, 0xB) << "a hold set point that was never written touches none";
+}
+
+TEST(Cia408, WarnsWhileThePressureIsOffItsBandAndRegulatesOn) {
+  Bench bench;
+  wake(bench);
+  bench.session.write<std::uint16_t>(of_chamber(0x63D2, 3), 1, 200);
+  bench.session.write<std::int16_t>(of_chamber(0x63D3, 3), 1, 100);
+  bench.session.write<std::int8_t>(of_chamber(0x63D1, 3), 0, 1);
+  regulate(bench, 300.0);
+  ASSERT_EQ(bench.image().status_word, 0xF);
+  // a sensor at 285 kPa, 15 below the set point, that has noise
+  const auto run = [&](float pressure_V, int ticks) {
+    for (int tick = 0; tick < ticks; ++tick) {
+      bench.forced[3] = ports::AnalogReading{pressure_V + (tick % 2 == 0 ? 0.0F : 1e-5F), true};
+      bench.tick();
+    }
+  };
+  run(2.85F, 19);
+  EXPECT_EQ(bench.image().status_word, 0xF);
+  run(2.85F, 2);
+  EXPECT_EQ(bench.image().status_word, 0x80F) << "after 200 ms; READY: a warning, no fault's reaction";
+  EXPECT_NEAR(bench.image().chamber[3].deviation_Pa, 15e3, 10.0) << "63D0h, Pa";
+  EXPECT_EQ(bench.image().error_code, 0xFF0C);
+  EXPECT_EQ(bench.image().fault_chamber, 4);
+  EXPECT_EQ(bench.state(), safety::State::active);
+  run(2.95F, 2);
+  EXPECT_EQ(bench.image().status_word, 0xF);
+  EXPECT_EQ(bench.image().error_code, 0);
+}
+
+TEST(Cia408, SaysWhenEveryChamberThatWatchesForItIsOnTarget) {
+  Bench bench;
+  wake(bench);
+  for (const unsigned c : {0U, 5U}) {
+    bench.session.write<std::int8_t>(of_chamber(0x63F0, c), 0, 1);
+    bench.session.write<std::int16_t>(of_chamber(0x63F2, c), 1, 20);
+  }
+  regulate(bench, 300.0);
+  EXPECT_EQ(bench.image().status_word, 0x10F);
+  bench.forced[5] = ports::AnalogReading{2.9F, true};
+  bench.run(2);
+  EXPECT_EQ(bench.image().status_word, 0xF) << "one of two";
+  EXPECT_EQ(bench.image().chamber[0].regulation, canopen::regulation::kOnTarget);
+  bench.forced[5].reset();
+  bench.run(50);
+  EXPECT_EQ(bench.image().status_word, 0x10F);
+  bench.setpoint_kPa = 500.0;
+  bench.run(2);
+  EXPECT_EQ(bench.image().status_word, 0xF) << "a new target, out of reach within a tick";
+  bench.run(50);
+  EXPECT_EQ(bench.image().status_word, 0x10F);
+  bench.control(0x1);
+  bench.run(2);
+  EXPECT_EQ(bench.image().status_word, 0x9) << "at rest there is none";
 }
 
 constexpr std::uint8_t kNull = 15;  // sub-indices of 2400h

@@ -176,7 +176,7 @@ TEST(DataSheet, TellsARecordOfEachChamber) {
            "[9B80sub1]\nParameterName=Set point, chamber 8\nObjectType=0x7\nDataType=0x0003\n"
            "AccessType=rw\nLowLimit=0\nHighLimit=32767\nPDOMapping=1\n\n"));
   EXPECT_TRUE(
-      says("[6380sub3]\nParameterName=Set point prefix, chamber 1\nObjectType=0x7\nDataType=0x0002\n"
+      says("[6380sub3]\nParameterName=Prefix, chamber 1\nObjectType=0x7\nDataType=0x0002\n"
            "AccessType=const\nDefaultValue=-3\nPDOMapping=0\n\n"));
 }
 

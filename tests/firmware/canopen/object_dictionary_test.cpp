@@ -232,9 +232,9 @@ TEST(ObjectDictionary, PutsTheChambersAtTheirStrides) {
   EXPECT_EQ(bench.image.chamber[7].setpoint_Pa.value(), 100000.0F);
   bench.answer("605 2B 94 73 01 D0 07 00 00");  // 6394h + 2 x 800h
   EXPECT_EQ(bench.image.chamber[2].hold_setpoint_Pa.value(), 200000.0F);
-  bench.image.chamber[1].reference_Pa = 300000.0F;
-  bench.image.chamber[1].actual_Pa = 250000.0F;
-  EXPECT_EQ(bench.answer("605 40 91 6B 01 00 00 00 00"), "585 4B 91 6B 01 B8 0B 00 00");
+  bench.image.chamber[1].demand_Pa = 300000.0F;
+  bench.image.chamber[1].deviation_Pa = 50000.0F;
+  EXPECT_EQ(bench.answer("605 40 90 6B 01 00 00 00 00"), "585 4B 90 6B 01 B8 0B 00 00");
   EXPECT_EQ(bench.answer("605 40 D0 6B 01 00 00 00 00"), "585 4B D0 6B 01 F4 01 00 00");
   EXPECT_EQ(bench.answer("605 40 D0 6B 02 00 00 00 00"), "585 4F D0 6B 02 4E 00 00 00");
   EXPECT_EQ(bench.answer("605 40 D0 6B 03 00 00 00 00"), "585 4F D0 6B 03 FD 00 00 00");
@@ -248,7 +248,7 @@ TEST(FaultReactions, AreThoseOfTheSupervisor) {
   const auto read = [&](const char* sub) {
     return bench.answer("605 40 30 28 " + std::string(sub) + " 00 00 00 00").substr(16);
   };
-  EXPECT_EQ(bench.answer("605 40 30 28 00 00 00 00 00"), "585 4F 30 28 00 1B 00 00 00") << "27 faults";
+  EXPECT_EQ(bench.answer("605 40 30 28 00 00 00 00 00"), "585 4F 30 28 00 1C 00 00 00") << "28 faults";
   EXPECT_EQ(read("01"), "00 90 02 00") << "emergency stop 9000h: safe, of the board";
   EXPECT_EQ(read("03"), "02 83 03 01") << "over-pressure 8302h: vent, of a chamber";
   EXPECT_EQ(read("04"), "09 FF 02 00") << "memory upset FF09h: safe, of the board";
@@ -258,10 +258,11 @@ TEST(FaultReactions, AreThoseOfTheSupervisor) {
   EXPECT_EQ(read("14"), "02 FF 01 01") << "model residual FF02h: hold, of a chamber";
   EXPECT_EQ(read("17"), "20 81 00 02") << "error passive 8120h: none, clears by itself";
   EXPECT_EQ(read("18"), "0B FF 00 03") << "model drift FF0Bh: none, of a chamber, clears by itself";
-  EXPECT_EQ(read("19"), "10 82 00 02") << "PDO too short 8210h: none, clears by itself";
-  EXPECT_EQ(read("1A"), "40 82 00 02") << "SYNC that 1019h does not allow 8240h: none, clears by itself";
-  EXPECT_EQ(read("1B"), "20 82 00 02") << "PDO longer than mapped 8220h: none, clears by itself";
-  EXPECT_EQ(bench.answer("605 40 30 28 1C 00 00 00 00"), "585 80 30 28 1C 11 00 09 06");
+  EXPECT_EQ(read("19"), "0C FF 00 03") << "control deviation FF0Ch: none, of a chamber, clears by itself";
+  EXPECT_EQ(read("1A"), "10 82 00 02") << "PDO too short 8210h: none, clears by itself";
+  EXPECT_EQ(read("1B"), "40 82 00 02") << "SYNC that 1019h does not allow 8240h: none, clears by itself";
+  EXPECT_EQ(read("1C"), "20 82 00 02") << "PDO longer than mapped 8220h: none, clears by itself";
+  EXPECT_EQ(bench.answer("605 40 30 28 1D 00 00 00 00"), "585 80 30 28 1D 11 00 09 06");
   EXPECT_EQ(bench.answer("605 23 30 28 01 00 90 00 00"), "585 80 30 28 01 02 00 01 06") << "read only";
 }
 

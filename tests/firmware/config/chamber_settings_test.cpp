@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <utility>
 
 namespace plenum::config {
 namespace {
@@ -40,6 +41,11 @@ const Case kCases[] = {
      SettingError::out_of_range},
     {"safe_output", [](ChamberSettings& s) { s.safe_output = static_cast<SafeOutput>(7); },
      SettingError::out_of_range},
+    {"ramp_type", [](ChamberSettings& s) { s.ramp_type = static_cast<RampType>(4); },
+     SettingError::out_of_range},
+    {"deviation_low_kPa", [](ChamberSettings& s) { s.deviation_low_kPa = 0.1F; }, SettingError::out_of_range},
+    {"target_high_kPa", [](ChamberSettings& s) { s.target_high_kPa = -0.1F; }, SettingError::out_of_range},
+    {"target_time_ms", [](ChamberSettings& s) { s.target_time_ms = 60001; }, SettingError::out_of_range},
     {"pressure_valid_high_V", [](ChamberSettings& s) { s.pressure_valid_high_V = 0.1F; },
      SettingError::not_admissible},
     {"position_valid_high_V", [](ChamberSettings& s) { s.position_valid_high_V = -1.0F; },
@@ -67,6 +73,22 @@ TEST(ChamberSettings, AreRefusedByTheFieldToBlameWithTheRangeItMisses) {
           << c.field << " " << verdict.value;
     }
   }
+}
+
+TEST(RampRates, FollowTheType) {
+  ChamberSettings settings;
+  settings.reference_ramp_kPa_per_s = 300.0F;
+  settings.reference_fall_kPa_per_s = 40.0F;
+  const auto rates = [&](RampType type) {
+    settings.ramp_type = type;
+    const RampRates both = ramp_rates(settings);
+    return std::pair{both.rise_kPa_s, both.fall_kPa_s};
+  };
+  EXPECT_EQ(rates(RampType::one_rate), std::pair(300.0F, 300.0F));
+  EXPECT_EQ(rates(RampType::two_rates), std::pair(300.0F, 40.0F));
+  EXPECT_EQ(rates(RampType::by_quadrant), std::pair(300.0F, 40.0F));
+  EXPECT_GE(rates(RampType::none).first * kTick_s, 2000.0F) << "all pressures within a tick";
+  EXPECT_GE(rates(RampType::none).second * kTick_s, 2000.0F);
 }
 
 TEST(BoardSettings, AreRefusedByTheFieldToBlame) {

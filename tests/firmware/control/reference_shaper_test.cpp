@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <utility>
+
 #include "tests/firmware/scalars.hpp"
 
 namespace plenum::control {
@@ -51,7 +53,8 @@ TEST(ReferenceShaper, LooksAsFarAheadAsItIsAskedAndHoldsTheLastThatItKnows) {
 }
 
 TEST(ReferenceShaper, RampsAtItsRateAndNoFaster) {
-  ReferenceShaper shaper = shaper_at(200, {.low_kPa = 100, .high_kPa = 700, .ramp_kPa_s = 500});
+  ReferenceShaper shaper =
+      shaper_at(200, {.low_kPa = 100, .high_kPa = 700, .rise_kPa_s = 500, .fall_kPa_s = 500});
   for (int tick = 1; tick <= 20; ++tick) {
     EXPECT_NEAR(real(shaper.step(300, 0, 2).kPa[1]),
                 std::min(200.0F + 5.0F * static_cast<float>(tick), 300.0F), 1e-3F);
@@ -59,8 +62,46 @@ TEST(ReferenceShaper, RampsAtItsRateAndNoFaster) {
   EXPECT_EQ(shaper.step(300, 0, 2).kPa[1], 300);
 }
 
+TEST(ReferenceShaper, RisesAndFallsAtRatesOfTheirOwn) {
+  ReferenceShaper shaper =
+      shaper_at(300, {.low_kPa = 100, .high_kPa = 700, .rise_kPa_s = 500, .fall_kPa_s = 200});
+  for (int tick = 1; tick <= 20; ++tick)
+    EXPECT_NEAR(real(shaper.step(400, 0, 2).kPa[1]), 300.0F + 5.0F * static_cast<float>(tick), 1e-3F);
+  for (int tick = 1; tick <= 50; ++tick)
+    EXPECT_NEAR(real(shaper.step(300, 0, 2).kPa[1]), 400.0F - 2.0F * static_cast<float>(tick), 1e-3F);
+  EXPECT_EQ(shaper.step(300, 0, 2).kPa[1], 300);
+}
+
+TEST(ReferenceShaper, TellsThatARampRunsUntilTheReferenceIsWhereItsSetPointWantsIt) {
+  ReferenceShaper shaper =
+      shaper_at(300, {.low_kPa = 100, .high_kPa = 700, .rise_kPa_s = 1000, .fall_kPa_s = 1000});
+  for (int tick = 1; tick <= 8; ++tick) {
+    shaper.step(350, 0, 2);
+    if (tick == 5) continue;  // there, but for a rounding
+    EXPECT_EQ(shaper.ramp_runs(), tick < 5) << "50 kPa at 10 kPa a tick, tick " << tick;
+  }
+}
+
+TEST(ReferenceShaper, TellsOfNoRampWhereASetPointOfLaterIsKnown) {
+  ReferenceShaper shaper = shaper_at(300);
+  for (int tick = 0; tick < 20; ++tick) {
+    shaper.step(static_cast<float>(300 + tick), 4, 6);
+    EXPECT_FALSE(shaper.ramp_runs()) << "tick " << tick;
+  }
+}
+
+TEST(ReferenceShaper, TellsASetPointThatItCutsOff) {
+  ReferenceShaper shaper = shaper_at(200, {.low_kPa = 120, .high_kPa = 600});
+  for (const auto& [setpoint_kPa, touched] :
+       {std::pair{600.0F, false}, {600.5F, true}, {120.0F, false}, {119.5F, true}, {0.0F, false}}) {
+    shaper.step(setpoint_kPa, 0, 2);
+    EXPECT_EQ(shaper.limit_touched(), touched) << setpoint_kPa << " kPa; 0 stands for none";
+  }
+}
+
 TEST(ReferenceShaper, LimitsTheSetPoint) {
-  ReferenceShaper shaper = shaper_at(200, {.low_kPa = 120, .high_kPa = 600, .ramp_kPa_s = 1e6F});
+  ReferenceShaper shaper =
+      shaper_at(200, {.low_kPa = 120, .high_kPa = 600, .rise_kPa_s = 1e6F, .fall_kPa_s = 1e6F});
   EXPECT_EQ(shaper.step(5000, 0, 2).kPa[1], 600);
   EXPECT_EQ(shaper.step(0, 0, 2).kPa[1], 120);
 }

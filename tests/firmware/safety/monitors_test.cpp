@@ -226,6 +226,108 @@ TEST(ChamberMonitor, WarnsOfADriftThatIsLargeBesideTheFitUntilItIsSmall) {
   EXPECT_FALSE(told(100.0F)) << "switched off";
 }
 
+/// Regulated to 400 kPa plus what is asked for; healthy() has the pressure at 400 kPa.
+ChamberMonitor::Input asked_to_be_off_by(float deviation_kPa) {
+  auto in = healthy();
+  in.regulated = true;
+  in.reference_kPa = numeric::Scalar(400.0F + deviation_kPa);
+  return in;
+}
+
+config::ChamberSettings watching() {
+  config::ChamberSettings settings;
+  settings.deviation_watched = true;
+  settings.deviation_low_kPa = -10.0F;
+  settings.deviation_high_kPa = 20.0F;
+  settings.deviation_delay_ms = 70;
+  settings.target_watched = true;
+  settings.target_low_kPa = -1.0F;
+  settings.target_high_kPa = 2.0F;
+  settings.target_time_ms = 40;
+  return settings;
+}
+
+TEST(ChamberMonitor, WarnsOfAControlDeviationOutsideItsBandForTheDelay) {
+  const auto raised = [](float deviation_kPa, const config::ChamberSettings& settings) {
+    return chamber_tick(Fault::control_deviation, asked_to_be_off_by(deviation_kPa), settings);
+  };
+  config::ChamberSettings settings = watching();
+  EXPECT_EQ(raised(20.5F, settings), 7) << "70 ms";
+  EXPECT_EQ(raised(-10.5F, settings), 7);
+  EXPECT_EQ(raised(19.5F, settings), 0);
+  EXPECT_EQ(raised(-9.5F, settings), 0);
+  settings.deviation_delay_ms = 71;
+  EXPECT_EQ(raised(20.5F, settings), 8) << "a tick that has begun";
+  settings.deviation_delay_ms = 0;
+  EXPECT_EQ(raised(20.5F, settings), 1);
+  settings.deviation_watched = false;
+  EXPECT_EQ(raised(500.0F, settings), 0) << "switched off";
+}
+
+TEST(ChamberMonitor, TakesADeviationBackAsSoonAsItIsWithinItsBandOrNobodyRegulates) {
+  const config::ChamberSettings settings = watching();
+  ChamberMonitor monitor;
+  const auto deviates = [&](const ChamberMonitor::Input& in) {
+    return holds(monitor.step(settings, in).causes, Fault::control_deviation);
+  };
+  for (int tick = 1; tick <= 9; ++tick) EXPECT_EQ(deviates(asked_to_be_off_by(30.0F)), tick >= 7);
+  EXPECT_FALSE(deviates(asked_to_be_off_by(0.0F)));
+  for (int tick = 1; tick <= 9; ++tick) deviates(asked_to_be_off_by(30.0F));
+  auto in = asked_to_be_off_by(30.0F);
+  in.regulated = false;
+  EXPECT_FALSE(deviates(in));
+  in.regulated = true;
+  for (int tick = 1; tick <= 9; ++tick) EXPECT_EQ(deviates(in), tick >= 7) << "anew";
+}
+
+TEST(ChamberMonitor, CountsTheTicksThatALateBoardHasLeftOutOfADeviation) {
+  const config::ChamberSettings settings = watching();
+  ChamberMonitor monitor;
+  auto in = asked_to_be_off_by(30.0F);
+  EXPECT_EQ(monitor.step(settings, in).causes, 0U);
+  in.ticks = 6;
+  EXPECT_TRUE(holds(monitor.step(settings, in).causes, Fault::control_deviation));
+}
+
+TEST(ChamberMonitor, JudgesNoDeviationByAPressureThatDidNotCome) {
+  const config::ChamberSettings settings = watching();
+  ChamberMonitor monitor;
+  auto silent = asked_to_be_off_by(30.0F);
+  silent.pressure_fresh = false;
+  for (int tick = 1; tick <= 5; ++tick) monitor.step(settings, asked_to_be_off_by(30.0F));
+  for (int tick = 1; tick <= 5; ++tick)
+    EXPECT_FALSE(holds(monitor.step(settings, silent).causes, Fault::control_deviation));
+  for (int tick = 1; tick <= 2; ++tick)
+    EXPECT_EQ(holds(monitor.step(settings, asked_to_be_off_by(30.0F)).causes, Fault::control_deviation),
+              tick == 2);
+}
+
+TEST(ChamberMonitor, IsOnTargetWithinItsWindowForItsTime) {
+  const auto first_on_target = [](float deviation_kPa, const config::ChamberSettings& settings) {
+    ChamberMonitor monitor;
+    for (int tick = 1; tick <= 20; ++tick)
+      if (monitor.step(settings, asked_to_be_off_by(deviation_kPa)).on_target) return tick;
+    return 0;
+  };
+  config::ChamberSettings settings = watching();
+  EXPECT_EQ(first_on_target(0.0F, settings), 4) << "40 ms";
+  EXPECT_EQ(first_on_target(1.9F, settings), 4);
+  EXPECT_EQ(first_on_target(2.1F, settings), 0);
+  EXPECT_EQ(first_on_target(-1.1F, settings), 0);
+  settings.target_watched = false;
+  EXPECT_EQ(first_on_target(0.0F, settings), 0) << "switched off";
+
+  settings = watching();
+  ChamberMonitor monitor;
+  for (int tick = 1; tick <= 6; ++tick) monitor.step(settings, asked_to_be_off_by(0.0F));
+  EXPECT_FALSE(monitor.step(settings, asked_to_be_off_by(5.0F)).on_target);
+  for (int tick = 1; tick <= 6; ++tick)
+    EXPECT_EQ(monitor.step(settings, asked_to_be_off_by(0.0F)).on_target, tick >= 4) << "anew";
+  auto at_rest = asked_to_be_off_by(0.0F);
+  at_rest.regulated = false;
+  EXPECT_FALSE(monitor.step(settings, at_rest).on_target);
+}
+
 TEST(ChamberMonitor, RaisesAMissingModelOnlyWhenRegulationIsAsked) {
   auto in = healthy();
   in.model_ready = false;
