@@ -121,7 +121,7 @@ Abort write_limit_mbar(Device& device, Place at, std::uint32_t bits) noexcept {
 }
 
 /// That of the setting.
-consteval Range limit_range_mbar(float Limits::*member) {
+constexpr Range limit_range_mbar(float Limits::*member) {
   for (const auto& field : config::kChamberFloats) {
     if (field.member == member) return {field.low * kMbar_per_kPa, field.high * kMbar_per_kPa, true};
   }
