@@ -220,11 +220,13 @@ inline Line line_of(const Limits& settings) noexcept {
 constexpr float kMilli_per_V = 1000.0F;
 
 template <float Line::*member>
-constexpr float kMilli = member == &Line::low_V || member == &Line::high_V ? kMilli_per_V : kMbar_per_kPa;
+constexpr float milli() noexcept {
+  return member == &Line::low_V || member == &Line::high_V ? kMilli_per_V : kMbar_per_kPa;
+}
 
 template <float Line::*member>
 Abort read_line(const Device& device, Place at, std::uint32_t& bits) noexcept {
-  bits = mbar_bits(line_of(device.settings.chamber(at.instance)).*member * kMilli<member>);
+  bits = mbar_bits(line_of(device.settings.chamber(at.instance)).*member * milli<member>());
   return Abort::none;
 }
 
@@ -233,7 +235,7 @@ template <float Line::*member>
 Abort write_line(Device& device, Place at, std::uint32_t bits) noexcept {
   Limits settings = device.settings.edited(at.instance);
   Line line = line_of(settings);
-  line.*member = static_cast<float>(static_cast<std::int16_t>(bits)) / kMilli<member>;
+  line.*member = static_cast<float>(static_cast<std::int16_t>(bits)) / milli<member>();
   settings.pressure_valid_low_V = line.low_V;
   settings.pressure_valid_high_V = line.high_V;
   settings.pressure_gain_kPa_per_V = (line.high_kPa - line.low_kPa) / (line.high_V - line.low_V);
