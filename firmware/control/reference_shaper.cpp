@@ -32,8 +32,8 @@ const ReferenceShaper::Reference& ReferenceShaper::step(Scalar setpoint_kPa, std
   for (std::size_t i = 1; i <= ahead; ++i) {
     const Scalar wanted_kPa = latched_kPa(i < preview ? preview - i : 0);
     kPa[i] = numeric::clamp(wanted_kPa, kPa[i - 1] - fall_kPa_, kPa[i - 1] + rise_kPa_);
-    if (i == 1) ramp_runs_ = kPa[1] != wanted_kPa;
   }
+  ramp_runs_ = kPa[1] != latched_kPa(preview > 1 ? preview - 1 : 0);
   return reference_;
 }
 
