@@ -79,9 +79,9 @@ void TextLine::hexadecimal(std::uint32_t value, int digits_at_least) noexcept {
   digits(value, 16, digits_at_least);
 }
 
-void TextLine::decimal(std::int32_t value) noexcept {
+void TextLine::decimal(std::int64_t value) noexcept {
   if (value < 0) put("-");
-  const auto magnitude = static_cast<std::uint32_t>(value);
+  const auto magnitude = static_cast<std::uint64_t>(value);
   digits(value < 0 ? 0U - magnitude : magnitude, 10, 1);
 }
 

@@ -19,7 +19,7 @@ class TextLine {
   void put(std::string_view text) noexcept;
   /// `value` in at least `digits` hexadecimal digits, upper case, without a prefix.
   void hexadecimal(std::uint32_t value, int digits) noexcept;
-  void decimal(std::int32_t value) noexcept;
+  void decimal(std::int64_t value) noexcept;
   /// The shortest decimal number that lies nearer to `value` than to any other float (IEEE 754 binary32): 0.1, -12.5,
   /// 1e-07. At most nine digits. `value` must be finite.
   void real(float value) noexcept;

@@ -51,18 +51,16 @@ numeric::Scalar drift_limit_kPa(const config::ChamberSettings& settings, float f
 void ChamberMonitor::watch_deviation(const config::ChamberSettings& settings, const Input& in,
                                      const Output& seen) noexcept {
   if (in.regulated && !seen.pressure_usable) return;
-  const bool watched = settings.deviation_watched || settings.target_watched;
-  const numeric::Scalar deviation_kPa =
-      watched && in.regulated ? in.reference_kPa - numeric::Scalar(seen.pressure_kPa) : numeric::Scalar(0);
-  const auto within = [deviation_kPa](float low_kPa, float high_kPa) noexcept {
+  const auto within = [&](float low_kPa, float high_kPa) noexcept {
+    const numeric::Scalar deviation_kPa = in.reference_kPa - numeric::Scalar(seen.pressure_kPa);
     return deviation_kPa >= numeric::Scalar(low_kPa) && deviation_kPa <= numeric::Scalar(high_kPa);
   };
   const bool deviates = settings.deviation_watched && in.regulated &&
                         !within(settings.deviation_low_kPa, settings.deviation_high_kPa);
   const bool near =
       settings.target_watched && in.regulated && within(settings.target_low_kPa, settings.target_high_kPa);
-  deviates_ = lasts_ms(deviating_.go_on(deviates, in.ticks), settings.deviation_delay_ms);
-  on_target_ = lasts_ms(within_target_.go_on(near, in.ticks), settings.target_time_ms);
+  deviating_.go_on(deviates, in.ticks);
+  within_target_.go_on(near, in.ticks);
 }
 
 ChamberMonitor::Output ChamberMonitor::step(const config::ChamberSettings& settings,
@@ -123,8 +121,8 @@ ChamberMonitor::Output ChamberMonitor::step(const config::ChamberSettings& setti
   drifted_ = in.drift_limit_kPa > numeric::Scalar(0) && in.drift_kPa > limit_kPa;
   out.causes |= if_so(drifted_, Fault::model_drift);
   watch_deviation(settings, in, out);
-  out.causes |= if_so(deviates_, Fault::control_deviation);
-  out.on_target = on_target_;
+  out.causes |= if_so(lasts_ms(deviating_.ticks(), settings.deviation_delay_ms), Fault::control_deviation);
+  out.on_target = lasts_ms(within_target_.ticks(), settings.target_time_ms);
   out.causes |= if_so(in.regulation_asked && !in.model_ready, Fault::no_model);
   return out;
 }

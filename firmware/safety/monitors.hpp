@@ -33,6 +33,8 @@ class TickCount {
     return step(condition, count_ == 0 ? 1 : ticks);
   }
 
+  std::uint16_t ticks() const noexcept { return count_; }
+
  private:
   std::uint16_t count_ = 0;
 };
@@ -92,8 +94,6 @@ class ChamberMonitor {
   bool over_pressure_tripped_ = false;
   bool drifted_ = false;
   TickCount deviating_, within_target_;
-  bool deviates_ = false;
-  bool on_target_ = false;
 };
 
 /// Whether the set point of a chamber is of now: written since ACTIVE began, or within the ticks before it for which the set-point

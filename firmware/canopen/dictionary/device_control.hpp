@@ -2,9 +2,10 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
+#include <string_view>
 
 #include "firmware/canopen/dictionary/process.hpp"
+#include "firmware/canopen/text_line.hpp"
 
 namespace plenum::canopen::dictionary {
 
@@ -43,34 +44,21 @@ inline Abort write_control_mode(Device& device, Place, std::uint32_t bits) noexc
 
 // ---- identity: 1018h in words ----
 
-/// In decimal digits.
-struct Digits {
-  std::array<std::uint8_t, 10> text;
-  std::uint8_t count;
-};
-
-constexpr Digits digits_of(std::uint32_t number) noexcept {
-  Digits digits{};
-  do {
-    digits.text[digits.count++] = static_cast<std::uint8_t>('0' + number % 10);
-    number /= 10;
-  } while (number != 0);
-  std::reverse(digits.text.begin(), digits.text.begin() + digits.count);
-  return digits;
-}
-
 template <std::uint32_t Identity::*member>
 std::size_t read_digits(Device& device, Place, std::uint32_t offset, std::span<std::uint8_t> bytes) noexcept {
-  const Digits digits = digits_of(device.config.identity.*member);
-  const std::size_t from = std::min<std::size_t>(offset, digits.count);
-  const std::size_t count = std::min(bytes.size(), digits.count - from);
-  std::copy_n(digits.text.begin() + static_cast<std::ptrdiff_t>(from), count, bytes.begin());
+  TextLine line;
+  line.decimal(device.config.identity.*member);
+  const std::string_view rest = line.text().substr(std::min<std::size_t>(offset, line.text().size()));
+  const std::size_t count = std::min(bytes.size(), rest.size());
+  std::copy_n(rest.begin(), count, bytes.begin());
   return count;
 }
 
 template <std::uint32_t Identity::*member>
 std::uint32_t count_digits(const Device& device, Place) noexcept {
-  return digits_of(device.config.identity.*member).count;
+  TextLine line;
+  line.decimal(device.config.identity.*member);
+  return static_cast<std::uint32_t>(line.text().size());
 }
 
 inline std::span<const std::uint8_t> read_description(const Device&, Place) noexcept {

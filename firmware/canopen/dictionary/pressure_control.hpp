@@ -50,9 +50,9 @@ constexpr Entry off_only(std::uint16_t index, const char* name) {
 }
 
 template <std::uint32_t unit = kUnitBar, std::uint32_t prefix = kPrefixMilli>
-constexpr std::array<Entry, 4> zero_only(std::uint16_t index, const char* name) {
+constexpr std::array<Entry, 4> zero_only(std::uint16_t index, const char* name, DataType type = integer16) {
   return quantity<unit, prefix>(
-      name, value(index, 1, kChambersApart, name, integer16, read_write, no, kZeroOnly, fixed<0>, accept));
+      name, value(index, 1, kChambersApart, name, type, read_write, no, kZeroOnly, fixed<0>, accept));
 }
 
 inline Abort accept_one(Device&, Place, std::uint32_t bits) noexcept {
@@ -150,28 +150,15 @@ constexpr std::array<Entry, 4> threshold_mbar(std::uint16_t index, const char* n
 }
 
 template <std::uint16_t Limits::*member>
-Abort read_time_ms(const Device& device, Place at, std::uint32_t& bits) noexcept {
-  bits = device.settings.chamber(at.instance).*member;
-  return Abort::none;
-}
-
-template <std::uint16_t Limits::*member>
-Abort write_time_ms(Device& device, Place at, std::uint32_t bits) noexcept {
-  Limits settings = device.settings.edited(at.instance);
-  settings.*member = static_cast<std::uint16_t>(bits);
-  return set_chamber(device, at, settings);
-}
-
-template <std::uint16_t Limits::*member>
 constexpr std::array<Entry, 4> time_ms(std::uint16_t index, const char* name) {
-  return setting_in_milli<kUnitSecond>(index, name, unsigned16, kAny, read_time_ms<member>,
-                                       write_time_ms<member>);
+  return setting_in_milli<kUnitSecond>(index, name, unsigned16, kAny, read_setting<member>,
+                                       write_setting<member>);
 }
 
 template <auto Limits::*member>
 constexpr Entry setting_type(std::uint16_t index, const char* name, float most) {
   return value(index, 0, kChambersApart, name, integer8, read_write, no, {0.0F, most, true},
-               read_choice<member>, write_choice<member>);
+               read_setting<member>, write_setting<member>);
 }
 
 // ---- the ramp: the time that it takes for what 6391h says is all ----
@@ -197,12 +184,6 @@ template <float Limits::*rate_kPa_per_s>
 constexpr std::array<Entry, 4> ramp_ms(std::uint16_t index, const char* name) {
   return setting_in_milli<kUnitSecond>(index, name, unsigned16, {1.0F, UINT16_MAX, true},
                                        read_ramp_ms<rate_kPa_per_s>, write_ramp_ms<rate_kPa_per_s>);
-}
-
-/// For values below zero, of which a pressure has none.
-constexpr std::array<Entry, 4> no_ramp(std::uint16_t index, const char* name) {
-  return quantity<kUnitSecond, kPrefixMilli>(
-      name, value(index, 1, kChambersApart, name, unsigned16, read_write, no, kZeroOnly, fixed<0>, accept));
 }
 
 // ---- the transducer: a straight line through the two ends of its signal window ----
@@ -272,10 +253,10 @@ inline constexpr auto kPressureControlRows = joined(
                                      3.0F),
     ramp_ms<&Limits::reference_ramp_kPa_per_s>(0x63B1, "Ramp: acceleration time"),
     ramp_ms<&Limits::reference_ramp_kPa_per_s>(0x63B2, "Ramp: acceleration time, positive"),
-    no_ramp(0x63B3, "Ramp: acceleration time, negative"),
+    zero_only<kUnitSecond>(0x63B3, "Ramp: acceleration time, negative", unsigned16),
     ramp_ms<&Limits::reference_fall_kPa_per_s>(0x63B4, "Ramp: deceleration time"),
     ramp_ms<&Limits::reference_fall_kPa_per_s>(0x63B5, "Ramp: deceleration time, positive"),
-    no_ramp(0x63B6, "Ramp: deceleration time, negative"),
+    zero_only<kUnitSecond>(0x63B6, "Ramp: deceleration time, negative", unsigned16),
 
     off_only(0x63C0, "Directional gain: type"), one_only(0x63C1, "Directional gain: factor"),
     off_only(0x63C2, "Dead band compensation: type"), zero_only(0x63C3, "Dead band compensation: A side"),

@@ -58,13 +58,13 @@ inline Abort write_chamber_ticks(Device& device, Place at, std::uint32_t bits) n
 }
 
 template <auto member>
-Abort read_choice(const Device& device, Place at, std::uint32_t& bits) noexcept {
+Abort read_setting(const Device& device, Place at, std::uint32_t& bits) noexcept {
   bits = static_cast<std::uint32_t>(device.settings.chamber(at.instance).*member);
   return Abort::none;
 }
 
 template <auto member>
-Abort write_choice(Device& device, Place at, std::uint32_t bits) noexcept {
+Abort write_setting(Device& device, Place at, std::uint32_t bits) noexcept {
   config::ChamberSettings settings = device.settings.edited(at.instance);
   settings.*member = static_cast<std::remove_reference_t<decltype(settings.*member)>>(bits);
   return set_chamber(device, at, settings);
@@ -159,7 +159,7 @@ inline constexpr auto kChamberTickRows =
 template <auto member>
 constexpr Entry choice(int sub, const char* name, float most) {
   return kept(value(object::kChamberChoices, sub, kChambersNext, name, unsigned8, read_write, no,
-                    {0.0F, most, true}, read_choice<member>, write_choice<member>));
+                    {0.0F, most, true}, read_setting<member>, write_setting<member>));
 }
 
 inline constexpr Entry kChamberChoiceRows[] = {
