@@ -45,14 +45,11 @@ constexpr std::string_view kComments[] = {
     "6042h knows only 1, the set point over the bus. 6043h: -1 excitation, 3 feedforward, 4 closed loop.",
     "6041h: bit 8 every chamber that watches a target window (63F0h) is within it (own), 9 a ramp runs,",
     "10 a set point touches a limit, 11 a control deviation. 2230h: the same of each chamber.",
-    "605Fh: bit m is set where 6043h takes the mode m (own). 6391h: 10 bar are 100 %, in a ramp's times, "
-    "too.",
-    "6120h to 6125h: the line of the sensor through both ends of its signal window. Writing one end leaves "
-    "the",
-    "other where it is. They, 63A0h, 63A1h, 63B0h to 63B5h, 63D1h to 63D5h and 63F0h to 63F4h show 2400h.. .",
-    "What has one value only (6123h, 63A2h to 63A4h, 63B3h, 63B6h, 63C0h to 63C6h, 63E0h to 63E2h) takes "
-    "that",
-    "one and does nothing: the valve's gain, dead band and characteristic are the model's.",
+    "605Fh: bit m is set where 6043h takes the mode m (own). 6391h: 10 bar are 100 %, in a ramp's times too.",
+    "6120h to 6125h: the line of the sensor through both ends of its signal window. Writing one end leaves",
+    "the other where it is. They, 63A0h, 63A1h, 63B0h to 63B5h, 63D1h to 63D5h and 63F0h to 63F4h show",
+    "2400h.. . What has one value only (6123h, 63A2h to 63A4h, 63B3h, 63B6h, 63C0h to 63C6h, 63E0h to 63E2h)",
+    "takes that one and does nothing: the valve's gain, dead band and characteristic are the model's.",
     "Pressures of the 63xxh records are absolute, in mbar, -32768 stands for a pressure that is not known.",
     "A rising edge of R in 6040h resets faults only while the rest of the word asks for no more than",
     "DISABLED, in FAULT_HOLD for no more than HOLD. No reset of node or communication takes a fault away.",
