@@ -27,9 +27,9 @@ constexpr std::uint16_t kStatusEvent_ms = 500;
 constexpr std::uint8_t kEachSync = 1;
 constexpr std::uint8_t kOnEvent = 255;
 
-void map_four_chambers(PdoParameters& parameters, bool receive, std::uint32_t index, std::uint32_t first) {
+void map_four_chambers(PdoParameters& parameters, bool receive, std::uint16_t index, std::uint32_t first) {
   const auto at = [index, first](std::uint32_t i) {
-    return Mapped{index + object::kChamberStride * (first + i), 1, 16};
+    return Mapped{object::of_module(index, first + i), 1, 16};
   };
   map(parameters, receive, {at(0), at(1), at(2), at(3)});
 }

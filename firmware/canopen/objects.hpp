@@ -94,7 +94,12 @@ inline constexpr std::uint16_t kControlMode = 0x6043;
 inline constexpr std::uint16_t kErrorCode = 0x604E;
 
 inline constexpr std::uint16_t kChamberStride = 0x800;  ///< the indices below are of chamber 0
-inline constexpr std::uint16_t kSetpoint = 0x6380;      ///< {I16 mbar, unit, prefix}, as the next three
+/// The object in the module of another chamber, from 0.
+constexpr std::uint16_t of_module(std::uint16_t index, std::size_t chamber) noexcept {
+  return static_cast<std::uint16_t>(index + chamber * kChamberStride);
+}
+
+inline constexpr std::uint16_t kSetpoint = 0x6380;  ///< {I16 mbar, unit, prefix}, as the next three
 inline constexpr std::uint16_t kActual = 0x6381;
 inline constexpr std::uint16_t kDemand = 0x6390;
 inline constexpr std::uint16_t kUpperLimit = 0x63A0;

@@ -131,8 +131,8 @@ class Drive {
 std::vector<Setting> hold_setpoints(unsigned chambers) {
   std::vector<Setting> objects;
   for (unsigned c = 0; c < chambers; ++c) {
-    const auto index = static_cast<std::uint16_t>(object::kHoldSetpoint + object::kChamberStride * c);
-    objects.push_back({{index, 1}, canopen::DataType::integer16, "Hold set point"});
+    objects.push_back(
+        {{object::of_module(object::kHoldSetpoint, c), 1}, canopen::DataType::integer16, "Hold set point"});
   }
   return objects;
 }

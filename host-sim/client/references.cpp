@@ -116,8 +116,7 @@ void require_within_limits(Session& session, std::span<const std::vector<double>
   for (std::size_t c = 0; c < references_Pa.size(); ++c) {
     if (references_Pa[c].empty()) continue;
     const auto limit_Pa = [&](std::uint16_t object) {
-      const std::size_t index = object + canopen::object::kChamberStride * c;
-      return kPascal_per_mbar * session.read<std::int16_t>(static_cast<std::uint16_t>(index), 1);
+      return kPascal_per_mbar * session.read<std::int16_t>(canopen::object::of_module(object, c), 1);
     };
     const double low_Pa = limit_Pa(canopen::object::kLowerLimit),
                  high_Pa = limit_Pa(canopen::object::kUpperLimit);

@@ -257,7 +257,7 @@ void Session::configure_setpoints(SetpointFormat format) {
     for (std::uint32_t n = 0; n < 2; ++n) {
       std::array<std::uint32_t, 4> objects{};
       for (std::uint32_t i = 0; i < 4; ++i) {
-        objects[i] = canopen::mapping_entry(object::kSetpoint + object::kChamberStride * (4 * n + i), 1, 16);
+        objects[i] = canopen::mapping_entry(object::of_module(object::kSetpoint, 4 * n + i), 1, 16);
       }
       map(n, kEachSync, objects, true);
     }

@@ -208,9 +208,7 @@ void Machine::start(canopen::ControlMode mode) {
   session.write(canopen::object::kControlMode, 0, static_cast<std::int8_t>(mode));
   session.write(canopen::object::kExcitation, 5, 350e3F);
   for (std::size_t c = 0; c < kChambers; ++c) {
-    const auto hold =
-        static_cast<std::uint16_t>(canopen::object::kHoldSetpoint + canopen::object::kChamberStride * c);
-    session.write(hold, 1, std::int16_t{2500});
+    session.write(canopen::object::of_module(canopen::object::kHoldSetpoint, c), 1, std::int16_t{2500});
   }
   put(0, {1, kNode});
   tick();

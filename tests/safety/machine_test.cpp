@@ -22,9 +22,8 @@ void forget_the_limit(Settings& told) {
 void hold_high(Machine& machine) {
   machine.start(canopen::ControlMode::pressure_closed_loop);
   for (std::size_t c = 0; c < kChambers; ++c) {
-    const auto hold =
-        static_cast<std::uint16_t>(canopen::object::kHoldSetpoint + canopen::object::kChamberStride * c);
-    machine.session.write(hold, 1, std::int16_t{6800});
+    machine.session.write(canopen::object::of_module(canopen::object::kHoldSetpoint, c), 1,
+                          std::int16_t{6800});
   }
   machine.climb({0x1, 0x3});
   machine.run(300);

@@ -93,8 +93,7 @@ class EachFault : public ::testing::TestWithParam<std::tuple<Injection, config::
   EachFault() : bench(settings()) {
     bench.go_active(300.0);
     for (std::size_t c = 0; c < kChambers; ++c) {
-      const auto hold = static_cast<std::uint16_t>(object::kHoldSetpoint + object::kChamberStride * c);
-      bench.session.write(hold, 1, std::int16_t{2500});
+      bench.session.write(object::of_module(object::kHoldSetpoint, c), 1, std::int16_t{2500});
     }
     bench.run(3);
     bench.take();
@@ -446,8 +445,7 @@ struct Yesterday : Bench {
     run(5);
     streaming = false;
     for (std::size_t c = 0; c < kChambers; ++c) {
-      const auto hold = static_cast<std::uint16_t>(object::kHoldSetpoint + object::kChamberStride * c);
-      session.write(hold, 1, std::int16_t{2000});
+      session.write(object::of_module(object::kHoldSetpoint, c), 1, std::int16_t{2000});
     }
     run(20);
     for (const std::uint16_t word : Words{0x1, 0x3}) {
@@ -505,8 +503,7 @@ TEST(BoardFault, AChamberWhoseSetPointHasNotComeHoldsWhileOthersFollowTheirs) {
   EXPECT_EQ(bench.state(), State::active);
   EXPECT_EQ(bench.image().chamber[0].demand_Pa, 400e3F);
   EXPECT_EQ(bench.image().chamber[7].demand_Pa, 200e3F) << "500 kPa were asked for by nobody who is here";
-  bench.session.write(static_cast<std::uint16_t>(object::kSetpoint + object::kChamberStride * 7), 1,
-                      std::int16_t{3000});
+  bench.session.write(object::of_module(object::kSetpoint, 7), 1, std::int16_t{3000});
   stream_the_first_four();
   EXPECT_EQ(bench.image().chamber[7].demand_Pa, 300e3F) << "one that is written is of now";
 }

@@ -34,7 +34,7 @@ void regulate(Bench& bench, double target_kPa) {
 TEST(SettingsOnTheBus, BoundTheReferenceByTheUpperLimit) {
   Bench bench;
   wake(bench);
-  bench.session.write<std::int16_t>(object::kUpperLimit + 2 * object::kChamberStride, 1, 3500);
+  bench.session.write<std::int16_t>(object::of_module(object::kUpperLimit, 2), 1, 3500);
   regulate(bench, 500.0);
   ASSERT_EQ(bench.state(), safety::State::active);
   EXPECT_EQ(bench.image().chamber[2].demand_Pa, 350'000.0F);
@@ -130,18 +130,14 @@ TEST(SettingsOnTheBus, LeaveTheOutputsOfAStandingBoardAlone) {
   EXPECT_EQ(bench.analog_out.held_V, before_V);
 }
 
-constexpr std::uint16_t of_chamber(std::uint16_t index, unsigned chamber) {
-  return static_cast<std::uint16_t>(index + chamber * object::kChamberStride);
-}
-
 // 4 s for 10 bar up, 8 s down: 2.5 and 1.25 kPa a tick.
 TEST(Cia408, RampsUpAndDownAtTheTimesThatAreWritten) {
   Bench bench;
   wake(bench);
   for (const unsigned c : {1U, 4U}) {
-    bench.session.write<std::int8_t>(of_chamber(0x63B0, c), 0, 2);
-    bench.session.write<std::uint16_t>(of_chamber(0x63B1, c), 1, 4000);
-    bench.session.write<std::uint16_t>(of_chamber(0x63B4, c), 1, 8000);
+    bench.session.write<std::int8_t>(object::of_module(0x63B0, c), 0, 2);
+    bench.session.write<std::uint16_t>(object::of_module(0x63B1, c), 1, 4000);
+    bench.session.write<std::uint16_t>(object::of_module(0x63B4, c), 1, 8000);
   }
   regulate(bench, 300.0);
   ASSERT_EQ(bench.state(), safety::State::active);
@@ -170,7 +166,7 @@ TEST(Cia408, RampsUpAndDownAtTheTimesThatAreWritten) {
 TEST(Cia408, ShowsASetPointBeyondTheLimits) {
   Bench bench;
   wake(bench);
-  bench.session.write<std::int16_t>(of_chamber(object::kUpperLimit, 2), 1, 3500);
+  bench.session.write<std::int16_t>(object::of_module(object::kUpperLimit, 2), 1, 3500);
   regulate(bench, 350.0);
   EXPECT_EQ(bench.image().status_word, 0xF);
   bench.setpoint_kPa = 351.0;
@@ -186,9 +182,9 @@ TEST(Cia408, ShowsASetPointBeyondTheLimits) {
 TEST(Cia408, WarnsWhileThePressureIsOffItsBandAndRegulatesOn) {
   Bench bench;
   wake(bench);
-  bench.session.write<std::uint16_t>(of_chamber(0x63D2, 3), 1, 200);
-  bench.session.write<std::int16_t>(of_chamber(0x63D3, 3), 1, 100);
-  bench.session.write<std::int8_t>(of_chamber(0x63D1, 3), 0, 1);
+  bench.session.write<std::uint16_t>(object::of_module(0x63D2, 3), 1, 200);
+  bench.session.write<std::int16_t>(object::of_module(0x63D3, 3), 1, 100);
+  bench.session.write<std::int8_t>(object::of_module(0x63D1, 3), 0, 1);
   regulate(bench, 300.0);
   ASSERT_EQ(bench.image().status_word, 0xF);
   // a sensor at 285 kPa, 15 below the set point, that has noise
@@ -215,8 +211,8 @@ TEST(Cia408, SaysWhenEveryChamberThatWatchesForItIsOnTarget) {
   Bench bench;
   wake(bench);
   for (const unsigned c : {0U, 5U}) {
-    bench.session.write<std::int8_t>(of_chamber(0x63F0, c), 0, 1);
-    bench.session.write<std::int16_t>(of_chamber(0x63F2, c), 1, 20);
+    bench.session.write<std::int8_t>(object::of_module(0x63F0, c), 0, 1);
+    bench.session.write<std::int16_t>(object::of_module(0x63F2, c), 1, 20);
   }
   regulate(bench, 300.0);
   EXPECT_EQ(bench.image().status_word, 0x10F);

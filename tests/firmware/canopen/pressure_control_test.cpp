@@ -19,10 +19,6 @@ constexpr auto kTooHigh = static_cast<std::uint32_t>(Abort::value_too_high);
 constexpr auto kTooLow = static_cast<std::uint32_t>(Abort::value_too_low);
 constexpr auto kReadOnly = static_cast<std::uint32_t>(Abort::read_only);
 
-constexpr std::uint16_t of_chamber(std::uint16_t index, unsigned chamber) {
-  return static_cast<std::uint16_t>(index + chamber * object::kChamberStride);
-}
-
 /// A board in INIT, and the SDOs of a master.
 struct Master : Bench {
   Master() { image.status_word = 0x8; }
@@ -127,7 +123,7 @@ TEST(PressureControl, NamesItsUnits) {
                          {0x63F1, 0x03, 0xFD},
                          {0x63F2, 0x4E, 0xFD}}) {
     for (const unsigned chamber : {0U, 7U}) {
-      const std::uint16_t index = of_chamber(of.index, chamber);
+      const std::uint16_t index = object::of_module(of.index, chamber);
       EXPECT_EQ(master.read(index, 0) & 0xFFU, 3U) << index;
       EXPECT_EQ(master.read(index, 2) & 0xFFU, of.unit) << index;
       EXPECT_EQ(master.read(index, 3) & 0xFFU, of.prefix) << index;
@@ -150,7 +146,7 @@ TEST(Transducer, TakesASensorOfAnotherRange) {
   Master master;
   const unsigned c = 5;
   const auto write = [&](std::uint16_t index, int value) {
-    return master.write_16(of_chamber(index, c), value);
+    return master.write_16(object::of_module(index, c), value);
   };
   // 0.5 V at 1 bar to 4.5 V at 11 bar: 250 kPa/V from -25 kPa
   EXPECT_EQ(write(0x6124, 500), 0U);
@@ -161,8 +157,8 @@ TEST(Transducer, TakesASensorOfAnotherRange) {
   EXPECT_NEAR(master.chamber(c).pressure_offset_kPa, -25.0F, 1e-3F);
   EXPECT_EQ(master.chamber(c).pressure_valid_low_V, 0.5F);
   EXPECT_EQ(master.chamber(c).pressure_valid_high_V, 4.5F);
-  EXPECT_EQ(master.read_16(of_chamber(0x6121, c)), 11000);
-  EXPECT_EQ(master.read_16(of_chamber(0x6382, c)), 11000);
+  EXPECT_EQ(master.read_16(object::of_module(0x6121, c)), 11000);
+  EXPECT_EQ(master.read_16(object::of_module(0x6382, c)), 11000);
   EXPECT_EQ(master.chamber(4).pressure_gain_kPa_per_V, 100.0F) << "its neighbour";
 }
 
@@ -195,10 +191,10 @@ TEST(Transducer, RefusesALineThatIsNoneOrFalls) {
 TEST(PressureControl, TakesOfWhatItLeavesToTheModelTheOneValueThatChangesNothing) {
   Master master;
   for (const std::uint16_t index : Indices{0x63C0, 0x63C2, 0x63C6, 0x63E0}) {
-    EXPECT_EQ(master.read(of_chamber(index, 3), 0) & 0xFFU, 0U) << index;
-    EXPECT_EQ(master.write_8(of_chamber(index, 3), 0), 0U) << index;
-    EXPECT_EQ(master.write_8(of_chamber(index, 3), 1), kTooHigh) << index;
-    EXPECT_EQ(master.write_8(of_chamber(index, 3), -1), kTooLow) << index;
+    EXPECT_EQ(master.read(object::of_module(index, 3), 0) & 0xFFU, 0U) << index;
+    EXPECT_EQ(master.write_8(object::of_module(index, 3), 0), 0U) << index;
+    EXPECT_EQ(master.write_8(object::of_module(index, 3), 1), kTooHigh) << index;
+    EXPECT_EQ(master.write_8(object::of_module(index, 3), -1), kTooLow) << index;
   }
   for (const std::uint16_t index :
        Indices{0x63A3, 0x63A4, 0x63B3, 0x63B6, 0x63C3, 0x63C4, 0x63C5, 0x63E1, 0x63E2}) {
@@ -220,16 +216,16 @@ TEST(Ramp, IsTheTimeThatTenBarTake) {
   Master master;
   EXPECT_EQ(master.read(0x63B0, 0) & 0xFFU, 1U) << "one time, so short that there is none in practice";
   EXPECT_EQ(master.read_16(0x63B1), 10) << "1000 bar/s";
-  const std::uint16_t ramp = of_chamber(0x63B1, 2);
+  const std::uint16_t ramp = object::of_module(0x63B1, 2);
   EXPECT_EQ(master.write_16(ramp, 2000), 0U);
-  EXPECT_EQ(master.write_16(of_chamber(0x63B4, 2), 8000), 0U);
+  EXPECT_EQ(master.write_16(object::of_module(0x63B4, 2), 8000), 0U);
   EXPECT_EQ(master.chamber(2).reference_ramp_kPa_per_s, 500.0F);
   EXPECT_EQ(master.chamber(2).reference_fall_kPa_per_s, 125.0F);
-  EXPECT_EQ(master.write_8(of_chamber(0x63B0, 2), 2), 0U);
+  EXPECT_EQ(master.write_8(object::of_module(0x63B0, 2), 2), 0U);
   EXPECT_EQ(master.chamber(2).ramp_type, config::RampType::two_rates);
-  EXPECT_EQ(master.read_16(of_chamber(0x63B2, 2)), 2000) << "of a positive value";
-  EXPECT_EQ(master.read_16(of_chamber(0x63B5, 2)), 8000);
-  EXPECT_EQ(master.write_8(of_chamber(0x63B0, 2), 4), kTooHigh);
+  EXPECT_EQ(master.read_16(object::of_module(0x63B2, 2)), 2000) << "of a positive value";
+  EXPECT_EQ(master.read_16(object::of_module(0x63B5, 2)), 8000);
+  EXPECT_EQ(master.write_8(object::of_module(0x63B0, 2), 4), kTooHigh);
   EXPECT_EQ(master.write_16(ramp, 0), kTooLow) << "none is type 0";
   EXPECT_EQ(master.chamber(2).reference_ramp_kPa_per_s, 500.0F);
 }
@@ -265,7 +261,7 @@ TEST(ControlDeviation, IsWatchedByABandOrByAThresholdToBothSides) {
 
 TEST(TargetWindow, IsSetAsTheDeviationsBandIsAndSaysWhenItHolds) {
   Master master;
-  const auto at = [](std::uint16_t index) { return of_chamber(index, 6); };
+  const auto at = [](std::uint16_t index) { return object::of_module(index, 6); };
   EXPECT_EQ(master.write_8(at(0x63F0), 1), 0U);
   EXPECT_EQ(master.write_16(at(0x63F1), 40), 0U);
   EXPECT_EQ(master.write_16(at(0x63F2), 25), 0U);
