@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "host-sim/client/abort_text.hpp"
+#include "host-sim/client/board_facts.hpp"
 #include "host-sim/client/sdo_frames.hpp"
 
 namespace plenum::host::client {
@@ -67,9 +68,24 @@ void SdoClient::abort(const Object& object, Abort abort) {
 
 void SdoClient::time_out(const Object& object, double timeout_s) {
   abort(object, Abort::timed_out);
-  throw Timeout(fmt::format("node {}: {} {:04X}h:{} had no answer within {} s, expected one on {:03X}h",
+  throw Timeout(fmt::format("node {}: {} {:04X}h:{} had no answer within {} s, expected one on {:03X}h{}",
                             node_id_, object.doing, object.index, object.sub, timeout_s,
-                            cob::kSdoResponse + node_id_));
+                            cob::kSdoResponse + node_id_, silence_text(link_.now_s() - timeout_s)));
+}
+
+std::string SdoClient::silence_text(double since_s) {
+  const double wait_s = config_.heartbeat_wait_s;
+  const double end_s = link_.now_s() + wait_s;
+  const auto is_new = [&] { return beat_ && beat_->time_s >= since_s; };
+  for (double left_s = wait_s; left_s > 0.0 && !is_new(); left_s = end_s - link_.now_s()) {
+    if (const auto frame = link_.receive(left_s)) hear(*frame);
+  }
+  if (!is_new()) return wait_s > 0.0 ? fmt::format("; no heartbeat came within {} s either", wait_s) : "";
+  if (beat_->state != canopen::NmtState::stopped)
+    return fmt::format("; its heartbeat says that it is {}", nmt_name(beat_->state));
+  return "; its heartbeat says that it is stopped, a state in which no node answers: plenum nmt "
+         "--pre-operational "
+         "ends it";
 }
 
 void SdoClient::fail(const Object& object, Abort code, const std::string& found) {

@@ -40,6 +40,8 @@ struct SdoConfig {
   double taken_timeout_s = 10.0;  ///< how long to wait for the channel while another master has it
   /// How long to listen before the first request: on a bus that others may use, who joins it may come into a transfer.
   double listen_first_s = 0.0;
+  /// How long to listen for the heartbeat of a server that gave no answer: it may say why.
+  double heartbeat_wait_s = 0.0;
   std::uint32_t seed = 0;  ///< of the pauses after a disturbance; 0: of this machine's random numbers
 };
 
@@ -77,6 +79,8 @@ class SdoClient {
   Bytes exchange(const Object& object, const Bytes& request, bool initiate);
   [[noreturn]] void fail(const Object& object, canopen::Abort abort, const std::string& found);
   [[noreturn]] void time_out(const Object& object, double timeout_s);
+  /// What the server's heartbeat says of its silence since `since_s`: a clause, or nothing.
+  std::string silence_text(double since_s);
   void abort(const Object& object, canopen::Abort abort);
 
   // another master: sdo_sharing.cpp
@@ -116,6 +120,12 @@ class SdoClient {
   std::uint8_t node_id_;
   SdoConfig config_;
   std::function<void(const CanFrame&)> heard_;
+  /// The server's newest heartbeat.
+  struct Beat {
+    canopen::NmtState state;
+    double time_s;
+  };
+  std::optional<Beat> beat_;
   bool server_knows_blocks_ = true;  ///< until it says otherwise
 
   ForeignTransfer foreign_;

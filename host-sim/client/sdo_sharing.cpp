@@ -26,8 +26,11 @@ bool begins_download(std::uint8_t command) {
 }  // namespace
 
 void SdoClient::observe(const CanFrame& frame) {
-  if (frame.extended || frame.remote || frame.length != 8) return;
+  if (frame.extended || frame.remote) return;
   const double now_s = link_.now_s();
+  if (frame.id == cob::kHeartbeat + node_id_ && frame.length == 1)
+    beat_ = Beat{static_cast<canopen::NmtState>(frame.data[0] & 0x7FU), now_s};
+  if (frame.length != 8) return;
   if (frame.id == cob::kSdoRequest + node_id_) {
     foreign_.hear_request(frame.data, now_s);
     if (!under_way_) return;

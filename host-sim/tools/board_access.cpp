@@ -54,8 +54,10 @@ std::string BoardChoice::name() const {
 }
 
 client::SessionConfig BoardChoice::session_config() const {
-  constexpr double kListen_s = 0.05;  // several ticks, in each of which a transfer under way shows itself
-  return {.sdo = {.listen_first_s = simulated() ? 0.0 : kListen_s}};
+  constexpr double kListen_s = 0.05;    // several ticks, in each of which a transfer under way shows itself
+  constexpr double kHeartbeat_s = 2.5;  // one comes each second by default
+  if (simulated()) return {};
+  return {.sdo = {.listen_first_s = kListen_s, .heartbeat_wait_s = kHeartbeat_s}};
 }
 
 void BoardChoice::require_store() const {

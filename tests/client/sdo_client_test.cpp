@@ -13,6 +13,7 @@
 namespace plenum::host::client {
 namespace {
 
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using Frames = std::vector<std::string>;
 using Bytes = std::vector<std::uint8_t>;
@@ -113,6 +114,31 @@ TEST(SdoBlockDownload, GivesUpOnAnswersThatCannotBe) {
                      "585 A2 00 01 00 00 00 00 00"});
   EXPECT_THROW(client_on(deaf, kBlocksOf17).write(0x2110, 0, counted(17)), ProtocolError);
   EXPECT_EQ(deaf.sent.size(), 5U) << "request, three tries, abort";
+}
+
+// ---- a server that is silent ----
+
+std::string time_out_of(std::deque<std::string> script, const SdoConfig& config) {
+  ScriptedLink link(std::move(script));
+  try {
+    client_on(link, config).read(0x1000, 0);
+  } catch (const Timeout& error) {
+    return error.what();
+  }
+  return "no time-out";
+}
+
+TEST(SdoTimeOut, TellsWhatTheHeartbeatSaysOfTheSilence) {
+  const SdoConfig patient{.heartbeat_wait_s = 2.5};
+  // the heartbeat comes after the abort that gives the request up
+  EXPECT_THAT(
+      time_out_of({"", "706 04|705 04"}, patient),
+      EndsWith(
+          "expected one on 585h; its heartbeat says that it is stopped, a state in which no node answers: "
+          "plenum nmt --pre-operational ends it"));
+  EXPECT_THAT(time_out_of({"705 05"}, patient), EndsWith("; its heartbeat says that it is operational"));
+  EXPECT_THAT(time_out_of({"706 04"}, patient), EndsWith("; no heartbeat came within 2.5 s either"));
+  EXPECT_THAT(time_out_of({""}, {}), EndsWith("expected one on 585h")) << "who does not listen says nothing";
 }
 
 // ---- reading, frames by hand ----
