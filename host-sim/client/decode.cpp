@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 
 #include "firmware/canopen/object_dictionary.hpp"
 #include "host-sim/client/abort_text.hpp"
@@ -18,34 +17,11 @@ using canopen::DataType;
 namespace cob = canopen::cob;
 namespace object = canopen::object;
 
-constexpr double kPa_per_mbar = 100.0;
-
 /// "Actual pressure [Pa]" as the dictionary writes it: the name proper, and the unit.
 DecodedValue named(std::string_view text) {
   const std::size_t open = text.rfind(" [");
   if (open == std::string_view::npos || !text.ends_with(']')) return {std::string(text), 0.0, ""};
   return {std::string(text.substr(0, open)), 0.0, std::string(text.substr(open + 2, text.size() - open - 3))};
-}
-
-double number(DataType type, std::span<const std::uint8_t> bytes) {
-  const std::uint32_t bits = canopen::load_le(bytes.first(std::min<std::size_t>(bytes.size(), 4)));
-  switch (type) {
-    case DataType::integer8:
-      return static_cast<std::int8_t>(bits);
-    case DataType::integer16:
-      return static_cast<std::int16_t>(bits);
-    case DataType::integer32:
-      return static_cast<std::int32_t>(bits);
-    case DataType::real32:
-      return static_cast<double>(std::bit_cast<float>(bits));
-    default:
-      return bits;
-  }
-}
-
-/// Whether the object is the value of a record in mbar: set point, actual value.
-bool in_millibar(const canopen::Entry& entry) {
-  return entry.index == object::kSetpoint || entry.index == object::kActual;
 }
 
 std::string bytes_text(std::span<const std::uint8_t> bytes) {
@@ -71,7 +47,8 @@ std::string value_text(std::uint16_t index, std::uint8_t sub, std::span<const st
   if (!is_number) return bytes_text(bytes);
   const bool is_real =
       found.entry->type == DataType::real32;  // nine digits tell a float, ten a 32-bit integer
-  return fmt::format("{:.{}g} ({})", number(found.entry->type, bytes), is_real ? 9 : 10, bytes_text(bytes));
+  return fmt::format("{:.{}g} ({})", number_of(found.entry->type, bytes), is_real ? 9 : 10,
+                     bytes_text(bytes));
 }
 
 const char* command_text(std::uint8_t command) {
@@ -110,8 +87,8 @@ Decoded decode_stream(const CanFrame& frame) {
   Decoded decoded{"stream", 0, "", {}};
   const unsigned chamber = (frame.id - kStreamIds) % kStreamBlock + 1;
   decoded.values = {
-      {fmt::format("actual pressure, chamber {}", chamber), number(DataType::real32, data.first(4)), "Pa"},
-      {fmt::format("command, chamber {}", chamber), 10.0 / 65535.0 * canopen::load_le(data.subspan(4, 2)),
+      {fmt::format("actual pressure, chamber {}", chamber), number_of(DataType::real32, data.first(4)), "Pa"},
+      {fmt::format("command, chamber {}", chamber), kCommandLsb_V * canopen::load_le(data.subspan(4, 2)),
        "V"},
       {fmt::format("volume code, chamber {}", chamber),
        static_cast<double>(canopen::load_le(data.subspan(6, 2))), ""}};
@@ -127,11 +104,27 @@ std::string values_text(const std::vector<DecodedValue>& values) {
   return text;
 }
 
-}  // namespace
+Decoded decode_pdo(const Pdo& pdo, std::span<const std::uint8_t> data) {
+  Decoded decoded{fmt::format("{}{}", pdo.receive ? "RPDO" : "TPDO", pdo.number), pdo.node, "", {}};
+  if (!pdo.values) {
+    decoded.text = bytes_text(data) + " (not mapped so, as far as is known)";
+    return decoded;
+  }
+  for (const PdoValue& carried : *pdo.values) {
+    DecodedValue value = named(carried.entry->name);
+    value.value = carried.value;
+    if (carried.is_pressure) value.unit = "Pa";
+    const bool sub_of_chamber =
+        carried.entry->last_sub > carried.entry->sub;  // an array with a value a chamber
+    if (carried.entry->instances > 1) value.name += fmt::format(", chamber {}", carried.instance + 1);
+    if (sub_of_chamber) value.name += fmt::format(", {}", carried.sub);
+    decoded.values.push_back(std::move(value));
+  }
+  decoded.text = values_text(decoded.values);
+  return decoded;
+}
 
-Decoder::Decoder()
-    : defaults_(std::make_unique<canopen::Communication>(canopen::delivered_communication())) {}
-Decoder::~Decoder() = default;
+}  // namespace
 
 Decoded Decoder::decode(const CanFrame& frame) {
   const std::span data = std::span<const std::uint8_t>(frame.data).first(frame.length);
@@ -144,6 +137,8 @@ Decoded Decoder::decode(const CanFrame& frame) {
   if (frame.id == cob::kSync && data.size() <= 1)
     return {"SYNC", 0, data.empty() ? std::string() : fmt::format("counter {}", data[0]), {}};
   if (const auto emergency = decode_emergency(frame)) return decode_emergency_text(*emergency);
+  pdos_.hear(frame);
+  if (const auto pdo = pdos_.read(frame)) return decode_pdo(*pdo, data);
   if (stream_block(frame) && data.size() == 8) {
     Decoded decoded = decode_stream(frame);
     decoded.text = values_text(decoded.values);
@@ -154,38 +149,7 @@ Decoded Decoder::decode(const CanFrame& frame) {
   const bool request = function == cob::kSdoRequest;
   if ((request || function == cob::kSdoResponse) && data.size() == 8)
     return {"SDO", node, decode_sdo(frame, request, transfer_[node]), {}};
-  for (std::uint32_t n = 0; n < 4; ++n) {
-    if (function == cob::kTpdo1 + 0x100 * n)
-      return decode_pdo(frame, defaults_->tpdo[n].parameters, fmt::format("TPDO{}", n + 1), node);
-    if (function == cob::kRpdo1 + 0x100 * n)
-      return decode_pdo(frame, defaults_->rpdo[n].parameters(), fmt::format("RPDO{}", n + 1), node);
-  }
   return other;
-}
-
-Decoded Decoder::decode_pdo(const CanFrame& frame, const canopen::PdoParameters& pdo, std::string kind,
-                            unsigned node) const {
-  const std::span data = std::span<const std::uint8_t>(frame.data).first(frame.length);
-  const canopen::Mapping& mapping = pdo.mapping;
-  if (mapping.count == 0 || mapping.bytes != data.size()) {
-    return {std::move(kind), node, bytes_text(data) + " (not mapped so by default)", {}};
-  }
-  Decoded decoded{std::move(kind), node, "", {}};
-  std::size_t at = 0;
-  for (std::size_t i = 0; i < mapping.count; ++i) {
-    const canopen::MappedObject& mapped = mapping.object[i];
-    DecodedValue value = named(mapped.entry->name);
-    value.value = number(mapped.entry->type, data.subspan(at, mapped.bytes));
-    if (in_millibar(*mapped.entry)) {
-      value.value *= kPa_per_mbar;
-      value.unit = "Pa";
-    }
-    if (mapped.entry->instances > 1) value.name += fmt::format(", chamber {}", mapped.instance + 1);
-    at += mapped.bytes;
-    decoded.values.push_back(std::move(value));
-  }
-  decoded.text = values_text(decoded.values);
-  return decoded;
 }
 
 /// CiA 301, 7.2.4.3: the command specifier is in the first three bits; inside a block the first byte numbers a segment.

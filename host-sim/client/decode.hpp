@@ -1,21 +1,17 @@
 // Frames as CANopen: what they say, in words and in SI units, for a log or a live view.
 //
-// Identifiers are those of the predefined connection set, PDOs those that a board maps by default, and capture streams at
-// 680h to 6DFh, of which the identifier tells the chamber and not the node. An SDO transfer is followed, so that its segments and blocks name their object.
+// Identifiers are those of the predefined connection set, PDOs carry what a board maps when it is delivered, until an SDO transfer
+// tells otherwise (pdo_directory.hpp). A capture stream whose mapping was not heard is known by its identifiers, 680h to 6DFh, which
+// tell the chamber and not the node. An SDO transfer is followed, so that its segments and blocks name their object.
 #pragma once
 
 #include <array>
 #include <cstdint>
-#include <memory>
 #include <string>
 #include <vector>
 
 #include "host-sim/client/link.hpp"
-
-namespace plenum::canopen {
-struct Communication;
-struct PdoParameters;
-}  // namespace plenum::canopen
+#include "host-sim/client/pdo_directory.hpp"
 
 namespace plenum::host::client {
 
@@ -34,11 +30,6 @@ struct Decoded {
 
 class Decoder {
  public:
-  Decoder();
-  ~Decoder();
-  Decoder(const Decoder&) = delete;
-  Decoder& operator=(const Decoder&) = delete;
-
   /// Any frame; the next one of the log or bus.
   Decoded decode(const CanFrame& frame);
 
@@ -53,11 +44,9 @@ class Decoder {
     std::uint8_t last = 0;  ///< number of the segment that said it is the last; 0: none has
   };
 
-  Decoded decode_pdo(const CanFrame& frame, const canopen::PdoParameters& pdo, std::string kind,
-                     unsigned node) const;
   std::string decode_sdo(const CanFrame& frame, bool request, Transfer& transfer);
 
-  std::unique_ptr<canopen::Communication> defaults_;
+  PdoDirectory pdos_;
   std::array<Transfer, 128> transfer_{};
 };
 

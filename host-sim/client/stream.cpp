@@ -28,7 +28,7 @@ std::optional<StreamSample> Stream::decode(const CanFrame& frame) const {
     sample.position_V = static_cast<double>(std::bit_cast<float>(canopen::load_le(data.subspan<4, 4>())));
     return sample;
   }
-  sample.command_V = canopen::load_le(data.subspan<4, 2>()) * (10.0 / 65535.0);
+  sample.command_V = canopen::load_le(data.subspan<4, 2>()) * kCommandLsb_V;
   sample.volume_m3 = canopen::load_le(data.subspan<6, 2>()) * volume_lsb_m3_;
   return sample;
 }

@@ -23,6 +23,8 @@ namespace plenum::host::client {
 
 inline constexpr std::size_t kChambers = plenum::config::kChambers;
 
+inline constexpr double kCommandLsb_V = 10.0 / 65535.0;  ///< of 2220h + c:1 (2228h:1)
+
 inline constexpr std::uint32_t kStreamIds = 0x680;        ///< the first of the first block
 inline constexpr std::uint32_t kStreamBlock = kChambers;  ///< identifiers of a block
 inline constexpr std::uint32_t kStreamBlocks = 12;

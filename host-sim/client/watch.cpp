@@ -1,23 +1,16 @@
 #include "host-sim/client/watch.hpp"
 
-#include <bit>
-#include <span>
-
-#include "firmware/canopen/cia301.hpp"
+#include "firmware/canopen/object_dictionary.hpp"
 
 namespace plenum::host::client {
 namespace {
 
 namespace cob = canopen::cob;
+namespace object = canopen::object;
 
-constexpr double kPa_per_mbar = 100.0;
-constexpr std::int16_t kNoPressure_mbar = -32768;  ///< what a NaN reads as
-
-std::optional<double> millibar_at(const CanFrame& frame, std::size_t place) {
-  const auto mbar = static_cast<std::int16_t>(canopen::load_le(std::span(frame.data).subspan(2 * place, 2)));
-  if (mbar == kNoPressure_mbar || mbar == 0)
-    return std::nullopt;  // absolute: 0 is of a chamber that is not in use
-  return kPa_per_mbar * mbar;
+/// Absolute: 0 is of a chamber that is not in use.
+std::optional<double> pressure(double value_Pa) {
+  return value_Pa > 0.0 ? std::optional(value_Pa) : std::nullopt;
 }
 
 }  // namespace
@@ -57,56 +50,43 @@ bool Watch::understand(double time_s, const CanFrame& frame) {
       return true;
     }
   }
+  pdos_.hear(frame);
+  if (const auto pdo = pdos_.read(frame)) return pdo->node == node_id_ && take_pdo(time_s, *pdo);
   if ((frame.id & 0x7FU) != node_id_) return false;
-  switch (frame.id & ~0x7FU) {
-    case cob::kTpdo1:
-    case cob::kTpdo1 + 0x100:
-      if (frame.length != 8) return false;
-      for (std::size_t i = 0; i < 4; ++i) {
-        chamber_[(frame.id >= cob::kTpdo1 + 0x100 ? 4 : 0) + i].actual_Pa = {millibar_at(frame, i), time_s};
-      }
-      break;
-    case cob::kTpdo1 + 0x200:
-      if (frame.length != 2) return false;
-      status_word_ = {static_cast<std::uint16_t>(canopen::load_le(std::span(frame.data).first<2>())), time_s};
-      break;
-    case cob::kRpdo1:
-    case cob::kRpdo1 + 0x100:
-    case cob::kRpdo1 + 0x200:
-    case cob::kRpdo1 + 0x300:
-      if (frame.length != 8) return false;
-      take_setpoints(time_s, (frame.id - cob::kRpdo1) / 0x100, frame);
-      return true;
-    case cob::kHeartbeat:
-      if (frame.length != 1) return false;
-      nmt_ = {static_cast<canopen::NmtState>(frame.data[0] & 0x7FU), time_s};
-      if (nmt_.value == canopen::NmtState::initialising)
-        nmt_.value.reset();  // the boot-up: that is over with it
-      break;
-    default: {
-      const auto emergency = decode_emergency(frame);
-      if (!emergency) return false;
-      emergency_ = emergency;
-    }
+  if ((frame.id & ~0x7FU) == cob::kHeartbeat) {
+    if (frame.length != 1) return false;
+    nmt_ = {static_cast<canopen::NmtState>(frame.data[0] & 0x7FU), time_s};
+    if (nmt_.value == canopen::NmtState::initialising)
+      nmt_.value.reset();  // the boot-up: that is over with it
+  } else {
+    const auto emergency = decode_emergency(frame);
+    if (!emergency) return false;
+    emergency_ = emergency;
   }
   board_s_ = time_s;
   return true;
 }
 
-/// Four values in mbar a PDO, in RPDO1 and 2; or two REAL32 a PDO in RPDO1 to 4, which RPDO3 and 4 give away: in mbar they
-/// carry the control word.
-void Watch::take_setpoints(double time_s, std::size_t pdo, const CanFrame& frame) {
-  pascal_ = pascal_ || pdo >= 2;
-  const std::size_t count = pascal_ ? 2 : 4;
-  for (std::size_t i = 0; i < count; ++i) {
-    Heard<double>& setpoint_Pa = chamber_[count * pdo + i].setpoint_Pa;
-    if (pascal_) {
-      const auto bits = canopen::load_le(std::span(frame.data).subspan(4 * i, 4));
-      setpoint_Pa = {static_cast<double>(std::bit_cast<float>(bits)), time_s};
-    } else {
-      setpoint_Pa = {millibar_at(frame, i), time_s};
-    }
-  }
+bool Watch::take_pdo(double time_s, const Pdo& pdo) {
+  if (!pdo.values) return false;
+  for (const PdoValue& value : *pdo.values) take_value(time_s, value);
+  if (!pdo.receive) board_s_ = time_s;
+  return true;
+}
+
+void Watch::take_value(double time_s, const PdoValue& value) {
+  const auto is = [&value](std::uint16_t index, std::uint8_t sub) {
+    return value.entry->index == index && value.sub == sub;
+  };
+  if (is(object::kStatusWord, 0)) status_word_ = {static_cast<std::uint16_t>(value.value), time_s};
+  if (value.instance >= kChambers) return;
+  Chamber& chamber = chamber_[value.instance];
+  if (is(object::kSetpoint, 1) || is(object::kPascals, 1))
+    chamber.setpoint_Pa = {pressure(value.value), time_s};
+  if (is(object::kActual, 1) || is(object::kPascals, 2)) chamber.actual_Pa = {pressure(value.value), time_s};
+  if (is(object::kPascals, 3)) chamber.volume_m3 = {value.value, time_s};
+  if (is(object::kCodes, 1)) chamber.command_V = {kCommandLsb_V * value.value, time_s};
+  if (is(object::kRegulator, 3)) chamber.command_V = {value.value, time_s};
 }
 
 }  // namespace plenum::host::client

@@ -1,5 +1,5 @@
-// A board as a bystander on the bus sees it: what its default PDOs, its master's, its heartbeat and its emergencies
-// carry. Sends nothing. What is older than kStale_s is not shown as if it were of now.
+// A board as a bystander on the bus sees it: what its PDOs, its master's, its heartbeat and its emergencies carry. Sends nothing.
+// What is older than kStale_s is not shown as if it were of now.
 #pragma once
 
 #include <array>
@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "host-sim/client/board_facts.hpp"
+#include "host-sim/client/pdo_directory.hpp"
 #include "host-sim/client/stream.hpp"
 
 namespace plenum::host::client {
@@ -18,8 +19,8 @@ inline constexpr double kStale_s = 2.0;
 struct ChamberView {
   std::optional<double> setpoint_Pa;  ///< as the master sends it
   std::optional<double> actual_Pa;
-  std::optional<double> command_V;  ///< of the stream alone, as the volume
-  std::optional<double> volume_m3;
+  std::optional<double> command_V;  ///< of the stream, or of a PDO that carries 2210h + c:3
+  std::optional<double> volume_m3;  ///< likewise, 2150h + c:3
 };
 
 struct BoardView {
@@ -36,6 +37,8 @@ class Watch {
  public:
   explicit Watch(std::uint8_t node_id) : node_id_(node_id) {}
 
+  /// Asks the board how its PDOs are mapped, of which else is known what passes on the bus. Throws as a read does (errors.hpp).
+  void learn_mapping(Session& session) { pdos_.learn(session); }
   /// Frames of a stream are understood, too.
   void follow(const Stream& stream) { stream_ = stream; }
   /// What the board says of its fault when asked, whose emergency may be long past.
@@ -58,11 +61,12 @@ class Watch {
   };
 
   bool understand(double time_s, const CanFrame& frame);
-  void take_setpoints(double time_s, std::size_t pdo, const CanFrame& frame);
+  bool take_pdo(double time_s, const Pdo& pdo);
+  void take_value(double time_s, const PdoValue& value);
 
   std::uint8_t node_id_;
   std::optional<Stream> stream_;
-  bool pascal_ = false;  ///< the master sends set points as REAL32 (Session::configure_setpoints)
+  PdoDirectory pdos_;
   std::uint64_t frames_ = 0;
   std::optional<double> board_s_;  ///< when its newest frame came
   Heard<canopen::NmtState> nmt_;

@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <thread>
 
 #include "host-sim/client/borrowed_stream.hpp"
@@ -59,6 +60,15 @@ class OwnMaster {
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
 };
 
+/// A board that gives no answer may still be worth to be listened to.
+void learn_mapping(client::Watch& watch, client::Session& session) {
+  try {
+    watch.learn_mapping(session);
+  } catch (const std::runtime_error& error) {
+    fmt::print(stderr, "{}; its PDOs are taken for those of a board as delivered\n", error.what());
+  }
+}
+
 int run(const Options& options) {
   const StopSignal stop;  // the stream has to be given back
   BoardAccess access(options.board);
@@ -78,6 +88,7 @@ int run(const Options& options) {
 
   client::Watch watch(node);
   session.subscribe([&](const client::Arrival& arrival) { watch.take(arrival.time_s, arrival.frame); });
+  learn_mapping(watch, session);
   std::optional<client::BorrowedStream> stream;
   if (options.stream) {
     client::require_compatible(session);
@@ -126,8 +137,9 @@ Command add_monitor(Program& program) {
   const auto options = std::make_shared<Options>();
   Arguments arguments = program.command(
       "monitor",
-      "Watch a board live, in the terminal, a browser or PlotJuggler. It listens to what the board sends by "
-      "default and changes nothing, unless --stream asks for more; exit code 1 when nothing was heard");
+      "Watch a board live, in the terminal, a browser or PlotJuggler. It asks how the board's PDOs are "
+      "mapped, "
+      "then listens, and changes nothing, unless --stream asks for more; exit code 1 when nothing was heard");
   options->board.add_to(arguments);
   arguments.option("--seconds", options->seconds, "How long; 0: until Ctrl-C [s]")
       .not_negative()

@@ -71,9 +71,88 @@ TEST_F(Decode, PdosHaveTheNamesOfTheDefaultMappingAndPascals) {
   EXPECT_THAT(text(0x381, {0x0F, 0x00}), HasSubstr("= 15"));
 }
 
-TEST_F(Decode, APdoThatIsNotAsByDefaultIsShownInBytes) {
-  EXPECT_EQ(text(0x181, {0xF5, 0x03}), "F5 03 (not mapped so by default)");
-  EXPECT_EQ(text(0x481, {1, 2}), "01 02 (not mapped so by default)");
+TEST_F(Decode, APdoThatIsNotAsMappedIsShownInBytes) {
+  EXPECT_EQ(text(0x181, {0xF5, 0x03}), "F5 03 (not mapped so, as far as is known)");
+  EXPECT_EQ(text(0x481, {1, 2}), "01 02 (not mapped so, as far as is known)");
+}
+
+// TPDO1 of node 1 becomes 2210h:3 (REAL32, V) and 6381h:1 of chamber 2, sent as 1C5h
+TEST_F(Decode, FollowsTheSdoThatRemapsAPdo) {
+  decode(0x601, {0x2F, 0x00, 0x1A, 0, 0, 0, 0, 0});
+  decode(0x581, {0x60, 0x00, 0x1A, 0, 0, 0, 0, 0});
+  decode(0x601, {0x23, 0x00, 0x1A, 1, 0x20, 0x03, 0x10, 0x22});
+  decode(0x581, {0x60, 0x00, 0x1A, 1, 0, 0, 0, 0});
+  decode(0x601, {0x23, 0x00, 0x1A, 2, 0x10, 0x01, 0x81, 0x6B});
+  decode(0x581, {0x60, 0x00, 0x1A, 2, 0, 0, 0, 0});
+  decode(0x601, {0x2F, 0x00, 0x1A, 0, 2, 0, 0, 0});
+  decode(0x581, {0x60, 0x00, 0x1A, 0, 0, 0, 0, 0});
+  decode(0x601, {0x23, 0x00, 0x18, 1, 0xC5, 0x01, 0, 0x40});
+  decode(0x581, {0x60, 0x00, 0x18, 1, 0, 0, 0, 0});
+  const Decoded decoded = decode(0x1C5, {0x00, 0x00, 0xA0, 0x40, 0xE8, 0x03});  // 5.0 V, 1000 mbar
+  EXPECT_EQ(decoded.kind, "TPDO1");
+  EXPECT_EQ(decoded.node, 1U) << "whatever the identifier says";
+  ASSERT_EQ(decoded.values.size(), 2U);
+  EXPECT_EQ(decoded.values[0].value, 5.0);
+  EXPECT_EQ(decoded.values[0].unit, "V");
+  EXPECT_THAT(decoded.values[0].name, HasSubstr("chamber 1"));
+  EXPECT_EQ(decoded.values[1].value, 100'000.0);
+  EXPECT_THAT(decoded.values[1].name, HasSubstr("chamber 2"));
+  EXPECT_THAT(text(0x182, {0xE8, 0x03, 0, 0, 0, 0, 0, 0}), HasSubstr("chamber 1 = 100000 Pa"))
+      << "another board has its own";
+}
+
+TEST_F(Decode, ARemappingThatTheBoardRefusesIsNone) {
+  decode(0x601, {0x2F, 0x02, 0x1A, 0, 0, 0, 0, 0});
+  decode(0x581, {0x80, 0x02, 0x1A, 0, 0x22, 0, 0, 0x08});
+  EXPECT_THAT(text(0x381, {0x0F, 0x00}), HasSubstr("= 15"));
+}
+
+TEST_F(Decode, TheAnswersToAMasterThatReadsTellTheMapping) {
+  decode(0x601, {0x40, 0x02, 0x1A, 1, 0, 0, 0, 0});
+  decode(0x581, {0x43, 0x02, 0x1A, 1, 0x10, 0x00, 0x4E, 0x60});  // 604Eh, error code
+  const Decoded decoded = decode(0x381, {0x50, 0x82});
+  ASSERT_EQ(decoded.values.size(), 1U);
+  EXPECT_EQ(decoded.values[0].value, 0x8250);
+  EXPECT_THAT(decoded.values[0].name, HasSubstr("Error code"));
+}
+
+// A segment of a block that the board sends begins with its number: 43h is no answer to anything.
+TEST_F(Decode, SegmentsOfABlockTellNoMapping) {
+  decode(0x601, {0xA4, 0x18, 0x21, 0, 0x7F, 0, 0, 0});
+  decode(0x581, {0xC6, 0x18, 0x21, 0, 0xFF, 1, 0, 0});
+  decode(0x601, {0xA3, 0, 0, 0, 0, 0, 0, 0});
+  decode(0x581, {0x43, 0x02, 0x1A, 1, 0x10, 0x00, 0x4E, 0x60});
+  EXPECT_THAT(decode(0x381, {0x0F, 0x00}).values.at(0).name, HasSubstr("Status word"));
+}
+
+TEST_F(Decode, ABoardThatBootsIsMappedAsItHasStored) {
+  const auto map_error_code = [this] {
+    decode(0x601, {0x23, 0x02, 0x1A, 1, 0x10, 0x00, 0x4E, 0x60});
+    decode(0x581, {0x60, 0x02, 0x1A, 1, 0, 0, 0, 0});
+  };
+  const auto order = [this](std::uint8_t index, std::uint8_t sub) {
+    decode(0x601, {0x23, index, 0x10, sub, 's', 'a', 'v', 'e'});
+    decode(0x581, {0x60, index, 0x10, sub, 0, 0, 0, 0});
+  };
+  const auto carries = [this] { return decode(0x381, {0x0F, 0x00}).values.at(0).name; };
+  map_error_code();
+  EXPECT_EQ(carries(), "Error code");
+  decode(0x701, {0x00});
+  EXPECT_EQ(carries(), "Status word") << "nothing was stored";
+  map_error_code();
+  order(0x10, 2);  // 1010h:2
+  decode(0x701, {0x00});
+  EXPECT_EQ(carries(), "Error code");
+  order(0x11, 1);  // 1011h:1
+  EXPECT_EQ(carries(), "Error code") << "until the reset";
+  decode(0x701, {0x00});
+  EXPECT_EQ(carries(), "Status word");
+}
+
+TEST_F(Decode, AnArrayWithAValueAChamberNamesTheChamber) {
+  decode(0x601, {0x23, 0x02, 0x1A, 1, 0x08, 0x06, 0x30, 0x22});  // 2230h:6, UNSIGNED8
+  decode(0x581, {0x60, 0x02, 0x1A, 1, 0, 0, 0, 0});
+  EXPECT_THAT(decode(0x381, {0x04}).values.at(0).name, HasSubstr(", 6"));
 }
 
 TEST_F(Decode, TheCaptureStreamIsInSiUnits) {

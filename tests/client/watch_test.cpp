@@ -73,17 +73,6 @@ TEST(Watch, KnowsOfNoFaultOnlyWhenItHeardSo) {
   EXPECT_EQ(watch.view(0.0).error_code, 0);
 }
 
-TEST(Watch, ReadsSetPointsInPascalOnceRpdo3GivesThemAway) {
-  Watch watch(5);
-  for (int cycle = 0; cycle < 2; ++cycle) {
-    watch.take(0.0, canopen::frame_from("205 00 50 C3 47 00 50 43 48"));  // 100 000 and 200 000 Pa
-    watch.take(0.0, canopen::frame_from("405 00 7C 92 48 00 50 C3 47"));  // of chambers 5 and 6: 300 000 Pa
-  }
-  EXPECT_EQ(watch.view(0.0).chamber[0].setpoint_Pa, 100'000.0);
-  EXPECT_EQ(watch.view(0.0).chamber[1].setpoint_Pa, 200'000.0);
-  EXPECT_EQ(watch.view(0.0).chamber[4].setpoint_Pa, 300'000.0);
-}
-
 TEST(Watch, PassesOverFramesOfOthersAndOfAnotherForm) {
   Watch watch(5);
   for (const char* text : {"186 E8 03 D0 07 B8 0B A0 0F", "185 E8 03", "385 0F", "705",
