@@ -241,7 +241,7 @@ numeric::Scalar ChamberLoop::driven_V(const Order& order, canopen::ChamberImage&
   const bool exciting = driven && excitation && order.drive == safety::Drive::active;
   const bool regulating = driven && !excitation && has_model() &&
                           (order.drive == safety::Drive::active || order.drive == safety::Drive::hold);
-  if (exciting && !was_exciting_) begin_excitation(order);
+  if (exciting && !was_exciting_) begin_excitation(order, image.excitation);
   if (regulating && !was_regulating_) shaper_.reset(pressure_kPa_);
   was_exciting_ = exciting;
   was_regulating_ = regulating;
@@ -262,8 +262,7 @@ numeric::Scalar ChamberLoop::driven_V(const Order& order, canopen::ChamberImage&
   return safety::resting_command_V(resting_, resting, order.must_vent);
 }
 
-void ChamberLoop::begin_excitation(const Order& order) noexcept {
-  const canopen::ExcitationImage& asked = order.excitation;
+void ChamberLoop::begin_excitation(const Order& order, const canopen::ExcitationImage& asked) noexcept {
   const auto allowed = control::restrict_to({.seed = order.excitation_seed,
                                              .command_low_V = asked.command_low_V,
                                              .command_high_V = asked.command_high_V,

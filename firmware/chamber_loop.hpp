@@ -61,11 +61,10 @@ class ChamberLoop {
     bool commanded = false;  ///< 6040h has taken the board to DISABLED or beyond
     canopen::ControlMode mode = canopen::ControlMode::pressure_closed_loop;
     std::uint8_t preview_ticks = 0;
-    canopen::ExcitationImage excitation;
     std::uint32_t excitation_seed = 1;  ///< this chamber's own
   };
 
-  /// Second half: the command [V] to hold until the next tick. Reads the set points in `image`, writes the
+  /// Second half: the command [V] to hold until the next tick. Reads set points and excitation in `image`, writes the
   /// rest of it.
   float command(const Order& order, canopen::ChamberImage& image) noexcept;
 
@@ -74,7 +73,7 @@ class ChamberLoop {
 
  private:
   numeric::Scalar driven_V(const Order& order, canopen::ChamberImage& image) noexcept;
-  void begin_excitation(const Order& order) noexcept;
+  void begin_excitation(const Order& order, const canopen::ExcitationImage& asked) noexcept;
   numeric::Scalar regulated_V(const Order& order, canopen::ChamberImage& image) noexcept;
   void rest_by_settings() noexcept;
   std::uint64_t sum_of_constants() const noexcept;

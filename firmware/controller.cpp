@@ -16,9 +16,9 @@ constexpr safety::FaultSet kWithoutPower = safety::only(safety::Fault::hardware)
                                            safety::only(safety::Fault::configuration_refused);
 
 /// Each chamber is excited by a sequence of its own.
-std::uint32_t chamber_seed(std::uint32_t board_seed, std::size_t chamber) noexcept {
+std::uint32_t chamber_seed(std::uint32_t seed, std::size_t chamber) noexcept {
   constexpr std::uint32_t kGoldenRatio = 0x9E3779B9U;
-  return board_seed + kGoldenRatio * static_cast<std::uint32_t>(chamber + 1);
+  return seed + kGoldenRatio * static_cast<std::uint32_t>(chamber + 1);
 }
 
 /// With those that were left out. No watch waits for longer than this many.
@@ -256,8 +256,7 @@ Outputs Controller::drive(safety::Drive drive, bool powered) noexcept {
         .commanded = (safety::status_word(supervisor_.state()) & safety::control_bit::kD) != 0,
         .mode = image_.control_mode,
         .preview_ticks = image_.preview_ticks,
-        .excitation = image_.excitation,
-        .excitation_seed = chamber_seed(image_.excitation.seed, c)};
+        .excitation_seed = chamber_seed(image_.chamber[c].excitation.seed, c)};
     if (order.must_vent) image_.must_vent = static_cast<std::uint8_t>(image_.must_vent | 1U << c);
     outputs.command_V[c] = chamber_[c].command(order, image_.chamber[c]);
   }

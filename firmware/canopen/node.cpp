@@ -139,7 +139,6 @@ void Node::forget_process() noexcept {
   static constexpr ProcessImage kFresh;
   image.control_word = kFresh.control_word;
   image.control_mode = kFresh.control_mode;
-  image.excitation = kFresh.excitation;
   image.volume_code = kFresh.volume_code;
   image.preview_ticks = kFresh.preview_ticks;
   image.parameter_set_code = kFresh.parameter_set_code;
@@ -148,6 +147,7 @@ void Node::forget_process() noexcept {
   for (ChamberImage& chamber : image.chamber) {
     chamber.setpoint_Pa = numeric::Scalar(0);
     chamber.hold_setpoint_Pa = numeric::Scalar(0);
+    chamber.excitation = {};
   }
 }
 

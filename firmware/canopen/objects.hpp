@@ -73,7 +73,7 @@ inline constexpr std::uint16_t kRegulation = 0x2230;     ///< + 1 + chamber: bit
 inline constexpr std::uint16_t kCapture = 0x2300;        ///< {order, chamber, length, state, rows}
 inline constexpr std::uint16_t kCaptureBuffer = 0x2301;  ///< DOMAIN, read only: telemetry/recorder.hpp
 inline constexpr std::uint16_t kExcitation =
-    0x2310;  ///< {seed, command low V, high V, pressure low Pa, high Pa}
+    0x2310;  ///< + chamber {seed, command low V, high V, pressure low Pa, high Pa}
 
 inline constexpr std::uint16_t kChamberSettings =
     0x2400;                                               ///< + chamber, REAL32, as config/setting_fields.hpp

@@ -31,10 +31,22 @@ using StandingFaults = std::array<safety::FaultSet, config::kChambers + 1>;
 /// Absolute pressure [Pa], as it came.
 using Setpoint = config::Twice<numeric::Scalar>;
 
+/// What a chamber is excited by (2310h).
+struct ExcitationImage {
+  std::uint32_t seed = 1;  ///< of two chambers with the same seed each has a sequence of its own
+  float command_low_V = 3.0F;
+  float command_high_V = 7.0F;
+  float pressure_low_Pa = 130000.0F;
+  float pressure_high_Pa = 600000.0F;
+
+  friend bool operator==(const ExcitationImage&, const ExcitationImage&) noexcept = default;
+};
+
 struct ChamberImage {
   // from the bus; 0: the lowest that the limits allow
   Setpoint setpoint_Pa{0};       ///< 6380h / 2150h:1
   Setpoint hold_setpoint_Pa{0};  ///< 6394h
+  ExcitationImage excitation;    ///< 2310h
   // to the bus
   config::Pascals actual_Pa;  ///< 6381h / 2150h:2, mean over the tick just past
   config::Pascals demand_Pa;  ///< 6390h, what is followed: the set point after limits and ramp
@@ -51,17 +63,6 @@ struct ChamberImage {
   std::uint8_t regulation = 0;  ///< 2230h
 
   friend bool operator==(const ChamberImage&, const ChamberImage&) noexcept = default;
-};
-
-/// Settings of the excitation (2310h), one for the board.
-struct ExcitationImage {
-  std::uint32_t seed = 1;
-  float command_low_V = 3.0F;
-  float command_high_V = 7.0F;
-  float pressure_low_Pa = 130000.0F;
-  float pressure_high_Pa = 600000.0F;
-
-  friend bool operator==(const ExcitationImage&, const ExcitationImage&) noexcept = default;
 };
 
 enum class StorePhase : std::uint8_t {
@@ -106,7 +107,6 @@ struct ProcessImage {
   config::Twice<std::uint16_t> control_word{0};  ///< 6040h
   config::Twice<std::uint16_t> reset_word{0};  ///< the 6040h since the last tick in which R rose; 0: in none
   config::Twice<ControlMode> control_mode{ControlMode::pressure_closed_loop};  ///< 6043h
-  ExcitationImage excitation;                                                  ///< 2310h
   std::uint32_t parameter_set_code = 0;  ///< 6056h, the master's own mark
   std::uint32_t sync_count = 0;  ///< counts SYNCs taken while operational: the watchdog's food in excitation
   /// Goes on each time that every set-point PDO which has come in ACTIVE has come again, and where none has with each set point by

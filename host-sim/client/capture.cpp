@@ -287,11 +287,14 @@ std::vector<CapturedRow> capture(Session& session, const CaptureOptions& options
   session.nmt(canopen::NmtCommand::enter_pre_operational);
   const std::uint8_t mask = mask_of(options.chambers);
   BorrowedStream borrowed(session, {.chambers = mask, .largest_volume_m3 = options.largest_volume_m3});
-  session.write(object::kExcitation, 1, options.seed);
-  session.write(object::kExcitation, 2, options.command_low_V);
-  session.write(object::kExcitation, 3, options.command_high_V);
-  session.write(object::kExcitation, 4, static_cast<float>(options.pressure_low_Pa));
-  session.write(object::kExcitation, 5, static_cast<float>(options.pressure_high_Pa));
+  for (unsigned c = 0; c < options.chambers; ++c) {
+    const auto excitation = static_cast<std::uint16_t>(object::kExcitation + c);
+    session.write(excitation, 1, options.seed);
+    session.write(excitation, 2, options.command_low_V);
+    session.write(excitation, 3, options.command_high_V);
+    session.write(excitation, 4, static_cast<float>(options.pressure_low_Pa));
+    session.write(excitation, 5, static_cast<float>(options.pressure_high_Pa));
+  }
   Drive drive(session, ControlMode::excitation);
   session.learn_sync();
   std::vector<CapturedRow> rows;

@@ -1,4 +1,4 @@
-// Objects 2300h..2310h (own): the log of the last ticks, and the excitation that fills it.
+// Objects 2300h..2317h (own): the log of the last ticks, and the excitation that fills it.
 #pragma once
 
 #include "firmware/canopen/dictionary/rows.hpp"
@@ -57,24 +57,24 @@ inline std::uint32_t capture_buffer_size(const Device& device, Place) noexcept {
 }
 
 template <float ExcitationImage::*member>
-Abort read_excitation(const Device& device, Place, std::uint32_t& bits) noexcept {
-  bits = bits_of(device.image.excitation.*member);
+Abort read_excitation(const Device& device, Place at, std::uint32_t& bits) noexcept {
+  bits = bits_of(device.image.chamber[at.instance].excitation.*member);
   return Abort::none;
 }
 
 template <float ExcitationImage::*member>
-Abort write_excitation(Device& device, Place, std::uint32_t bits) noexcept {
-  device.image.excitation.*member = std::bit_cast<float>(bits);
+Abort write_excitation(Device& device, Place at, std::uint32_t bits) noexcept {
+  device.image.chamber[at.instance].excitation.*member = std::bit_cast<float>(bits);
   return Abort::none;
 }
 
-inline Abort read_seed(const Device& device, Place, std::uint32_t& bits) noexcept {
-  bits = device.image.excitation.seed;
+inline Abort read_seed(const Device& device, Place at, std::uint32_t& bits) noexcept {
+  bits = device.image.chamber[at.instance].excitation.seed;
   return Abort::none;
 }
 
-inline Abort write_seed(Device& device, Place, std::uint32_t bits) noexcept {
-  device.image.excitation.seed = bits;
+inline Abort write_seed(Device& device, Place at, std::uint32_t bits) noexcept {
+  device.image.chamber[at.instance].excitation.seed = bits;
   return Abort::none;
 }
 
@@ -93,15 +93,16 @@ inline constexpr Entry kCaptureRows[] = {
     value(0x2300, 5, kOnce, "Rows held", unsigned16, read_only, no, kAny, read_capture),
     stream(object::kCaptureBuffer, "Capture: log of the chamber", domain, read_capture_buffer,
            capture_buffer_size, capture_is_frozen),
-    highest<5>(0x2310, kOnce, "Excitation"),
-    value(0x2310, 1, kOnce, "Excitation: seed", unsigned32, read_write, no, kAny, read_seed, write_seed),
-    value(0x2310, 2, kOnce, "Excitation: command low [V]", real32, read_write, no, kCommandRange_V,
+    highest<5>(0x2310, kChambersNext, "Excitation"),
+    value(0x2310, 1, kChambersNext, "Excitation: seed", unsigned32, read_write, no, kAny, read_seed,
+          write_seed),
+    value(0x2310, 2, kChambersNext, "Excitation: command low [V]", real32, read_write, no, kCommandRange_V,
           read_excitation<&X::command_low_V>, write_excitation<&X::command_low_V>),
-    value(0x2310, 3, kOnce, "Excitation: command high [V]", real32, read_write, no, kCommandRange_V,
+    value(0x2310, 3, kChambersNext, "Excitation: command high [V]", real32, read_write, no, kCommandRange_V,
           read_excitation<&X::command_high_V>, write_excitation<&X::command_high_V>),
-    value(0x2310, 4, kOnce, "Excitation: pressure low [Pa]", real32, read_write, no, kPressureRange,
+    value(0x2310, 4, kChambersNext, "Excitation: pressure low [Pa]", real32, read_write, no, kPressureRange,
           read_excitation<&X::pressure_low_Pa>, write_excitation<&X::pressure_low_Pa>),
-    value(0x2310, 5, kOnce, "Excitation: pressure high [Pa]", real32, read_write, no, kPressureRange,
+    value(0x2310, 5, kChambersNext, "Excitation: pressure high [Pa]", real32, read_write, no, kPressureRange,
           read_excitation<&X::pressure_high_Pa>, write_excitation<&X::pressure_high_Pa>),
 };
 

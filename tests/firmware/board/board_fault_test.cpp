@@ -577,7 +577,7 @@ TEST(BoardFault, ChamberThatMustVentVentsWhateverTheDrive) {
   for (const auto drive :
        {safety::Drive::vent, safety::Drive::safe, safety::Drive::hold, safety::Drive::active}) {
     loop.measure({.pressure = {3.0F, true}, .position = {4.0F, true}}, true, true);
-    EXPECT_EQ(loop.command({.drive = drive, .must_vent = true, .excitation = {}}, image), 2.5F);
+    EXPECT_EQ(loop.command({.drive = drive, .must_vent = true}, image), 2.5F);
   }
 }
 

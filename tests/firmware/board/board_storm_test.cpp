@@ -36,7 +36,8 @@ class Storm {
                                                         0x2110, 0x1400, 0x1600, 0x1800, 0x6040,
                                                         0x6043, 0x6380, 0x6394, 0x1017};
     std::uint16_t index = kIndices[below(kIndices.size())];
-    if (index == 0x2150 || index == 0x2110) index = static_cast<std::uint16_t>(index + below(8));
+    if (index == 0x2150 || index == 0x2110 || index == 0x2310)
+      index = static_cast<std::uint16_t>(index + below(8));
     if (index == 0x6380 || index == 0x6394) index = static_cast<std::uint16_t>(index + 0x800 * below(8));
     constexpr std::array<std::uint8_t, 4> kSizes = {0x2F, 0x2B, 0x23, 0x23};
     const std::uint32_t value = one_in(2) ? std::bit_cast<std::uint32_t>(number()) : below(8);

@@ -47,8 +47,7 @@ TEST_P(ChamberBounds, OfItsModelLeaveTheCommandWithinTheInstallersRangeAndEveryV
       image.setpoint_Pa = numeric::Scalar(kSetpoints_Pa[random() % kSetpoints_Pa.size()]);
       const float command_V = loop.command({.drive = safety::Drive::active,
                                             .commanded = true,
-                                            .preview_ticks = static_cast<std::uint8_t>(random() % 9),
-                                            .excitation = {}},
+                                            .preview_ticks = static_cast<std::uint8_t>(random() % 9)},
                                            image);
       ASSERT_TRUE(command_V >= settings.chamber[0].command_low_V &&
                   command_V <= settings.chamber[0].command_high_V)

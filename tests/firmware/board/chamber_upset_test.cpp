@@ -48,8 +48,8 @@ struct Rig {
     chamber.pressure_kPa = static_cast<double>(kStart_kPa);
     chamber.volume_mL = static_cast<double>(kVolume_mL);
     image.setpoint_Pa = Scalar(1000.0F * kStart_kPa);
-    order = {.drive = safety::Drive::active, .commanded = true, .mode = mode, .excitation = {}};
-    order.excitation = {.command_low_V = 3.25F,
+    order = {.drive = safety::Drive::active, .commanded = true, .mode = mode};
+    image.excitation = {.command_low_V = 3.25F,
                         .command_high_V = 6.75F,
                         .pressure_low_Pa = 200e3F,
                         .pressure_high_Pa = 500e3F};

@@ -282,5 +282,32 @@ TEST(SettingsOnTheBus, AreRefusedToAChamberThatMustVent) {
   EXPECT_EQ(bench.analog_out.held_V[0], 2.5F) << "vented";
 }
 
+TEST(ExcitationOnTheBus, HasARangeOfItsOwnInEachChamber) {
+  Bench bench;
+  bench.board.start();
+  bench.session.write(object::kControlMode, 0, std::int8_t{-1});
+  const auto of_fourth = static_cast<std::uint16_t>(object::kExcitation + 3);
+  bench.session.write<float>(of_fourth, 2, 4.5F);
+  bench.session.write<float>(of_fourth, 3, 5.5F);
+  EXPECT_EQ(bench.session.read<float>(object::kExcitation, 2), 3.0F) << "that of the first is its own";
+  bench.put(0, {1, 0});
+  bench.climb();
+  std::array<float, kChambers> low_V{}, high_V{};
+  low_V.fill(10.0F);
+  for (int t = 0; t < 500; ++t) {
+    bench.run(1);
+    for (std::size_t c = 0; c < kChambers; ++c) {
+      low_V[c] = std::min(low_V[c], bench.analog_out.held_V[c]);
+      high_V[c] = std::max(high_V[c], bench.analog_out.held_V[c]);
+    }
+  }
+  EXPECT_GE(low_V[3], 4.5F);
+  EXPECT_LE(high_V[3], 5.5F);
+  for (const std::size_t other : {2U, 4U}) {
+    EXPECT_LT(low_V[other], 4.0F) << other;
+    EXPECT_GT(high_V[other], 6.0F) << other;
+  }
+}
+
 }  // namespace
 }  // namespace plenum

@@ -89,20 +89,20 @@ TEST(Network, ResetsTheNodeToWhatTheBusHasNotWritten) {
   bench.answer("605 2B 40 60 00 07 00 00 00");
   bench.answer("605 2B 80 63 01 E8 03 00 00");
   bench.answer("605 2F 43 60 00 FF 00 00 00");
-  bench.answer("605 23 10 23 01 09 00 00 00");
+  bench.answer("605 23 13 23 01 09 00 00 00");
   bench.image.status_word = 0x000F;
-  EXPECT_EQ(bench.image.excitation.seed, 9U);
+  EXPECT_EQ(bench.image.chamber[3].excitation.seed, 9U);
   EXPECT_EQ(bench.image.control_mode, ControlMode::excitation);
   bench.send("000 81 00");
   EXPECT_EQ(bench.image.control_word, 0) << "at once: the board goes to INIT";
   bench.tick();
   EXPECT_EQ(bench.drain(), Frames{}) << "ACTIVE still";
-  EXPECT_EQ(bench.image.excitation.seed, 9U);
+  EXPECT_EQ(bench.image.chamber[3].excitation.seed, 9U);
   bench.image.status_word = 0x0008;
   bench.tick();
   EXPECT_EQ(bench.drain(), Frames{"705 00"});
   EXPECT_EQ(bench.image.chamber[0].setpoint_Pa.value(), 0.0F);
-  EXPECT_EQ(bench.image.excitation.seed, 1U);
+  EXPECT_EQ(bench.image.chamber[3].excitation.seed, 1U);
   EXPECT_EQ(bench.image.control_mode, ControlMode::pressure_closed_loop);
   EXPECT_EQ(bench.image.status_word, 0x0008) << "the controller's to say";
 }
