@@ -68,6 +68,7 @@ std::uint64_t ChamberLoop::sum_of_paths() const noexcept {
 std::uint64_t ChamberLoop::sum_of_state() const noexcept {
   std::uint64_t sum = volume_.sum_of_estimates() + regulator_.sum_of_estimates();
   if (was_regulating_) sum += shaper_.sum_of_latched();
+  if (was_holding_) sum += config::sum_of_object(held_kPa_);
   if (was_exciting_) sum += config::sum_of_object(excitation_) + std::uint64_t{may_excite_};
   return sum + std::uint64_t{pressure_seen_} + (std::uint64_t{volume_seen_} << 8U) +
          (std::uint64_t{volume_unseen_ticks_} << 16U);
@@ -79,6 +80,7 @@ bool ChamberLoop::state_intact() noexcept {
   volume_seen_ = false;
   pressure_seen_ = false;  // and with the next one the regulator begins anew
   was_regulating_ = false;
+  was_holding_ = false;
   was_exciting_ = false;
   return false;
 }
@@ -245,6 +247,9 @@ numeric::Scalar ChamberLoop::driven_V(const Order& order, canopen::ChamberImage&
   if (regulating && !was_regulating_) shaper_.reset(pressure_kPa_);
   was_exciting_ = exciting;
   was_regulating_ = regulating;
+  const bool holding = regulating && order.drive == safety::Drive::hold;
+  if (holding && !was_holding_) held_kPa_ = pressure_kPa_;
+  was_holding_ = holding;
 
   // What bounds the regulator and the excitation themselves are copies of their own, which a flipped bit makes another range.
   const auto allowed = [this](numeric::Scalar command_V) noexcept {
@@ -276,8 +281,10 @@ void ChamberLoop::begin_excitation(const Order& order, const canopen::Excitation
 
 numeric::Scalar ChamberLoop::regulated_V(const Order& order, canopen::ChamberImage& image) noexcept {
   const bool active = order.drive == safety::Drive::active;
-  const numeric::Scalar setpoint_kPa =
-      numeric::thousandth(active ? image.setpoint_Pa : image.hold_setpoint_Pa);
+  const numeric::Scalar asked_Pa = active ? image.setpoint_Pa : image.hold_setpoint_Pa;
+  // No chamber holds a vacuum: 6394h is nobody's yet, and what is held is the pressure at which holding began.
+  const bool stays = !active && asked_Pa == numeric::Scalar(0);
+  const numeric::Scalar setpoint_kPa = stays ? held_kPa_ : numeric::thousandth(asked_Pa);
   const control::ReferenceShaper::Reference& reference =
       shaper_.step(setpoint_kPa, active ? order.preview_ticks : std::uint8_t{0}, regulator_.ahead());
   const control::PressureModel& model = *known_.in_force();

@@ -115,6 +115,7 @@ class ChamberLoop {
   numeric::Scalar drift_limit_kPa_ = 0;  ///< of the model in force
   numeric::Scalar command_V_ = 0;        ///< held over the tick just past
   numeric::Scalar reference_kPa_ = 0;    ///< mean over the tick just past, where it was regulated
+  numeric::Scalar held_kPa_ = 0;         ///< the pressure at which holding began
   bool rests_by_settings_ = false;       ///< resting_ is settings_
   bool has_commanded_ = false;           ///< an output stands, and no setting alone moves it
   bool pressure_fresh_ = false;          ///< a usable measurement has come this tick
@@ -122,6 +123,7 @@ class ChamberLoop {
   bool volume_seen_ = false;
   std::uint8_t volume_unseen_ticks_ = 0;  ///< since it was measured
   bool was_regulating_ = false;
+  bool was_holding_ = false;
   bool was_exciting_ = false;
   std::uint8_t seen_ = 0;    ///< what the monitor says of 2230h
   bool may_excite_ = false;  ///< what was asked of the excitation, and the settings, leave it a range

@@ -66,11 +66,9 @@ bool InverseRun::step(config::ParameterSlots& slots) noexcept {
   if (!find_work(slots)) return false;
   config::ImageVerdict verdict;
   InverseCheck::Finding found = InverseCheck::Finding::passed;
-  if (settings_.chamber(chamber_).in_use) {
-    if (!started_) verdict = start(slots.staged(chamber_));
-    const control::PressureModel* const model = staged_.in_force();
-    if (verdict) found = model == nullptr ? InverseCheck::Finding::inverse_fails : check_.step(*model);
-  }
+  if (!started_) verdict = start(slots.staged(chamber_));
+  const control::PressureModel* const model = staged_.in_force();
+  if (verdict) found = model == nullptr ? InverseCheck::Finding::inverse_fails : check_.step(*model);
   switch (found) {
     case InverseCheck::Finding::running:
       return true;

@@ -6,7 +6,7 @@
 //              every place of the piston, below no volume at all
 //   command    command_low .. command_high
 // A dead volume that takes all of the grid's smallest volume is refused beforehand, as a parameter (config::validate_volume()). A
-// chamber that is not in use has no grid.
+// chamber that is not in use is checked as any other: what takes it into use asks for no model anew.
 //
 // Cost: InverseCheck::kPointsPerTick points of one chamber a tick, in the mean of random sets 23,000 instructions by tassa9, 31,000 by
 // tassa9r, 27,000 by greybox (callgrind, x86-64); a model is taken over in the first of them, a grey-box one for 29,000 more. A

@@ -45,7 +45,7 @@ struct ExcitationImage {
 struct ChamberImage {
   // from the bus; 0: the lowest that the limits allow
   Setpoint setpoint_Pa{0};       ///< 6380h / 2150h:1
-  Setpoint hold_setpoint_Pa{0};  ///< 6394h
+  Setpoint hold_setpoint_Pa{0};  ///< 6394h; 0: the pressure at which holding begins
   ExcitationImage excitation;    ///< 2310h
   // to the bus
   config::Pascals actual_Pa;  ///< 6381h / 2150h:2, mean over the tick just past

@@ -90,10 +90,6 @@ constexpr FaultSet all_where(Predicate predicate) {
 constexpr FaultSet kLatched = all_where([](const FaultSpec& row) { return row.clears == Clears::by_reset; });
 constexpr FaultSet kVenting = all_where([](const FaultSpec& row) { return row.reaction == Reaction::vent; });
 
-constexpr FaultSet next(const config::Twice<FaultSet>& standing, FaultSet causes, bool reset) noexcept {
-  return causes | (reset ? FaultSet{0} : (standing | standing.second()) & kLatched);
-}
-
 }  // namespace
 
 std::span<const FaultSpec, kFaults> fault_table() noexcept {
@@ -108,15 +104,26 @@ FaultSet clearing_by_themselves() noexcept {
   return kAllFaults & ~kLatched;
 }
 
+FaultSet FaultRegister::next(const config::Twice<FaultSet>& standing, FaultSet causes, Recent& recent,
+                             bool reset) const noexcept {
+  if (reset) recent = {};
+  if (ticks_ == 0) recent = {.before = recent.now};
+  recent.now |= causes & ~kLatched;
+  if (reset) return causes;
+  return causes | ((standing | standing.second()) & kLatched) |
+         ((recent.now | recent.before) & kAllFaults & ~kLatched);
+}
+
 FaultReport FaultRegister::step(const ChamberFaults& chamber_causes, FaultSet board_causes,
                                 bool reset) noexcept {
   FaultSet causes = board_causes;
   for (const FaultSet of_chamber : chamber_causes) causes |= of_chamber;
   const FaultSet upset = (causes & ~kAllFaults) != 0 ? only(Fault::memory_upset) : FaultSet{0};
-  board_ = next(board_, (board_causes & kAllFaults) | upset, reset);
+  ticks_ = ticks_ + 1U < kFlicker_ticks ? static_cast<std::uint8_t>(ticks_ + 1) : std::uint8_t{0};
+  board_ = next(board_, (board_causes & kAllFaults) | upset, recent_.back(), reset);
   FaultSet anywhere = board_;
   for (std::size_t c = 0; c < config::kChambers; ++c) {
-    chamber_[c] = next(chamber_[c], chamber_causes[c] & kAllFaults, reset);
+    chamber_[c] = next(chamber_[c], chamber_causes[c] & kAllFaults, recent_[c], reset);
     anywhere |= chamber_[c];
   }
   FaultReport report;

@@ -100,7 +100,7 @@ struct FaultSpec {
 /// The whole table, in the order of Fault.
 std::span<const FaultSpec, kFaults> fault_table() noexcept;
 const FaultSpec& spec(Fault fault) noexcept;
-/// Those that clear with their cause.
+/// Those that clear with their cause, or soon after it.
 FaultSet clearing_by_themselves() noexcept;
 
 /// What stands at the end of a tick.
@@ -120,8 +120,12 @@ class FaultRegister {
   /// No bit has flipped in what stands.
   bool intact() const noexcept;
 
-  /// Takes in the causes present in this tick. `reset`: clear what is latched and has no cause any more. A
-  /// fault whose cause is present stands, reset or not; and so does one that a flipped bit has left in one copy only.
+  /// Ticks in which a fault that clears by itself is remembered, and the next as many: one that flickers is one.
+  static constexpr std::uint8_t kFlicker_ticks = 100;
+
+  /// Takes in the causes present in this tick. `reset`: clear what has no cause any more. A fault whose cause is present stands, reset
+  /// or not; and so does one that a flipped bit has left in one copy only. What clears by itself does so one to two times kFlicker_ticks
+  /// after its cause was last present.
   FaultReport step(const ChamberFaults& chamber_causes, FaultSet board_causes, bool reset) noexcept;
 
   FaultSet standing(std::size_t chamber) const noexcept { return chamber_[chamber]; }
@@ -130,8 +134,18 @@ class FaultRegister {
   bool must_vent(std::size_t chamber) const noexcept;
 
  private:
+  /// What was present of the causes that clear by themselves.
+  struct Recent {
+    FaultSet now = 0;     ///< since the last kFlicker_ticks were full
+    FaultSet before = 0;  ///< in these
+  };
+  FaultSet next(const config::Twice<FaultSet>& standing, FaultSet causes, Recent& recent,
+                bool reset) const noexcept;
+
   std::array<config::Twice<FaultSet>, config::kChambers> chamber_{};
   config::Twice<FaultSet> board_;
+  std::array<Recent, config::kChambers + 1> recent_{};  ///< of each chamber, and of the board
+  std::uint8_t ticks_ = 0;                              ///< since the last kFlicker_ticks were full
 };
 
 }  // namespace plenum::safety

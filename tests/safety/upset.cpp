@@ -69,8 +69,8 @@ std::vector<Member> loop_members() {
   loop.add<std::array<numeric::Scalar, 4>>("delay, commands and stroke", true);
   loop.add<numeric::Scalar>("last pressure", true);
   loop.add<control::ChamberMotion>("motion", true);
-  loop.add<std::array<numeric::Scalar, 5>>("last of the model", true);
-  loop.add<std::array<bool, 10>>("flags", true);
+  loop.add<std::array<numeric::Scalar, 6>>("last of the model, what is held", true);
+  loop.add<std::array<bool, 11>>("flags", true);
   return loop.of<ChamberLoop>();
 }
 

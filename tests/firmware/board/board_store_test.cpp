@@ -302,7 +302,7 @@ TEST(BoardStore, RefusingStoreIsAFaultUntilItWorksAgainAndTheModelsStay) {
   bench.store.refuses = false;
   bench.finish_storing();
   while (bench.image().store.phase != StorePhase::idle) bench.finish_storing();
-  bench.tick();
+  bench.run(2 * safety::FaultRegister::kFlicker_ticks);
   EXPECT_EQ(bench.image().error_code, 0);
   EXPECT_EQ(models_after_restart(bench.store.durable)[3], image_of(kValve, 2));
 }

@@ -239,6 +239,26 @@ TEST(Board, StandingStillTheChamberIsHeldAtTheSetPointOfAPerfectModel) {
   EXPECT_NEAR(static_cast<double>(bench.image().chamber[3].actual_Pa), 450e3, 50.0);
 }
 
+TEST(Board, HoldsThePressureAtWhichHoldingBeganUntilItIsToldAnother) {
+  Bench bench;
+  bench.go_active(450.0);
+  bench.setpoint_kPa = 520.0;
+  bench.run(100);
+  bench.streaming = false;
+  bench.control(0x3);
+  bench.run(200);
+  ASSERT_EQ(bench.state(), safety::State::hold);
+  for (const Chamber& chamber : bench.chamber) EXPECT_NEAR(chamber.pressure_kPa, 520.0, 0.2);
+  bench.session.write(canopen::object::of_module(canopen::object::kHoldSetpoint, 3), 1, std::int16_t{2000});
+  bench.run(200);
+  EXPECT_NEAR(bench.chamber[3].pressure_kPa, 200.0, 0.2);
+  EXPECT_NEAR(bench.chamber[2].pressure_kPa, 520.0, 0.2);
+  bench.control(0x7);
+  bench.run(8);
+  ASSERT_EQ(bench.state(), safety::State::active);
+  EXPECT_NEAR(bench.chamber[2].pressure_kPa, 520.0, 0.2) << "and in ACTIVE until a set point comes";
+}
+
 TEST(Board, HealthyMinuteHasNoFaultAndNoEmergency) {
   Bench bench;
   bench.go_active(300.0);

@@ -150,6 +150,11 @@ TEST(ChamberUpset, EveryBitOfWhatRunsOnAndDoesNotComeBackIsToldAtTheNextTick) {
     EXPECT_EQ(told_bits(rig.loop), 8 * (kEstimates * sizeof(Scalar) + kSent + driver + kSeal))
         << (excited ? "excited" : "regulated");
   }
+  Rig rig(canopen::ControlMode::pressure_closed_loop);
+  rig.order.drive = safety::Drive::hold;
+  for (int i = 0; i < 5; ++i) rig.tick();
+  const std::size_t driver = (kLatched + 1) * sizeof(Scalar) + sizeof(std::uint32_t);
+  EXPECT_EQ(told_bits(rig.loop), 8 * (kEstimates * sizeof(Scalar) + kSent + driver + kSeal)) << "held";
 }
 
 TEST(ChamberUpset, WithoutAFlipTheStateIsIntactWhateverIsOrderedAndSet) {

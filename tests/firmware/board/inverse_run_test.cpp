@@ -96,13 +96,15 @@ TEST(InverseRunOnABoard, ChecksOverTheLimitsOfTheChamber) {
       ThrowsMessage<Refused>(HasSubstr("5.05 V raises the pressure by ")));
 }
 
-TEST(InverseRunOnABoard, ChecksNothingOfAChamberThatIsNotInUse) {
+// 2410h:1 may take the chamber into use later, and nobody would check the model then.
+TEST(InverseRunOnABoard, ChecksAChamberThatIsNotInUseAsAnyOther) {
   Settings settings = bench_settings();
   settings.chamber[0].in_use = false;
   Bench bench(settings);
-  const auto idle = greybox_with({{config::kOpenAbove, 15.0F}});
-  bench.session.upload_model(0, idle);
-  EXPECT_EQ(bench.session.download_model(0), idle);
+  const auto idle = greybox_with({{config::kOpenAbove, 15.0F}, {config::kExhaustBelow, -5.0F}});
+  EXPECT_THAT([&] { bench.session.upload_model(0, idle, host::client::Doubted::force); },
+              ThrowsMessage<Refused>(HasSubstr("its valve does not act")));
+  EXPECT_TRUE(bench.session.download_model(0).empty());
 }
 
 TEST(InverseRunOnABoard, LetsAModelOfTheStoredSetBeThatWasInForce) {

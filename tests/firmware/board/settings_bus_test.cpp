@@ -204,6 +204,8 @@ TEST(Cia408, WarnsWhileThePressureIsOffItsBandAndRegulatesOn) {
   EXPECT_EQ(bench.state(), safety::State::active);
   run(2.95F, 2);
   EXPECT_EQ(bench.image().status_word, 0xF);
+  EXPECT_EQ(bench.image().error_code, 0xFF0C) << "for a while, in which it may come again";
+  run(2.95F, 2 * safety::FaultRegister::kFlicker_ticks);
   EXPECT_EQ(bench.image().error_code, 0);
 }
 
