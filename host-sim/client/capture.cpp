@@ -280,9 +280,24 @@ void record(Recorder& recorder, std::size_t count, const std::function<void(std:
 
 }  // namespace
 
+void require_none_left_out(Session& session, unsigned chambers) {
+  std::vector<unsigned> left_out;
+  for (unsigned c = chambers; c < kChambers; ++c) {
+    if (session.read<std::uint8_t>(static_cast<std::uint16_t>(object::kChamberChoices + c), 1) != 0)
+      left_out.push_back(c + 1);
+  }
+  if (left_out.empty()) return;
+  throw std::invalid_argument(fmt::format(
+      "node {}: the first {} chambers are asked for, but {} {} in use and would be driven, too: expected all "
+      "that "
+      "are in use, or 0 in 2410h + c:1 of the others",
+      session.node_id(), chambers, fmt::join(left_out, ", "), left_out.size() == 1 ? "is" : "are"));
+}
+
 std::vector<CapturedRow> capture(Session& session, const CaptureOptions& options, const Progress& progress) {
   require_chambers(options.chambers);
   require_at_rest(session, kSomebodys);
+  require_none_left_out(session, options.chambers);
   require_excitable(session, options);
   session.nmt(canopen::NmtCommand::enter_pre_operational);
   const std::uint8_t mask = mask_of(options.chambers);
@@ -330,6 +345,7 @@ std::vector<CapturedRow> follow(Session& session, std::span<const std::vector<do
     }
   }
   require_at_rest(session, kSomebodys);
+  require_none_left_out(session, options.chambers);
   session.nmt(canopen::NmtCommand::enter_pre_operational);
   const std::uint8_t mask = mask_of(options.chambers);
   BorrowedSettings setpoints(session, is_of_setpoints);
@@ -341,7 +357,7 @@ std::vector<CapturedRow> follow(Session& session, std::span<const std::vector<do
   Drive drive(session,
               options.open_loop ? ControlMode::pressure_open_loop : ControlMode::pressure_closed_loop);
   session.learn_sync();
-  std::array<double, kChambers> setpoint_Pa{};  // of chambers not in use: 0, which the board ignores
+  std::array<double, kChambers> setpoint_Pa{};  // 0: of chambers not in use, require_none_left_out()
   const auto send_row = [&](std::size_t row) {
     for (std::size_t c = 0; c < options.chambers; ++c)
       setpoint_Pa[c] = reference_Pa[c][std::min(row, count - 1)];

@@ -30,6 +30,10 @@ struct CapturedRow {
   std::array<double, kChambers> reference_Pa{};  ///< follow() only: the reference at this row's time
 };
 
+/// Who drives some chambers of a board drives all that are in use. Throws std::invalid_argument for one beyond the first `chambers`
+/// that is (2410h + c:1); as a read does.
+void require_none_left_out(Session& session, unsigned chambers);
+
 struct CaptureOptions {
   double seconds = 60.0;
   std::uint32_t seed = 1;
@@ -46,7 +50,7 @@ struct CaptureOptions {
 /// Excites the chambers on the board (control mode -1, no model needed) and records them. Leaves the node operational, the
 /// board DISABLED and its settings and mode as they were (but for the excitation's, 2310h); also when it throws, as far as
 /// the bus allows. Throws as Session does, before anything moves Refused for a board that regulates and std::invalid_argument for
-/// limits that leave nothing within the board's settings; Refused when a fault ends it or stands at the end, ProtocolError when a row
+/// limits that leave nothing within the board's settings and for a chamber in use that is left out; Refused when a fault ends it or stands at the end, ProtocolError when a row
 /// is incomplete.
 /// Returns fewer rows than asked for, or none, when stopped.
 std::vector<CapturedRow> capture(Session& session, const CaptureOptions& options,

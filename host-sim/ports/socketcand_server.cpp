@@ -64,9 +64,10 @@ void SocketcandServer::collect(std::uint64_t time_us) {
 }
 
 void SocketcandServer::hand_on(Client& client, const CanFrame& frame, std::uint64_t time_us) {
+  std::string& to = std::chrono::steady_clock::now() < client.quiet_until ? client.kept_back : client.unsent;
   // python-can 4.1, Debian 12's, loses one byte where a piece of the stream ends: it may have this one.
-  client.unsent += '\n';
-  client.unsent += wire::frame_message(frame, time_us);
+  to += '\n';
+  to += wire::frame_message(frame, time_us);
   ++counters_.frames_handed;
 }
 
@@ -117,6 +118,7 @@ void SocketcandServer::handle_messages(Client& client) {
 }
 
 void SocketcandServer::handle(Client& client, const std::string& message) {
+  end_quiet(client);
   const std::vector<std::string_view> words = wire::words_of(message);
   const std::string_view command = words.empty() ? std::string_view() : words.front();
   if (client.mode == Mode::no_bus) {
@@ -135,6 +137,8 @@ void SocketcandServer::handle(Client& client, const std::string& message) {
     client.jobs.clear();
     client.statistics_ns = 0;
     client.unsent += "< ok >";
+    // python-can takes nothing for the answer that has a frame behind it in one piece: it gets time to read it.
+    client.quiet_until = std::chrono::steady_clock::now() + std::chrono::milliseconds(50);
     return;
   } else if (message == "< echo >") {
     client.unsent += message;
@@ -195,8 +199,14 @@ bool SocketcandServer::handle_control(Client& client, std::span<const std::strin
   return true;
 }
 
+void SocketcandServer::end_quiet(Client& client) {
+  client.quiet_until = {};
+  client.unsent += std::exchange(client.kept_back, {});
+}
+
 /// A job that the bus has no room for misses a turn.
 void SocketcandServer::do_what_is_due(Client& client) {
+  if (std::chrono::steady_clock::now() >= client.quiet_until) end_quiet(client);
   const std::uint64_t now_ns = bus_.now_ns();
   for (auto& [key, job] : client.jobs) {
     for (; job.due_ns <= now_ns; job.due_ns += job.every_ns) {

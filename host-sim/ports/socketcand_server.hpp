@@ -9,6 +9,7 @@
 // and delete; controlmode with statistics; send, echo. Not served: ISO-TP, and the beacon, which is broadcast in the network.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <list>
@@ -88,6 +89,8 @@ class SocketcandServer {
     std::uint64_t statistics_due_ns = 0;  ///< of the bus
     wire::MessageReader reader;
     std::string unsent;
+    std::string kept_back;  ///< frames of the time until `quiet_until`, or until it says something
+    std::chrono::steady_clock::time_point quiet_until{};
     std::optional<CanFrame> held;  ///< waits for room in the port's queue
     std::string leaving;           ///< why it goes, as soon as the bus has what it sent; empty: it stays
   };
@@ -98,6 +101,7 @@ class SocketcandServer {
   void handle(Client& client, const std::string& message);
   bool handle_broadcast(Client& client, std::span<const std::string_view> words);
   bool handle_control(Client& client, std::span<const std::string_view> words);
+  void end_quiet(Client& client);
   void do_what_is_due(Client& client);
   bool wants(Client& client, const CanFrame& frame);
   void hand_on(Client& client, const CanFrame& frame, std::uint64_t time_us);

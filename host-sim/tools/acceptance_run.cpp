@@ -43,7 +43,7 @@ Counted count(client::Session& session) {
 
 client::LoopLatency loop_between(client::Session& session, const Counted& before, const Counted& after) {
   return client::latency_between(before.latency, after.latency,
-                                 session.read<std::uint32_t>(object::kHealth, 9));
+                                 session.read<std::uint32_t>(object::kHealth, 3));
 }
 
 void require_not_stopped(const AcceptancePlan& plan) {
@@ -226,6 +226,7 @@ client::Measured answer_measured(const AcceptanceRun& run) {
 AcceptanceRun run_acceptance(MeteredLink& link, client::Session& session, const AcceptancePlan& plan,
                              const client::Progress& progress) {
   client::require_at_rest(session, "noise is told from motion only while no valve moves");
+  client::require_none_left_out(session, plan.chambers);
   AcceptanceRun run;
   session.nmt(canopen::NmtCommand::enter_pre_operational);
   {

@@ -57,6 +57,7 @@ class SocketcandServerTest : public ::testing::Test {
       expect("< hi >");
       ask("< open can0 >", "< ok >");
       ask("< rawmode >", "< ok >");
+      ask("< echo >", "< echo >");  // who speaks has read that, and need not be waited for
     }
     bool hung_up() {
       std::array<char, 64> bytes;
@@ -106,6 +107,19 @@ TEST_F(SocketcandServerTest, AClientIsGreetedAndSwitchedToRawMode) {
   client.ask("< echo >", "< echo >");
   EXPECT_EQ(server_.counters().clients, 1U);
   EXPECT_THAT(told_, Contains("client 1 has joined"));
+}
+
+TEST_F(SocketcandServerTest, NoFrameFollowsTheAnswerToAModeInOnePiece) {
+  Client client(*this);
+  client.expect("< hi >");
+  client.ask("< open can0 >", "< ok >");
+  client.say("< rawmode >");
+  server_.wait(1.0);
+  server_.exchange();  // it is answered, and a frame comes before the answer is read
+  board_.send(frame_of(0x181, {1}));
+  run(1'000'000);
+  EXPECT_EQ(client.hear(1), "< ok >");
+  EXPECT_THAT(client.hear(1), HasSubstr("< frame 181 ")) << "none is lost";
 }
 
 TEST_F(SocketcandServerTest, AFrameOfABoardReachesEveryClientWithTheTimeOfItsDelivery) {
