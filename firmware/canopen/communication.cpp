@@ -36,6 +36,11 @@ void map_four_chambers(PdoParameters& parameters, bool receive, std::uint16_t in
 
 }  // namespace
 
+Identity with_revision(Identity identity) noexcept {
+  if (identity.revision == 0) identity.revision = dictionary_revision();
+  return identity;
+}
+
 Communication delivered_communication() noexcept {
   Communication communication;
   communication.emergency_cob_id = cob::kEmergency;
@@ -50,7 +55,6 @@ Communication delivered_communication() noexcept {
       } else {
         map(rpdo, true, {{object::kControlWord, 0, 16}});
       }
-      if (n == 3) rpdo.cob_id |= cob::kInvalid;
     });
   }
 
@@ -66,9 +70,8 @@ Communication delivered_communication() noexcept {
     if (n < 2) map_four_chambers(tpdo, false, object::kActual, 4 * n);
   }
   map(communication.tpdo[2].parameters, false, {{object::kStatusWord, 0, 16}});
-  communication.tpdo[2].parameters.event_timer_ms = kStatusEvent_ms;
   map(communication.tpdo[3].parameters, false, {{object::kStatusWord, 0, 16}, {object::kErrorCode, 0, 16}});
-  communication.tpdo[3].parameters.cob_id |= cob::kInvalid;
+  for (const std::size_t n : {2U, 3U}) communication.tpdo[n].parameters.event_timer_ms = kStatusEvent_ms;
   for (std::uint32_t chamber = 0; chamber < config::kChambers; ++chamber) {
     map(communication.tpdo[4 + chamber].parameters, false,
         {{object::kPascals + chamber, 2, 32},

@@ -24,7 +24,7 @@ class DataSheet;
 struct Identity {
   std::uint32_t vendor_id = 0;
   std::uint32_t product_code = 0;
-  std::uint32_t revision = 0;
+  std::uint32_t revision = 0;  ///< 0: that of the object dictionary, dictionary_revision()
   std::uint32_t serial = 0;
   const char* vendor_name = "Plenum";
   const char* device_name = "Plenum valve board";
@@ -132,7 +132,8 @@ struct ErrorHistory {
   }
 };
 
-/// 1029h:1, what a communication error (bus-off, a consumed heartbeat lost) makes of the state OPERATIONAL.
+/// 1029h, what an error makes of the state OPERATIONAL: sub-index 1 of the communication (bus-off, a consumed heartbeat lost), 2 any
+/// fault that has taken the board out of what 6040h asks for.
 enum class ErrorBehaviour : std::uint8_t { pre_operational = 0, no_change = 1, stopped = 2 };
 
 /// Reset by "reset communication".
@@ -143,7 +144,8 @@ struct Communication {
   std::uint32_t emergency_cob_id = 0;
   std::uint16_t heartbeat_ms = 1000;
   HeartbeatConsumer heartbeats;
-  ErrorBehaviour error_behaviour = ErrorBehaviour::pre_operational;
+  ErrorBehaviour on_communication_error = ErrorBehaviour::pre_operational;
+  ErrorBehaviour on_device_error = ErrorBehaviour::no_change;
   std::array<Rpdo, kRpdos> rpdo{};
   std::array<Tpdo, kTpdos> tpdo{};
   std::uint8_t commit_mask = 0;
@@ -153,6 +155,8 @@ struct Communication {
 /// The defaults of the predefined connection set (README.md of this room lists them), as of node id 0: identifiers are bases. It
 /// looks up every mapped object, and is made once (DataSheet).
 Communication delivered_communication() noexcept;
+/// With the object dictionary's revision where it states none.
+Identity with_revision(Identity identity) noexcept;
 
 /// Adds the node id to the identifiers that belong to a node, and seals its RPDOs.
 void give_node_id(Communication& delivered, std::uint8_t node_id) noexcept;

@@ -50,6 +50,7 @@ constexpr std::string_view kComments[] = {
     "the other where it is. They, 63A0h, 63A1h, 63B0h to 63B5h, 63D1h to 63D5h and 63F0h to 63F4h show",
     "2400h.. . What has one value only (6123h, 63A2h to 63A4h, 63B3h, 63B6h, 63C0h to 63C6h, 63E0h to 63E2h)",
     "takes that one and does nothing: the valve's gain, dead band and characteristic are the model's.",
+    "6394h is 0 until it is written: what is held is then the pressure at which holding began (own).",
     "Pressures of the 63xxh records are absolute, in mbar, -32768 stands for a pressure that is not known.",
     "A rising edge of R in 6040h resets faults only while the rest of the word asks for no more than",
     "DISABLED, in FAULT_HOLD for no more than HOLD. No reset of node or communication takes a fault away.",
@@ -223,7 +224,7 @@ void put_value(TextLine& line, DataType type, std::uint32_t bits) noexcept {
 
 DataSheet::DataSheet(const Identity& identity, const config::SettingsDesk& installed, config::ModelDesk& desk,
                      telemetry::Recorder& recorder) noexcept
-    : delivered_{.node_id = 0, .identity = identity},
+    : delivered_{.node_id = 0, .identity = with_revision(identity)},
       settings_(installed),
       device_{delivered_, image_, desk, settings_, recorder, *this, delivered_communication(), {}, {}, {}} {}
 

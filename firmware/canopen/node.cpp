@@ -19,6 +19,11 @@ bool is_synchronous(const PdoParameters& parameters) {
   return parameters.transmission_type <= 240;
 }
 
+Config completed(Config config) {
+  config.identity = with_revision(config.identity);
+  return config;
+}
+
 /// Reads the mapped objects into the bytes of a PDO.
 void pack(const Device& device, const Mapping& mapping, std::array<std::uint8_t, 8>& data) {
   std::size_t at = 0;
@@ -47,7 +52,7 @@ bool admissible(const Mapping& mapping, const std::array<std::uint8_t, 8>& data)
 
 Node::Node(const Config& config, ProcessImage& image, config::ModelDesk& desk, config::SettingsDesk& settings,
            telemetry::Recorder& recorder) noexcept
-    : config_(config),
+    : config_(completed(config)),
       sheet_(config_.identity, settings, desk, recorder),
       device_{config_, image, desk, settings, recorder, sheet_, sheet_.delivered().communication,
               {},      {},    {}} {
@@ -463,13 +468,20 @@ void Node::watch_heartbeats(std::uint32_t elapsed_us) noexcept {
   heartbeat_watch_ended_ = false;
 }
 
-/// 1029h:1 acts when the error comes, so that a master may start the node again while it stands.
+/// 1029h acts when the error comes, so that a master may start the node again while it stands.
 void Node::obey_error_behaviour() noexcept {
-  const bool failed = device_.image.heartbeat_lost || device_.image.bus_off;
-  const bool begins = failed && !communication_failed_;
-  communication_failed_ = failed;
-  if (!begins || state_ != NmtState::operational) return;
-  switch (device_.communication.error_behaviour) {
+  const ProcessImage& image = device_.image;
+  const bool communication = image.heartbeat_lost || image.bus_off;
+  const bool device = image.error_code != 0 && (image.status_word & word::kReady) == 0;
+  if (communication && !communication_failed_) obey(device_.communication.on_communication_error);
+  if (device && !device_failed_) obey(device_.communication.on_device_error);
+  communication_failed_ = communication;
+  device_failed_ = device;
+}
+
+void Node::obey(ErrorBehaviour behaviour) noexcept {
+  if (state_ != NmtState::operational) return;
+  switch (behaviour) {
     case ErrorBehaviour::pre_operational:
       return enter(NmtState::pre_operational);
     case ErrorBehaviour::no_change:

@@ -118,6 +118,7 @@ class Node {
   void watch_setpoints(std::uint32_t elapsed_us) noexcept;
   void watch_heartbeats(std::uint32_t elapsed_us) noexcept;
   void obey_error_behaviour() noexcept;
+  void obey(ErrorBehaviour behaviour) noexcept;
   void forget_unsent_tpdos() noexcept;
   void beat(std::uint32_t elapsed_us) noexcept;
   void transmit_pdo(std::size_t number, std::uint32_t elapsed_us) noexcept;
@@ -141,6 +142,7 @@ class Node {
   bool setpoint_watch_ended_ = false;
   bool heartbeat_watch_ended_ = false;
   bool communication_failed_ = false;  ///< as of the last tick: bus-off, or a heartbeat lost
+  bool device_failed_ = false;         ///< likewise: a fault to which the board reacts
   std::uint32_t since_heartbeat_us_ = 0;
   Lately pdo_short_, pdo_long_, sync_misfits_;
   ErrorReports errors_;

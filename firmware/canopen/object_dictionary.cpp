@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 
 #include "firmware/canopen/dictionary/capture.hpp"
 #include "firmware/canopen/dictionary/communication.hpp"
@@ -32,6 +33,32 @@ constexpr bool before(const Entry& a, const Entry& b) {
   return a.index < b.index || (a.index == b.index && a.sub < b.sub);
 }
 static_assert(std::is_sorted(kTable.begin(), kTable.end(), before), "find() halves the table");
+
+/// FNV-1a over what a data sheet says of the rows.
+constexpr std::uint32_t kRevision = [] {
+  std::uint32_t digest = 0x811C'9DC5U;
+  const auto take = [&digest](std::uint32_t byte) { digest = (digest ^ (byte & 0xFFU)) * 0x0100'0193U; };
+  const auto take_text = [&take](const char* text) {
+    for (; text != nullptr && *text != '\0'; ++text) take(static_cast<unsigned char>(*text));
+  };
+  const auto take_number = [&take](std::uint32_t bits) {
+    for (int shift = 0; shift < 32; shift += 8) take(bits >> shift);
+  };
+  for (const Entry& row : kTable) {
+    take_number(std::uint32_t{row.index} << 16U | std::uint32_t{row.sub} << 8U | row.last_sub);
+    take_number(std::uint32_t{row.instances} << 16U | row.stride);
+    for (const std::uint32_t choice :
+         {static_cast<std::uint32_t>(row.type), static_cast<std::uint32_t>(row.access),
+          static_cast<std::uint32_t>(row.mappable), static_cast<std::uint32_t>(row.kept)})
+      take(choice);
+    take_number(std::bit_cast<std::uint32_t>(row.range.low));
+    take_number(std::bit_cast<std::uint32_t>(row.range.high));
+    take_text(row.name);
+    take_text(row.object_name);
+  }
+  return digest;
+}();
+static_assert(kRevision != 0, "0 asks for it");
 
 /// Of each row: how many rows from it on are of the same object.
 constexpr auto kRowsLeft = [] {
@@ -100,6 +127,10 @@ constexpr ObjectList kList = list<group>();
 
 std::span<const Entry> object_dictionary() noexcept {
   return kTable;
+}
+
+std::uint32_t dictionary_revision() noexcept {
+  return kRevision;
 }
 
 std::span<const Entry> rows_of_object(std::size_t first) noexcept {

@@ -76,6 +76,9 @@ struct Entry {
 
 /// All rows.
 std::span<const Entry> object_dictionary() noexcept;
+/// A digest of the table: two firmwares whose objects differ have different ones, so that no tool takes a data sheet that it has kept
+/// for that of this board. Never 0.
+std::uint32_t dictionary_revision() noexcept;
 /// The rows of the object that begins with row `first` of all rows.
 std::span<const Entry> rows_of_object(std::size_t first) noexcept;
 

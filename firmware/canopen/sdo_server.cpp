@@ -36,10 +36,11 @@ bool SdoServer::request(Device& device, const Bytes& request, Bytes& response) n
   const bool again = closed_ && request == closed_by_;
   closed_ = false;
   if (again) return false;
-  const bool busy = state_ != State::idle;
+  const State before = state_;
   const bool answers = take(device, request, response);
-  closed_ = busy && !is_initiate(request) && (state_ == State::idle || state_ == State::waiting) &&
-            response[0] != kAbortRequest;
+  const bool began_to_wait = before != State::waiting && state_ == State::waiting;
+  const bool ended = before != State::idle && !is_initiate(request) && state_ == State::idle;
+  closed_ = (began_to_wait || ended) && response[0] != kAbortRequest;
   closed_by_ = request;
   return answers;
 }
@@ -113,6 +114,7 @@ bool SdoServer::conclude(Device& device, Abort abort, Bytes& response) noexcept 
 
 bool SdoServer::elapse(Device& device, std::uint32_t elapsed_us, Bytes& response) noexcept {
   share_ = kSegmentsATick;
+  if (is_initiate(closed_by_)) closed_ = false;  // a tick later it is a request of its own
   const Abort outcome =
       state_ == State::waiting ? found_.entry->outcome(device, found_.place) : Abort::pending;
   // an order is taken away when it is done, also one whose client has not waited for it

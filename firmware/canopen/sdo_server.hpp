@@ -83,7 +83,7 @@ class SdoServer {
   Found found_;
   std::uint32_t silence_us_ = 0;
   Bytes withheld_{};     ///< the answer to a write that waits
-  Bytes closed_by_{};    ///< the segment or end request that ended the last transfer
+  Bytes closed_by_{};    ///< the frame that ended the last transfer, or began the wait for its outcome
   bool closed_ = false;  ///< with the newest request: when it comes twice, it is a duplicate
 
   // downloads

@@ -29,7 +29,7 @@ struct LoopLatency {
   std::vector<LatencyBin> bin;  ///< those ticks, bin by bin
 };
 
-/// Of the ticks between two readings of 2201h. `max_us`: 2200h:9 as it was after them. Throws ProtocolError when there is no
+/// Of the ticks between two readings of 2201h. `max_us`: 2200h:3 as it was after them. Throws ProtocolError when there is no
 /// tick between them, or less than none: the board has started anew.
 LoopLatency latency_between(std::span<const LatencyBin> before, std::span<const LatencyBin> after,
                             std::uint32_t max_us);

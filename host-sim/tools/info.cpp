@@ -24,15 +24,15 @@ struct HealthValue {
 };
 constexpr std::array kHealth{HealthValue{1, "ticks", "ticks"},
                              HealthValue{2, "overruns", "ticks begun late"},
-                             HealthValue{3, "frames_received", "frames taken"},
-                             HealthValue{4, "frames_rejected", "frames refused"},
-                             HealthValue{5, "syncs", "SYNCs"},
-                             HealthValue{6, "queue_overflows", "frames that found a transmit queue full"},
-                             HealthValue{7, "tpdos_overwritten", "TPDOs overtaken by newer values"},
-                             HealthValue{8, "sdo_aborts", "SDO transfers aborted"},
-                             HealthValue{9, "latency_max_us", "us: the latest that a tick began"},
-                             HealthValue{10, "latency_p999_us", "us: 999 of 1000 ticks began no later"},
-                             HealthValue{11, "scan_age_us", "us: age of the newest scan at the last tick"},
+                             HealthValue{3, "latency_max_us", "us: the latest that a tick began"},
+                             HealthValue{4, "latency_p999_us", "us: 999 of 1000 ticks began no later"},
+                             HealthValue{5, "scan_age_us", "us: age of the newest scan at the last tick"},
+                             HealthValue{6, "frames_received", "frames taken"},
+                             HealthValue{7, "frames_rejected", "frames refused"},
+                             HealthValue{8, "syncs", "SYNCs"},
+                             HealthValue{9, "queue_overflows", "frames that found a transmit queue full"},
+                             HealthValue{10, "tpdos_overwritten", "TPDOs overtaken by newer values"},
+                             HealthValue{11, "sdo_aborts", "SDO transfers aborted"},
                              HealthValue{12, "saturations", "fixed-point results cut off"}};
 
 /// "2026-11-21", or "-" for a date that is not stated.

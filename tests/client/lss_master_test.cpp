@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "firmware/canopen/object_dictionary.hpp"
 #include "host-sim/client/errors.hpp"
 #include "host-sim/client/session.hpp"
 #include "tests/client/board_on_bus.hpp"
@@ -10,7 +11,7 @@
 namespace plenum::host::client {
 namespace {
 
-constexpr Identity kBoard{.vendor_id = 1, .product_code = 2};
+const Identity kBoard{.vendor_id = 1, .product_code = 2, .revision = canopen::dictionary_revision()};
 
 TEST(LssMaster, FindsTheBoardThatHasNoNodeIdAndNamesIt) {
   BoardOnBus world(canopen::kUnconfiguredNodeId);
@@ -20,7 +21,7 @@ TEST(LssMaster, FindsTheBoardThatHasNoNodeIdAndNamesIt) {
     ASSERT_TRUE(found.has_value());
     EXPECT_EQ(found->vendor_id, 1U);
     EXPECT_EQ(found->product_code, 2U);
-    EXPECT_EQ(found->revision, 0U);
+    EXPECT_EQ(found->revision, canopen::dictionary_revision()) << "stated by nobody";
     EXPECT_EQ(found->serial, 0U);
     lss.give_node_id(9);
   }

@@ -2,6 +2,7 @@
 // never does.
 #include "host-sim/client/session.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -10,6 +11,7 @@
 #include <set>
 #include <tuple>
 
+#include "firmware/canopen/object_dictionary.hpp"
 #include "host-sim/client/sdo_client.hpp"
 #include "tests/client/board_on_bus.hpp"
 #include "tests/client/scripted_link.hpp"
@@ -471,6 +473,16 @@ TEST(SessionProtocol, NamesAbortCodesItDoesNotKnow) {
   ScriptedLink link({"585 80 17 10 00 EF BE AD DE"});
   EXPECT_THAT(message_of<SdoAbort>([&] { Session(link, 5).sdo_read(0x1017, 0); }),
               AllOf(HasSubstr("DEADBEEFh"), HasSubstr("unknown abort code")));
+}
+
+// A master that has kept a data sheet finds by 1018h that it is of other objects.
+TEST(Revision, IsThatOfTheObjectsWhereNobodyStatesOneAndTheSameInTheDataSheet) {
+  BoardOnBus world;
+  Session session(world, 5);
+  EXPECT_EQ(session.read<std::uint32_t>(object::kIdentity, 3), canopen::dictionary_revision());
+  const std::vector<std::uint8_t> sheet = session.sdo_read_domain(0x1021, 0);
+  const std::string text(sheet.begin(), sheet.end());
+  EXPECT_THAT(text, HasSubstr(fmt::format("RevisionNumber=0x{:08X}\n", canopen::dictionary_revision())));
 }
 
 }  // namespace

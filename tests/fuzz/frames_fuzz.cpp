@@ -208,7 +208,8 @@ class Board {
     held.add(communication.sync_overflow);
     held.add(communication.emergency_cob_id);
     held.add(communication.heartbeat_ms);
-    held.add(communication.error_behaviour);
+    held.add(communication.on_communication_error);
+    held.add(communication.on_device_error);
     for (std::size_t i = 0; i < canopen::HeartbeatConsumer::kWatches; ++i)
       held.add(communication.heartbeats.entry(i));
     for (const canopen::Rpdo& rpdo : communication.rpdo) held.add(rpdo.parameters());

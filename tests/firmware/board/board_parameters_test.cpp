@@ -64,7 +64,7 @@ void set_up(Bench& bench) {
   s.write<std::uint32_t>(object::kSyncCobId, 0, 0x81);
   s.configure_setpoints(host::client::SetpointFormat::pascal);  // all RPDOs: mapping and identifiers
   s.write<std::uint16_t>(0x1401, 5, 33);
-  s.write<std::uint32_t>(0x1803, 1, 0xC000'0480);  // TPDO4: switched off, its mapping is another one
+  s.write<std::uint32_t>(0x1803, 1, 0xC000'0485);  // TPDO4: switched off, its mapping is another one
   s.write<std::uint8_t>(0x1A03, 0, 0);
   s.write<std::uint32_t>(0x1A03, 1, 0x2150'0220);
   s.write<std::uint32_t>(0x1A03, 2, 0x6041'0010);

@@ -145,10 +145,33 @@ TEST(ErrorBehaviour, LeavesOperationalWhenAHeartbeatOrTheBusIsLost) {
   }
 }
 
-TEST(ErrorBehaviour, IsPreOperationalByDefaultAndKnowsThreeValues) {
+TEST(ErrorBehaviour, OfTheDeviceLetsTheHeartbeatTellOfAnyFaultWithAReaction) {
+  for (const auto& [request, state] : {std::pair{"605 2F 29 10 02 00 00 00 00", NmtState::pre_operational},
+                                       std::pair{"605 2F 29 10 02 01 00 00 00", NmtState::operational},
+                                       std::pair{"605 2F 29 10 02 02 00 00 00", NmtState::stopped}}) {
+    Bench bench;
+    EXPECT_EQ(bench.answer(request), "585 60 29 10 02 00 00 00 00");
+    bench.send("000 01 05");
+    bench.image.status_word = 0xF;
+    bench.image.error_code = 0xFF0B;  // a warning: the board goes on
+    bench.tick(2);
+    EXPECT_EQ(bench.node.state(), NmtState::operational);
+    bench.image.status_word = 0x1;
+    bench.image.error_code = 0x8302;
+    bench.tick(2);
+    EXPECT_EQ(bench.node.state(), state);
+    bench.send("000 01 05");
+    bench.tick(2);
+    EXPECT_EQ(bench.node.state(), NmtState::operational) << "the master may start it again";
+  }
+}
+
+TEST(ErrorBehaviour, KnowsThreeValues) {
   Bench bench;
   EXPECT_EQ(bench.answer("605 40 29 10 01 00 00 00 00"), "585 4F 29 10 01 00 00 00 00");
   EXPECT_EQ(bench.answer("605 2F 29 10 01 03 00 00 00"), "585 80 29 10 01 31 00 09 06");
+  EXPECT_EQ(bench.answer("605 40 29 10 02 00 00 00 00"), "585 4F 29 10 02 01 00 00 00");
+  EXPECT_EQ(bench.answer("605 2F 29 10 02 03 00 00 00"), "585 80 29 10 02 31 00 09 06");
 }
 
 // ---- SYNC counter ----

@@ -171,10 +171,11 @@ TEST(ObjectDictionary, ActivatesEveryDefaultMapping) {
   for (const Rpdo& rpdo : communication.rpdo) {
     EXPECT_NE(rpdo.parameters().mapping.count, 0);
     EXPECT_NE(rpdo.parameters().mapping.bytes, 0);
+    EXPECT_TRUE(is_valid(rpdo.parameters()));
   }
   for (std::size_t n = 0; n < kTpdos; ++n) {
     EXPECT_NE(communication.tpdo[n].parameters.mapping.count, 0) << "TPDO" << n + 1;
-    EXPECT_EQ((communication.tpdo[n].parameters.cob_id & cob::kInvalid) != 0, n >= 3) << "TPDO" << n + 1;
+    EXPECT_EQ((communication.tpdo[n].parameters.cob_id & cob::kInvalid) != 0, n >= 4) << "TPDO" << n + 1;
   }
   for (std::size_t n = 4; n < kTpdos; ++n) EXPECT_EQ(communication.tpdo[n].parameters.mapping.bytes, 8);
 }

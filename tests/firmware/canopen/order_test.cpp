@@ -59,6 +59,16 @@ TEST(StoreOrder, RefusesAllElseMeanwhileAndIsAnsweredAllTheSame) {
   EXPECT_EQ(bench.drain(), Frames{"585 60 10 10 01 00 00 00 00"});
 }
 
+TEST(StoreOrder, IsNotRefusedBecauseItsFrameComesTwice) {
+  Waiting bench;
+  EXPECT_EQ(bench.answer(kStoreAll), "") << "as CAN repeats a frame";
+  bench.finish(Abort::none);
+  EXPECT_EQ(bench.drain(), Frames{"585 60 10 10 01 00 00 00 00"});
+  EXPECT_EQ(bench.answer(kStoreAll), "") << "a new order";
+  bench.tick();
+  EXPECT_EQ(bench.answer(kStoreAll), "585 80 10 10 01 22 00 00 08") << "a tick later it is another master's";
+}
+
 TEST(StoreOrder, StandsWhenItsClientHasGivenUp) {
   Waiting bench;
   EXPECT_EQ(bench.answer("605 80 10 10 01 00 00 04 05"), "");

@@ -121,7 +121,7 @@ TEST(Rpdo, IgnoresWhatIsMalformedForeignOrOutOfRange) {
   bench.send(kSetpoints);
   for (const char* bad : {"205 01 00 01 00 01 00 01", "205 01 00", "205", "206 01 00 01 00 01 00 01 00",
                           "205 FF FF 01 00 01 00 01 00",  // -1 mbar
-                          "405 07", "505 07 00", "080 00 00"}) {
+                          "405 07", "505 07", "506 07 00", "080 00 00"}) {
     bench.send(bad);
     EXPECT_EQ(bench.image.control_word, 0) << bad;
     EXPECT_EQ(bench.image.chamber[0].setpoint_Pa.value(), 0.0F) << bad;
@@ -136,7 +136,7 @@ TEST(Rpdo, IgnoresWhatIsMalformedForeignOrOutOfRange) {
   }
   EXPECT_EQ(bench.image.control_word, 0);
   EXPECT_EQ(bench.image.chamber[0].setpoint_Pa.value(), 0.0F);
-  EXPECT_EQ(bench.node.counters().rejected, 6U);
+  EXPECT_EQ(bench.node.counters().rejected, 7U);
   bench.send("080");
   EXPECT_EQ(bench.image.chamber[0].setpoint_Pa.value(), 100000.0F)
       << "the good frame before them still stands";
@@ -245,14 +245,20 @@ TEST(Tpdo, SendsTheStatusWordOnChangeAndByItsEventTimer) {
   bench.answer("605 2B 17 10 00 00 00 00 00");
   bench.send("000 01 05");
   bench.tick();
-  EXPECT_EQ(bench.drain(), Frames{"385 00 00"}) << "once when the node becomes operational";
+  EXPECT_EQ(bench.drain(), (Frames{"385 00 00", "485 00 00 00 00"}))
+      << "once when the node becomes operational";
   bench.image.status_word = 0x0009;
   bench.tick();
-  EXPECT_EQ(bench.drain(), Frames{"385 09 00"});
-  bench.tick(49);
+  EXPECT_EQ(bench.drain(), (Frames{"385 09 00", "485 09 00 00 00"}));
+  bench.image.error_code = 0x8250;  // of TPDO4 alone
+  bench.tick();
+  EXPECT_EQ(bench.drain(), (Frames{"085 50 82 01 00 00 00 00 00", "485 09 00 50 82"}));
+  bench.tick(48);
   EXPECT_EQ(bench.drain(), Frames{});
   bench.tick();
   EXPECT_EQ(bench.drain(), Frames{"385 09 00"}) << "500 ms after the last";
+  bench.tick();
+  EXPECT_EQ(bench.drain(), Frames{"485 09 00 50 82"}) << "likewise";
 }
 
 TEST(Tpdo, PausesNoLongerThanItsEventTimerAlsoWhereThatIsNoMultipleOfTheTick) {
@@ -273,6 +279,7 @@ TEST(Tpdo, PausesNoLongerThanItsEventTimerAlsoWhereThatIsNoMultipleOfTheTick) {
 
 TEST(Tpdo, WaitsForItsInhibitTime) {
   Bench bench;
+  bench.answer("605 23 03 18 01 85 04 00 C0");
   bench.answer("605 2B 17 10 00 00 00 00 00");
   bench.answer("605 23 02 18 01 85 03 00 C0");
   bench.answer("605 2B 02 18 03 2C 01 00 00");  // 300 x 100 us
@@ -356,7 +363,7 @@ TEST(SetpointWatchdog, SeesALostStreamAfterItsEventTimerAndLeavesItsReportToTheC
   bench.image.error_code = 0x8250;
   bench.image.error_register = 0x11;
   bench.tick();
-  EXPECT_EQ(bench.drain(), Frames{"085 50 82 11 00 00 00 00 00"});
+  EXPECT_EQ(bench.drain(), (Frames{"085 50 82 11 00 00 00 00 00", "485 00 00 50 82"}));
   bench.feed();
   bench.tick();
   EXPECT_FALSE(bench.image.setpoint_lost);

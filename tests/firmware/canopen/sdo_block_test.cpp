@@ -465,11 +465,12 @@ TEST(BlockUpload, LetsEverythingElseGoFirst) {
   bench.send("080");
   bench.tick();
   Frames frames = bench.drain();
-  ASSERT_EQ(frames.size(), 12U);
+  ASSERT_EQ(frames.size(), 13U);
   EXPECT_EQ(frames[0].substr(0, 3), "085");
   EXPECT_EQ(frames[1].substr(0, 3), "185");
   EXPECT_EQ(frames[2].substr(0, 3), "285");
-  for (std::size_t i = 3; i < 12; ++i) EXPECT_EQ(frames[i].substr(0, 3), "585");
+  EXPECT_EQ(frames[3].substr(0, 3), "485");
+  for (std::size_t i = 4; i < 13; ++i) EXPECT_EQ(frames[i].substr(0, 3), "585");
 }
 
 TEST(BlockUpload, TakesNoMoreThanItsShareOfATick) {
