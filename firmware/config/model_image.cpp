@@ -4,6 +4,7 @@
 #include <bit>
 
 #include "firmware/config/crc32.hpp"
+#include "firmware/config/limits.hpp"
 #include "firmware/config/valve_curve.hpp"
 
 namespace plenum::config {
@@ -242,6 +243,20 @@ ImageVerdict validate_port(const ValveCurve& port, GreyboxParameter slope) noexc
   return {};
 }
 
+/// Dead time and spool together leave the regulator no more delay than it can look over. A lag that is made up for leaves half a tick
+/// at most.
+ImageVerdict validate_delay(const std::array<float, kMaxParameters>& of) noexcept {
+  constexpr float kPi = 3.14159265F;
+  constexpr float kMost_s = (kMostValveDelay_ticks - 0.5F) * kTick_s;
+  const float spool_s = of[kSpoolDamping] * of[kSpoolPeriod] / kPi;
+  const float lag_s = std::min(0.5F * spool_s, kMostSpoolLag_ticks * kTick_s);
+  if (of[kDeadTime] + spool_s - lag_s <= kMost_s) return {};
+  const float left_s = kMost_s - of[kDeadTime];  // for the spool: half of it is lag, up to the most
+  const float most_spool_s = std::min(2.0F * left_s, left_s + kMostSpoolLag_ticks * kTick_s);
+  const float most_period_s = of[kSpoolDamping] > 0.0F ? kPi * most_spool_s / of[kSpoolDamping] : 0.0F;
+  return {ImageError::not_admissible, kSpoolPeriod, of[kSpoolPeriod], 0.0F, most_period_s};
+}
+
 ImageVerdict validate_greybox(const ModelParameters& parameters) noexcept {
   const auto& of = parameters.value;
   const auto blame_low = [&](GreyboxParameter which, float low) noexcept -> ImageVerdict {
@@ -251,6 +266,7 @@ ImageVerdict validate_greybox(const ModelParameters& parameters) noexcept {
   constexpr float kLeastSubsonic = 0.05F;
   const float cracking_low = of[kCriticalRatio] + kLeastSubsonic;
   if (!(of[kCrackingRatio] >= cracking_low)) return blame_low(kCrackingRatio, cracking_low);
+  if (const ImageVerdict delay = validate_delay(of); !delay) return delay;
   const std::array<numeric::Scalar, kMaxParameters> computed = scalars(parameters);
   const ImageVerdict inlet = validate_port(inlet_of(computed), kInletSlope);
   return inlet ? validate_port(exhaust_of(computed), kExhaustSlope) : inlet;

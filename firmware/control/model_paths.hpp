@@ -25,7 +25,7 @@ struct ModelPaths {
 
 /// Of parameters that config::validate() has passed; `delay_ticks`: the regulator's own.
 inline ModelPaths paths_of(const config::ModelParameters& parameters, Scalar delay_ticks) noexcept {
-  constexpr Scalar kMostLag_ticks = Scalar(4);
+  constexpr Scalar kMostLag_ticks = Scalar(config::kMostSpoolLag_ticks);
   constexpr Scalar kTicks_per_s = Scalar(1) / Scalar(config::kTick_s);
   constexpr Scalar kPi = Scalar(3.14159265358979);
   const auto dead_s = config::dead_time_s(parameters);

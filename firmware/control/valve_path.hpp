@@ -18,6 +18,7 @@
 
 #include <cstdint>
 
+#include "firmware/config/limits.hpp"
 #include "firmware/config/seal.hpp"
 #include "firmware/numeric/scalar.hpp"
 
@@ -27,7 +28,7 @@ using numeric::Scalar;
 
 class ValvePath {
  public:
-  static constexpr Scalar kMostDelay_ticks = Scalar(12);
+  static constexpr Scalar kMostDelay_ticks = Scalar(config::kMostValveDelay_ticks);
 
   struct Config {
     Scalar dead_ticks = 0;  ///< d

@@ -40,10 +40,11 @@ std::string shown(double value, double scale) {
 constexpr double kTick_s = 0.01;
 constexpr unsigned kMostPreview_ticks = 8;
 
+constexpr double kNone_ticks = 0.05;  ///< hardly seen, and printed as 0.0
+
 /// A valve's delay and what a prompt one needs, as far as a board can be told.
 unsigned preview_over(double delay_s) {
-  constexpr double kNone = 0.05;  // of a tick: hardly seen, and printed as 0.0
-  const auto ticks = static_cast<unsigned>(std::ceil(std::max(0.0, delay_s / kTick_s - kNone)));
+  const auto ticks = static_cast<unsigned>(std::ceil(std::max(0.0, delay_s / kTick_s - kNone_ticks)));
   return std::min(ticks + client::FollowOptions{}.preview_ticks, kMostPreview_ticks);
 }
 
@@ -119,6 +120,12 @@ int run(const Options& options) {
         "the models have a valve late by {:.1f} ticks: --preview {} tells the board of the reference early "
         "enough\n",
         delay_s / kTick_s, wanted_ticks);
+  }
+  const double beyond_ticks = delay_s / kTick_s + client::FollowOptions{}.preview_ticks - kMostPreview_ticks;
+  if (beyond_ticks > kNone_ticks) {
+    options.output.print(
+        "the models have a valve late by {:.1f} ticks: {:.1f} more than any preview makes up for\n",
+        delay_s / kTick_s, beyond_ticks);
   }
   const auto fault = client::read_fault(board.session());
   if (fault) {

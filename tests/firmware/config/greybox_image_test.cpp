@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <numbers>
 #include <span>
 #include <string_view>
 #include <utility>
@@ -98,6 +99,29 @@ TEST(GreyboxImage, TheSlopeThatARefusalNamesIsTheLeastThatIsTaken) {
     EXPECT_EQ(testing::verdict_with(model, "inlet_slope", low - 1e-3F).error, ImageError::not_admissible)
         << "curve " << curve << ", bend " << bend;
   }
+}
+
+// z/(pi f) of the spool, half of it a delay and at most four ticks of it no delay, half a tick more for the lag, and the dead time.
+TEST(GreyboxImage, DeadTimeAndSpoolTogetherAreNoLongerThanABoardCanLookOver) {
+  const auto late = [](float dead_s, float period_s, float damping) {
+    ModelParameters model = thin_plate();
+    model.value[kDeadTime] = dead_s;
+    model.value[kSpoolPeriod] = period_s;
+    model.value[kSpoolDamping] = damping;
+    return validate(model);
+  };
+  EXPECT_TRUE(late(0.08F, 0.0F, 2.0F));
+  EXPECT_TRUE(late(0.08F, 0.1F, 1.0F)) << "3.2 ticks: 9.6 in all";
+  const ImageVerdict verdict = late(0.08F, 0.3F, 1.0F);
+  EXPECT_EQ(verdict.error, ImageError::not_admissible) << "9.5 ticks, of which 5.5 are delay: 13.5";
+  EXPECT_EQ(verdict.parameter, place_of(ModelKind::greybox, "spool_period_s"));
+  EXPECT_EQ(verdict.value, 0.3F);
+  EXPECT_EQ(verdict.low, 0.0F);
+  EXPECT_NEAR(verdict.high, std::numbers::pi * 0.07, 1e-5) << "of 3.5 ticks that are left half of seven";
+  EXPECT_TRUE(late(0.08F, verdict.high - 1e-5F, 1.0F));
+  EXPECT_FALSE(late(0.08F, verdict.high + 1e-5F, 1.0F));
+  // without dead time four ticks of lag, and 11.5 of delay
+  EXPECT_NEAR(late(0.0F, 0.5F, 2.0F).high, std::numbers::pi * 0.155 / 2.0, 1e-5);
 }
 
 TEST(GreyboxImage, ADeadVolumeLeavesTheChamberAVolume) {
