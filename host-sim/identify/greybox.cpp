@@ -1,9 +1,12 @@
 #include "host-sim/identify/greybox.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <span>
 #include <stdexcept>
+#include <utility>
 
 #include "host-sim/effects/chamber_effects.hpp"
 #include "host-sim/plant/gas.hpp"
@@ -49,6 +52,28 @@ double null_V(const effects::ChamberEffects& of, double at_s) {
   drift.prepare(&of.figures[effects::kFirstFigure[effects::kIdNullDrift]], kTick_s);
   for (double t_s = 0.0; t_s < at_s; t_s += kTick_s) drift.end_tick();
   return -drift.at(0.0);
+}
+
+/// The refining parameters that a board has, too, each with its place in its effect.
+constexpr std::array<std::pair<effects::Id, std::size_t>, 5> kRefinementsOfABoard{
+    {{effects::kIdSpoolLag, 3},  // the coil, as a longer period
+     {effects::kIdSupplyDroop, 4},
+     {effects::kIdHeatTransfer, 1},
+     {effects::kIdAreaShape, 4},
+     {effects::kIdAreaShape, 5}}};
+
+std::vector<std::string> refinements_left_out(const effects::ChamberEffects& of, effects::Id id) {
+  std::vector<std::string> names;
+  const std::span<const effects::Parameter> parameters = effects::kCatalogue[id]->parameters;
+  for (std::size_t place = 0; place < parameters.size(); ++place) {
+    const effects::Parameter& parameter = parameters[place];
+    const bool is_plain =
+        of.figures[effects::kFirstFigure[id] + place] == parameter.coordinate_of(parameter.vanishes_at);
+    const bool is_had =
+        std::ranges::find(kRefinementsOfABoard, std::pair{id, place}) != kRefinementsOfABoard.end();
+    if (parameter.refines && !is_plain && !is_had) names.emplace_back(parameter.name);
+  }
+  return names;
 }
 
 }  // namespace
@@ -118,8 +143,19 @@ GreyboxModel greybox_of(const trace::RigDescription& rig, std::optional<unsigned
       figure(effects::kIdHeatTransfer, 0) == 0.0 && figure(effects::kIdHeatTransfer, 4) == 0.0;
   const effects::EffectSet carried = kAlways | (keeps_heat ? 1U << effects::kIdHeatTransfer : 0U) |
                                      (leaks_out ? 1U << effects::kIdChamberLeak : 0U);
+  made.rig = rig;
   for (std::size_t id = 0; id < effects::kEffects; ++id) {
-    if (((of.on & ~carried) >> id & 1U) != 0) made.left_out.emplace_back(effects::kCatalogue[id]->id);
+    if ((of.on >> id & 1U) == 0) continue;
+    const std::string name(effects::kCatalogue[id]->id);
+    if ((carried >> id & 1U) != 0) {
+      for (const std::string& refinement : refinements_left_out(of, static_cast<effects::Id>(id))) {
+        made.refinements_left_out.push_back(name + '.' + refinement);
+        made.rig.effects[name].erase(refinement);
+      }
+    } else {
+      made.left_out.push_back(name);
+      if (id != effects::kIdSensorBias && id != effects::kIdNullDrift) made.rig.effects.erase(name);
+    }
   }
   trace::parse_model(trace::format_model(made.file), "grey-box model of the rig");
   return made;

@@ -31,6 +31,11 @@ struct GreyboxModel {
   trace::ModelFile file;
   /// Ids of the rig's effects that the model has no parameters for.
   std::vector<std::string> left_out;
+  /// Of effects that it has, figures beyond the board's form: "spool_lag.slew_V_s".
+  std::vector<std::string> refinements_left_out;
+  /// The rig as the model has it: without these. It keeps sensor_bias, which is calibrated away, and null_drift, where the model's null
+  /// stands.
+  trace::RigDescription rig;
 };
 
 /// Carries area_shape, flow_function, volume_error, chamber_leak, dead_time, spool_lag, valve_hysteresis, sensor_lag and

@@ -101,10 +101,22 @@ void print_calibration(const Options& options, const trace::RigDescription& foun
     const auto at = bias->second.find(name);
     return at != bias->second.end() ? at->second : 0.0;
   };
+  const auto chamber = chamber_in_name(options.logs.front());
   options.output.print(
       "calibration: plenum calibrate --chamber {} --offset {:.5g} --gain-error {:.5g} --ambient {:g}\n",
-      chamber_in_name(options.logs.front()).value_or(1), figure("offset_kPa"), figure("gain_error"),
+      chamber ? std::to_string(*chamber) : "N", figure("offset_kPa"), figure("gain_error"),
       found.ambient.pressure_Pa / 1e3);
+  if (const double drift_kPa = figure("drift_at_60_s_kPa"); drift_kPa != 0.0) {
+    options.output.print("  leaves its drift: {:.3g} kPa within a minute of the log's start\n", drift_kPa);
+  }
+  for (const auto& [name, of] :
+       {std::pair{"ground_kPa_V", ""}, {"ground_even_kPa_V", " off the null, either way"}}) {
+    if (const double ground_kPa_V = figure(name); ground_kPa_V != 0.0)
+      options.output.print(
+          "  leaves what a ground that is shared with the valve adds: {:.3g} kPa for each volt of the "
+          "command{}\n",
+          ground_kPa_V, of);
+  }
   if (const double bend = figure("non_linearity"); bend != 0.0) {
     options.output.print("  leaves its bend: {:.3g} kPa half way from ambient to supply\n",
                          1e-3 * bend * (found.supply.pressure_Pa - found.ambient.pressure_Pa));
@@ -116,14 +128,16 @@ void save_model(const Options& options, std::uint32_t date_s, const trace::RigDe
   identify::GreyboxModel model =
       identify::greybox_of(found, chamber_in_name(options.logs.front()),
                            logs.back().log.time_s.back() - logs.back().log.time_s.front());
-  identify::chamber::Scene scene = identify::chamber::make_scene(found);
+  identify::chamber::Scene scene = identify::chamber::make_scene(model.rig);
   for (const trace::NamedLog& log : logs)
     identify::chamber::add_record(scene, identify::chamber::make_record(log.name, log.log, 1.0));
   model.file.fit["rms_one_step_kPa"] = 1e-3 * identify::chamber::next_tick_rms_Pa(scene, 0, scene.nominal);
   state_origin(model.file, date_s, found);
   trace::write_model(options.save_model, model.file);
+  std::vector<std::string> without = model.left_out;
+  without.insert(without.end(), model.refinements_left_out.begin(), model.refinements_left_out.end());
   options.output.print("model: {}{}\n", options.save_model,
-                       model.left_out.empty() ? "" : ", without " + listed(model.left_out, "and"));
+                       without.empty() ? "" : ", without " + listed(without, "and"));
   if (found.effects.contains("null_drift"))
     options.output.print("its null is where it stood at the end of the last log\n");
   print_calibration(options, found);

@@ -190,7 +190,9 @@ int identify_greybox(const GreyboxRequest& request, const Output& output) {
                          {"rms_free_run_kPa", number(made.rms_kPa)},
                          {"rms_mean_held_kPa", number(made.held_kPa)}});
   }
-  output.print("model: {}\n", request.out);
+  const std::vector<std::string> left_out = model.fit.value("left_out", std::vector<std::string>{});
+  output.print("model: {}{}\n", request.out,
+               left_out.empty() ? "" : fmt::format(", without {} of the rig", fmt::join(left_out, ", ")));
   write_report(output, request.report, [&] { return page_of(request, fit); });
   Json result = Json::parse(trace::format_model(model));
   result["file"] = request.out;

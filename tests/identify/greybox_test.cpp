@@ -138,6 +138,22 @@ TEST(GreyboxOfARig, ComesNearASpoolByItsLagAndItsDelay) {
   EXPECT_THAT(greybox_of(rig).left_out, ::testing::IsEmpty());
 }
 
+TEST(GreyboxOfARig, NamesTheFiguresOfItsEffectsThatABoardHasNoPlaceFor) {
+  trace::RigDescription rig;
+  rig.effects["spool_lag"] = {{"natural_frequency_Hz", 40.0}, {"slew_V_s", 15.0}, {"coil_s", 0.004}};
+  rig.effects["volume_error"] = {{"lag_s", 0.06}, {"offset_mL", 2.0}};
+  rig.effects["supply_droop"] = {{"resistance_kPa_s_per_g", 20.0}, {"followed_share", 0.5}};
+  rig.effects["null_drift"] = {{"drift_at_60_s_V", 0.1}};
+  rig.effects["sensor_bias"] = {{"drift_at_60_s_kPa", 5.0}};
+  const GreyboxModel made = greybox_of(rig);
+  EXPECT_THAT(made.refinements_left_out, ::testing::ElementsAre("spool_lag.slew_V_s", "volume_error.lag_s"));
+  EXPECT_FALSE(made.rig.effects.at("spool_lag").contains("slew_V_s"));
+  EXPECT_TRUE(made.rig.effects.at("spool_lag").contains("coil_s"));
+  EXPECT_EQ(made.rig.effects.at("volume_error").size(), 1U);
+  EXPECT_EQ(made.rig.effects.at("sensor_bias"), rig.effects.at("sensor_bias")) << "calibrated away";
+  EXPECT_EQ(made.rig.effects.at("null_drift"), rig.effects.at("null_drift"));
+}
+
 TEST(GreyboxOfARig, IsAsLateAsASpoolOfOneLagAndItsCoilThoughABoardKnowsNeither) {
   trace::RigDescription rig;
   rig.effects["spool_lag"] = {

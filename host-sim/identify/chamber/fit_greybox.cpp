@@ -463,7 +463,8 @@ WholeRun free_run_over(const trace::RigDescription& rig, const trace::Log& log) 
 }
 
 trace::ModelFile to_model_file(const GreyboxFit& fit, std::optional<unsigned> chamber) {
-  trace::ModelFile file = greybox_of(fit.rig, chamber).file;
+  const GreyboxModel made = greybox_of(fit.rig, chamber);
+  trace::ModelFile file = made.file;
   file.fit["rms_one_step_kPa"] = fit.rms_next_tick_kPa;
   file.fit["rms_free_run_kPa"] = fit.rms_free_run_kPa;
   file.fit["rms_heldout_kPa"] = fit.rms_heldout_kPa;
@@ -473,6 +474,9 @@ trace::ModelFile to_model_file(const GreyboxFit& fit, std::optional<unsigned> ch
   file.fit["converged"] = fit.converged;
   file.fit["stop"] = fit.stop;
   file.fit["effects"] = fit.kept;
+  for (const std::vector<std::string>* const names : {&made.left_out, &made.refinements_left_out}) {
+    for (const std::string& name : *names) file.fit["left_out"].push_back(name);
+  }
   for (const TriedEffects& one : fit.tried) {
     file.fit["tried"].push_back({{"effects", one.effects}, {"rms_heldout_kPa", one.heldout_kPa}});
   }
