@@ -11,7 +11,7 @@ namespace object = canopen::object;
 
 bool is_of_stream(const SettingId& id) {
   const auto in = [&id](std::uint32_t first) {
-    return id.index >= first + 4 && id.index < first + 4 + kChambers;
+    return id.index >= first + 3 && id.index < first + 4 + kChambers;  // TPDO4: that of the supply
   };
   return in(object::kTpdoCommunication) || in(object::kTpdoMapping) || id.index == object::kCodeScale;
 }

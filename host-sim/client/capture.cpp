@@ -195,6 +195,12 @@ enum class Limit : std::uint8_t {
   null_V = 15
 };
 
+/// What a board says of a supply that it has no sensor for is no measurement.
+bool watches_supply(Session& session) {
+  constexpr std::uint8_t kSupplyLow_kPa = 3;  // of kBoardSettings
+  return session.read<float>(object::kBoardSettings, kSupplyLow_kPa) > 0.0F;
+}
+
 /// The board would not move a valve within such limits.
 void require_excitable(Session& session, const CaptureOptions& options) {
   for (unsigned c = 0; c < options.chambers; ++c) {
@@ -230,6 +236,7 @@ std::vector<CapturedRow> rows_of(const Recorder& recorder, std::size_t lead, std
     rows[k].time_s = static_cast<double>(k) / kRate_Hz;
     rows[k].bus_time_s = recorder.rows()[lead + k].time_s;
     rows[k].sample = recorder.rows()[lead + k].sample;
+    rows[k].supply_Pa = recorder.rows()[lead + k].supply_Pa;
   }
   return rows;
 }
@@ -301,7 +308,9 @@ std::vector<CapturedRow> capture(Session& session, const CaptureOptions& options
   require_excitable(session, options);
   session.nmt(canopen::NmtCommand::enter_pre_operational);
   const std::uint8_t mask = mask_of(options.chambers);
-  BorrowedStream borrowed(session, {.chambers = mask, .largest_volume_m3 = options.largest_volume_m3});
+  BorrowedStream borrowed(
+      session,
+      {.chambers = mask, .supply = watches_supply(session), .largest_volume_m3 = options.largest_volume_m3});
   for (unsigned c = 0; c < options.chambers; ++c) {
     const auto excitation = static_cast<std::uint16_t>(object::kExcitation + c);
     session.write(excitation, 1, options.seed);
@@ -349,7 +358,9 @@ std::vector<CapturedRow> follow(Session& session, std::span<const std::vector<do
   session.nmt(canopen::NmtCommand::enter_pre_operational);
   const std::uint8_t mask = mask_of(options.chambers);
   BorrowedSettings setpoints(session, is_of_setpoints);
-  BorrowedStream borrowed(session, {.chambers = mask, .largest_volume_m3 = options.largest_volume_m3});
+  BorrowedStream borrowed(
+      session,
+      {.chambers = mask, .supply = watches_supply(session), .largest_volume_m3 = options.largest_volume_m3});
   session.configure_setpoints(SetpointFormat::millibar);
   session.write(object::kPreviewTicks, 0, options.preview_ticks);
   const std::vector<Setting> hold = hold_setpoints(options.chambers);

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -28,6 +29,7 @@ struct CapturedRow {
   double bus_time_s = 0.0;  ///< when its first frame came, in the time of the link
   std::array<StreamSample, kChambers> sample{};
   std::array<double, kChambers> reference_Pa{};  ///< follow() only: the reference at this row's time
+  std::optional<double> supply_Pa{};  ///< mean over the tick just past, of a board that watches its supply
 };
 
 /// Who drives some chambers of a board drives all that are in use. Throws std::invalid_argument for one beyond the first `chambers`

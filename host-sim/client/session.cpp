@@ -21,7 +21,8 @@ namespace object = canopen::object;
 namespace word = canopen::word;
 
 constexpr std::uint16_t kSyncOverflow = 0x1019;
-constexpr double kPoll_s = 0.01;  ///< between two looks at a state that changes at a tick's edge
+constexpr std::uint32_t kSupplyTpdo = 3;  ///< of a stream: TPDO4
+constexpr double kPoll_s = 0.01;          ///< between two looks at a state that changes at a tick's edge
 
 std::uint16_t chamber_index(std::uint16_t base, std::size_t chamber) {
   return static_cast<std::uint16_t>(base + chamber);
@@ -329,18 +330,26 @@ Stream Session::configure_stream(const StreamConfig& config) {
       objects.push_back(canopen::mapping_entry(object::kCodes + chamber, 1, 16));
       objects.push_back(canopen::mapping_entry(object::kCodes + chamber, 2, 16));
     }
-    // On event, the event timer being the pause and the inhibit time half a tick less: once in so many ticks. A SYNC
-    // that is late, or two in one tick, cost no row.
-    constexpr std::uint8_t kOnEvent = 255;
-    constexpr unsigned kTick_ms = config::kTick_us / 1000, kTick_100us = config::kTick_us / 100;
-    const std::uint16_t communication = chamber_index(object::kTpdoCommunication, 4 + chamber);
-    write(communication, 1, cob::kInvalid | cob::kNoRtr);
-    write(communication, 3, static_cast<std::uint16_t>(kTick_100us * config.every_ticks - kTick_100us / 2));
-    write(communication, 5, static_cast<std::uint16_t>(kTick_ms * config.every_ticks));
-    map_pdo(communication, chamber_index(object::kTpdoMapping, 4 + chamber),
-            cob::kNoRtr | (first_cob_id + chamber), kOnEvent, objects);
+    map_each_tick(4 + chamber, first_cob_id + chamber, config.every_ticks, objects);
   }
-  return {config, first_cob_id, static_cast<double>(lsb_m3)};
+  const std::uint32_t supply_cob_id = cob::kTpdo1 + 0x100 * kSupplyTpdo + node_id_;
+  if (config.supply)
+    map_each_tick(kSupplyTpdo, supply_cob_id, config.every_ticks,
+                  std::array{canopen::mapping_entry(object::kSupply, 0, 32)});
+  return {config, first_cob_id, supply_cob_id, static_cast<double>(lsb_m3)};
+}
+
+/// On event, the event timer being the pause and the inhibit time half a tick less: once in so many ticks. A SYNC that is late, or two in
+/// one tick, cost no row.
+void Session::map_each_tick(std::uint32_t tpdo, std::uint32_t cob_id, unsigned every_ticks,
+                            std::span<const std::uint32_t> objects) {
+  constexpr std::uint8_t kOnEvent = 255;
+  constexpr unsigned kTick_ms = config::kTick_us / 1000, kTick_100us = config::kTick_us / 100;
+  const std::uint16_t communication = chamber_index(object::kTpdoCommunication, tpdo);
+  write(communication, 1, cob::kInvalid | cob::kNoRtr);
+  write(communication, 3, static_cast<std::uint16_t>(kTick_100us * every_ticks - kTick_100us / 2));
+  write(communication, 5, static_cast<std::uint16_t>(kTick_ms * every_ticks));
+  map_pdo(communication, chamber_index(object::kTpdoMapping, tpdo), cob::kNoRtr | cob_id, kOnEvent, objects);
 }
 
 void Session::stop_stream() {

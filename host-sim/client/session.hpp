@@ -204,7 +204,7 @@ class Session {
   /// std::invalid_argument for one that the board would refuse.
   void send_setpoints(std::span<const double, kChambers> setpoints_Pa);
 
-  /// Maps TPDO5+c for the chambers asked for to c of a block of identifiers on which nobody streams, by which it listens for
+  /// Maps TPDO4 to the supply where that is asked for, and TPDO5+c for the chambers asked for to c of a block of identifiers on which nobody streams, by which it listens for
   /// 40 ms; switches those of the others off. Throws ChannelTaken when others stream on every block, std::invalid_argument for a
   /// pause that is none.
   Stream configure_stream(const StreamConfig& config);
@@ -222,6 +222,8 @@ class Session {
   std::uint32_t free_stream_ids();
   void map_pdo(std::uint16_t communication, std::uint16_t mapping, std::uint32_t cob_id,
                std::uint8_t transmission_type, std::span<const std::uint32_t> objects);
+  void map_each_tick(std::uint32_t tpdo, std::uint32_t cob_id, unsigned every_ticks,
+                     std::span<const std::uint32_t> objects);
   void dispatch(const CanFrame& frame);
 
   Link& link_;

@@ -13,8 +13,12 @@ std::optional<std::uint32_t> stream_block(const CanFrame& frame) {
   return block < kStreamBlocks ? std::optional(block) : std::nullopt;
 }
 
-Stream::Stream(const StreamConfig& config, std::uint32_t first_cob_id, double volume_lsb_m3)
-    : config_(config), first_cob_id_(first_cob_id), volume_lsb_m3_(volume_lsb_m3) {}
+Stream::Stream(const StreamConfig& config, std::uint32_t first_cob_id, std::uint32_t supply_cob_id,
+               double volume_lsb_m3)
+    : config_(config),
+      first_cob_id_(first_cob_id),
+      supply_cob_id_(supply_cob_id),
+      volume_lsb_m3_(volume_lsb_m3) {}
 
 std::optional<StreamSample> Stream::decode(const CanFrame& frame) const {
   if (frame.extended || frame.remote || frame.length != 8 || frame.id < first_cob_id_) return std::nullopt;
@@ -35,6 +39,11 @@ std::optional<StreamSample> Stream::decode(const CanFrame& frame) const {
 
 bool Stream::accept(double time_s, const CanFrame& frame,
                     const std::function<void(const StreamRow&)>& on_row) {
+  if (config_.supply && !frame.extended && !frame.remote && frame.id == supply_cob_id_ && frame.length == 4) {
+    supply_Pa_ =
+        static_cast<double>(std::bit_cast<float>(canopen::load_le(std::span(frame.data).first<4>())));
+    return true;
+  }
   const std::optional<StreamSample> sample = decode(frame);
   if (!sample) return false;
   const auto bit = static_cast<std::uint8_t>(1U << sample->chamber);
@@ -43,6 +52,7 @@ bool Stream::accept(double time_s, const CanFrame& frame,
     row_ = {};
   }
   if (row_.chambers == 0) row_.time_s = time_s;
+  row_.supply_Pa = supply_Pa_;
   row_.sample[sample->chamber] = *sample;
   row_.chambers = static_cast<std::uint8_t>(row_.chambers | bit);
   if (row_.chambers == config_.chambers) {

@@ -9,7 +9,7 @@
 
 namespace plenum::host::tools {
 
-/// With its reference where the recording followed one.
+/// With its reference where the recording followed one, and the supply where every row has it.
 inline trace::Log log_of(const std::vector<client::CapturedRow>& rows, std::size_t chamber,
                          bool with_reference = false) {
   trace::Log log;
@@ -19,7 +19,9 @@ inline trace::Log log_of(const std::vector<client::CapturedRow>& rows, std::size
     log.pressure_Pa.push_back(row.sample[chamber].actual_Pa);
     log.volume_m3.push_back(row.sample[chamber].volume_m3);
     if (with_reference) log.reference_Pa.push_back(row.reference_Pa[chamber]);
+    if (row.supply_Pa) log.supply_Pa.push_back(*row.supply_Pa);
   }
+  if (log.supply_Pa.size() != rows.size()) log.supply_Pa.clear();
   return log;
 }
 

@@ -37,6 +37,32 @@ struct Streaming : BoardOnBus {
   }
 };
 
+TEST(Stream, GivesTheSupplyOfEachTickWhereItIsAskedFor) {
+  Streaming world;
+  const auto chambers_too = world.each_tick;
+  world.each_tick = [&] {
+    chambers_too();
+    world.image.supply_Pa = 600e3F + 100.0F * static_cast<float>(world.image.tick_count);
+  };
+  Session session(world, 5);
+  for (const bool asked : {true, false}) {
+    Stream stream = session.configure_stream({.supply = asked});
+    session.nmt(canopen::NmtCommand::start);
+    std::vector<StreamRow> rows;
+    const Subscription subscription(session, [&](const Arrival& arrival) {
+      stream.accept(arrival.time_s, arrival.frame, [&](const StreamRow& row) { rows.push_back(row); });
+    });
+    ASSERT_TRUE(session.listen_until([&] { return rows.size() == 20; }, 0.5));
+    for (const StreamRow& row : rows) {
+      ASSERT_EQ(row.supply_Pa.has_value(), asked);
+      if (!asked) continue;
+      // pressure_Pa() tells the tick
+      const double tick = (row.sample[0].actual_Pa - 100000.0) / 1000.0;
+      EXPECT_EQ(row.supply_Pa, 600e3 + 100.0 * tick) << "tick " << tick;
+    }
+  }
+}
+
 TEST(Stream, GivesOneRowATickWithAllChambersOfThatTick) {
   Streaming world;
   Session session(world, 5);
@@ -174,7 +200,7 @@ TEST(Stream, IsRefusedWhereOthersUseEveryBlock) {
 }
 
 TEST(Stream, DecodesOnlyItsOwnFrames) {
-  const Stream stream({.chambers = 0x01}, 0x6A0, 1.0e-7);
+  const Stream stream({.chambers = 0x01}, 0x6A0, 0x485, 1.0e-7);
   CanFrame frame{.id = 0x6A0, .length = 8, .data = {0x00, 0x50, 0xC3, 0x47, 0xFF, 0xFF, 0xE8, 0x03}};
   const auto sample = stream.decode(frame);
   ASSERT_TRUE(sample);

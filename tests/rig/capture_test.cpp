@@ -414,6 +414,21 @@ TEST(Capture, LeavesTheSettingsAsTheyWere) {
   expect_same(before, client::read_settings(session));
 }
 
+TEST(Capture, LogsTheSupplyOfABoardThatWatchesIt) {
+  for (const float supply_low_kPa : {0.0F, 300.0F}) {
+    RigConfig config = mpye_rig({.chambers = 8});
+    config.board[0].settings.board.supply_low_kPa = supply_low_kPa;
+    WatchedRig watched(config);
+    Session session(watched, 1);
+    const auto before = client::read_settings(session);
+    const auto rows = client::capture(session, {.seconds = 0.5});
+    const trace::Log log = tools::log_of(rows, 2);
+    ASSERT_EQ(log.supply_Pa.size(), supply_low_kPa > 0.0F ? rows.size() : 0U);
+    for (const double supply_Pa : log.supply_Pa) EXPECT_NEAR(supply_Pa, 700e3, 2e3);
+    expect_same(before, client::read_settings(session));
+  }
+}
+
 TEST(Follow, LeavesTheSettingsAsTheyWere) {
   WatchedRig watched(mpye_rig(followed_rig(0.2)));
   Session session(watched, 1);
