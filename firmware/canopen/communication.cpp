@@ -55,6 +55,8 @@ Communication delivered_communication() noexcept {
       } else {
         map(rpdo, true, {{object::kControlWord, 0, 16}});
       }
+      // A master that mirrors both would send two control words, of which it has set one.
+      if (n == 3) rpdo.cob_id |= cob::kInvalid;
     });
   }
 

@@ -241,16 +241,18 @@ void Session::map_pdo(std::uint16_t communication, std::uint16_t mapping, std::u
 void Session::configure_setpoints(SetpointFormat format) {
   constexpr std::uint8_t kEachSync = 1;
   constexpr std::uint8_t kOnEvent = 255;
-  const auto map = [this](std::uint32_t n, std::uint8_t type, std::span<const std::uint32_t> objects) {
+  const auto map = [this](std::uint32_t n, std::uint8_t type, std::span<const std::uint32_t> objects,
+                          bool on) {
+    const std::uint32_t cob_id = cob::kRpdo1 + 0x100 * n + node_id_;
     map_pdo(chamber_index(object::kRpdoCommunication, n), chamber_index(object::kRpdoMapping, n),
-            cob::kRpdo1 + 0x100 * n + node_id_, type, objects);
+            on ? cob_id : cob_id | cob::kInvalid, type, objects);
   };
   if (format == SetpointFormat::pascal) {
     // the deadline of RPDO1 and 2 watches the stream; RPDO3 and 4 come with them
     for (std::uint32_t n = 0; n < 4; ++n) {
       const std::array<std::uint32_t, 2> objects{canopen::mapping_entry(object::kPascals + 2 * n, 1, 32),
                                                  canopen::mapping_entry(object::kPascals + 2 * n + 1, 1, 32)};
-      map(n, kEachSync, objects);
+      map(n, kEachSync, objects, true);
     }
   } else {
     for (std::uint32_t n = 0; n < 2; ++n) {
@@ -258,11 +260,11 @@ void Session::configure_setpoints(SetpointFormat format) {
       for (std::uint32_t i = 0; i < 4; ++i) {
         objects[i] = canopen::mapping_entry(object::of_module(object::kSetpoint, 4 * n + i), 1, 16);
       }
-      map(n, kEachSync, objects);
+      map(n, kEachSync, objects, true);
     }
     const std::array<std::uint32_t, 1> control{canopen::mapping_entry(object::kControlWord, 0, 16)};
-    map(2, kOnEvent, control);
-    map(3, kOnEvent, control);
+    map(2, kOnEvent, control, true);
+    map(3, kOnEvent, control, false);
   }
   setpoint_format_ = format;
 }

@@ -215,7 +215,7 @@ class Dbc(unittest.TestCase):
         self.assertEqual(self.head, 'VERSION ""\n\nNS_ :\n\nBS_:\n\nBU_: Master Board5\n')
 
     def test_holds_the_pdos_that_are_switched_on(self):
-        self.assertEqual(sorted(self.messages), [0x185, 0x205, 0x285, 0x305, 0x385, 0x405, 0x485, 0x505])
+        self.assertEqual(sorted(self.messages), [0x185, 0x205, 0x285, 0x305, 0x385, 0x405, 0x485])
 
     def test_lays_signals_side_by_side_within_the_frame(self):
         for name, length, _, signals in self.messages.values():

@@ -470,9 +470,9 @@ class Run {
       expect(code_shown() && machine_.state() == working_state(), "a report, and work");
     }
     row_.cure({machine_, chamber_, random_});
-    machine_.run(2);
+    machine_.run(2 * safety::FaultRegister::kFlicker_ticks);
     expect(machine_.image().error_code == 0 && machine_.state() == working_state(),
-           "the report to end with its cause");
+           "the report to end soon after its cause");
   }
 
   const Row& row_;

@@ -198,7 +198,7 @@ TEST(DataSheet, AddsTheNodeIdWhereAnIdentifierDependsOnIt) {
   EXPECT_TRUE(cob_id("1014", "$NODEID+0x00000080"));
   EXPECT_TRUE(cob_id("1200sub1", "$NODEID+0x00000600"));
   EXPECT_TRUE(cob_id("1401sub1", "$NODEID+0x00000300"));
-  EXPECT_TRUE(cob_id("1403sub1", "$NODEID+0x00000500"));
+  EXPECT_TRUE(cob_id("1403sub1", "$NODEID+0x80000500")) << "switched off";
   EXPECT_TRUE(cob_id("1802sub1", "$NODEID+0x40000380")) << "no remote request";
   EXPECT_TRUE(cob_id("1804sub1", "0xC0000000")) << "has no identifier yet";
   EXPECT_TRUE(cob_id("1005", "0x00000080")) << "SYNC is everyone's";

