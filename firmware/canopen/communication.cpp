@@ -36,9 +36,8 @@ void map_four_chambers(PdoParameters& parameters, bool receive, std::uint16_t in
 
 }  // namespace
 
-Identity with_revision(Identity identity) noexcept {
+void state_revision(Identity& identity) noexcept {
   if (identity.revision == 0) identity.revision = dictionary_revision();
-  return identity;
 }
 
 Communication delivered_communication() noexcept {

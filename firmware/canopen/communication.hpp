@@ -155,8 +155,8 @@ struct Communication {
 /// The defaults of the predefined connection set (README.md of this room lists them), as of node id 0: identifiers are bases. It
 /// looks up every mapped object, and is made once (DataSheet).
 Communication delivered_communication() noexcept;
-/// With the object dictionary's revision where it states none.
-Identity with_revision(Identity identity) noexcept;
+/// Gives it the object dictionary's revision where it states none.
+void state_revision(Identity& identity) noexcept;
 
 /// Adds the node id to the identifiers that belong to a node, and seals its RPDOs.
 void give_node_id(Communication& delivered, std::uint8_t node_id) noexcept;

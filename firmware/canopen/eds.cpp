@@ -224,9 +224,11 @@ void put_value(TextLine& line, DataType type, std::uint32_t bits) noexcept {
 
 DataSheet::DataSheet(const Identity& identity, const config::SettingsDesk& installed, config::ModelDesk& desk,
                      telemetry::Recorder& recorder) noexcept
-    : delivered_{.node_id = 0, .identity = with_revision(identity)},
+    : delivered_{.node_id = 0, .identity = identity},
       settings_(installed),
-      device_{delivered_, image_, desk, settings_, recorder, *this, delivered_communication(), {}, {}, {}} {}
+      device_{delivered_, image_, desk, settings_, recorder, *this, delivered_communication(), {}, {}, {}} {
+  state_revision(delivered_.identity);
+}
 
 std::size_t DataSheet::read(std::uint32_t offset, std::span<std::uint8_t> bytes) noexcept {
   if (offset == 0) {

@@ -19,11 +19,6 @@ bool is_synchronous(const PdoParameters& parameters) {
   return parameters.transmission_type <= 240;
 }
 
-Config completed(Config config) {
-  config.identity = with_revision(config.identity);
-  return config;
-}
-
 /// Reads the mapped objects into the bytes of a PDO.
 void pack(const Device& device, const Mapping& mapping, std::array<std::uint8_t, 8>& data) {
   std::size_t at = 0;
@@ -52,10 +47,11 @@ bool admissible(const Mapping& mapping, const std::array<std::uint8_t, 8>& data)
 
 Node::Node(const Config& config, ProcessImage& image, config::ModelDesk& desk, config::SettingsDesk& settings,
            telemetry::Recorder& recorder) noexcept
-    : config_(completed(config)),
+    : config_(config),
       sheet_(config_.identity, settings, desk, recorder),
       device_{config_, image, desk, settings, recorder, sheet_, sheet_.delivered().communication,
               {},      {},    {}} {
+  state_revision(config_.identity);
   begin_communication();
   boot_up();
 }
