@@ -244,11 +244,14 @@ numeric::Scalar ChamberLoop::driven_V(const Order& order, canopen::ChamberImage&
   const bool regulating = driven && !excitation && has_model() &&
                           (order.drive == safety::Drive::active || order.drive == safety::Drive::hold);
   if (exciting && !was_exciting_) begin_excitation(order, image.excitation);
-  if (regulating && !was_regulating_) shaper_.reset(pressure_kPa_);
+  const bool holding = regulating && order.drive == safety::Drive::hold;
+  const bool begins_to_hold = holding && !was_holding_;
+  if (begins_to_hold) held_kPa_ = pressure_kPa_;
+  // No ramp leads to where the chamber is: on its way it would follow what it was to leave.
+  const bool stays = begins_to_hold && image.hold_setpoint_Pa == numeric::Scalar(0);
+  if ((regulating && !was_regulating_) || stays) shaper_.reset(pressure_kPa_);
   was_exciting_ = exciting;
   was_regulating_ = regulating;
-  const bool holding = regulating && order.drive == safety::Drive::hold;
-  if (holding && !was_holding_) held_kPa_ = pressure_kPa_;
   was_holding_ = holding;
 
   // What bounds the regulator and the excitation themselves are copies of their own, which a flipped bit makes another range.

@@ -426,6 +426,8 @@ void Node::tick(std::uint32_t elapsed_us) noexcept {
   device_.image.pdo_short = pdo_short_.elapse(elapsed_us);
   device_.image.pdo_long = pdo_long_.elapse(elapsed_us);
   device_.image.sync_misfits = sync_misfits_.elapse(elapsed_us);
+  // before 1029h may stop the node, which tells of nothing then
+  if (state_ != NmtState::initialising && state_ != NmtState::stopped) errors_.step(device_, queue_);
   obey_error_behaviour();
   if (device_.image.bus_off) forget_unsent_tpdos();
   SdoServer::Bytes lss_response;
@@ -435,7 +437,6 @@ void Node::tick(std::uint32_t elapsed_us) noexcept {
   if (sdo_.elapse(device_, elapsed_us, response)) send(cob::kSdoResponse + config_.node_id, response);
   if (state_ == NmtState::initialising) return;
   beat(elapsed_us);
-  if (state_ != NmtState::stopped) errors_.step(device_, queue_);
   if (state_ == NmtState::operational) {
     for (std::size_t number = 0; number < kTpdos; ++number) transmit_pdo(number, elapsed_us);
   }

@@ -65,7 +65,7 @@ constexpr bool holds(FaultSet set, Fault fault) noexcept {
 /// What the outputs do while a fault stands, the mildest first.
 enum class Reaction : std::uint8_t {
   none,  ///< reported only
-  hold,  ///< every chamber regulates to its hold set point (6394h)
+  hold,  ///< every chamber regulates to its hold set point (6394h), or stays where that is 0
   safe,  ///< every chamber gets its safe output
   vent   ///< as safe, and the faulty chamber is vented whatever its safe output is
 };

@@ -9,9 +9,10 @@ namespace {
 
 namespace object = canopen::object;
 
-bool is_of_stream(const SettingId& id) {
-  const auto in = [&id](std::uint32_t first) {
-    return id.index >= first + 3 && id.index < first + 4 + kChambers;  // TPDO4: that of the supply
+bool is_of_stream(const SettingId& id, const StreamConfig& config) {
+  const std::uint32_t before = config.supply ? 3 : 4;  // TPDO4 is that of the supply
+  const auto in = [&](std::uint32_t first) {
+    return id.index >= first + before && id.index < first + 4 + kChambers;
   };
   return in(object::kTpdoCommunication) || in(object::kTpdoMapping) || id.index == object::kCodeScale;
 }
@@ -40,6 +41,7 @@ void BorrowedSettings::give_back() {
 }
 
 BorrowedStream::BorrowedStream(Session& session, const StreamConfig& config)
-    : settings_(session, is_of_stream), stream_(session.configure_stream(config)) {}
+    : settings_(session, [&config](const SettingId& id) { return is_of_stream(id, config); }),
+      stream_(session.configure_stream(config)) {}
 
 }  // namespace plenum::host::client

@@ -28,7 +28,7 @@ class BorrowedSettings {
   std::vector<Setting> before_;  ///< empty: given back
 };
 
-/// The capture stream for a while: the board's TPDOs 4 to 12 and 2228h:2.
+/// The capture stream for a while: the board's TPDOs 5 to 12 and 2228h:2, and TPDO4 where the supply is streamed.
 class BorrowedStream {
  public:
   /// Throws as Session::configure_stream().

@@ -162,27 +162,34 @@ void PdoDirectory::learn(Session& session) {
 
 std::optional<Pdo> PdoDirectory::read(const CanFrame& frame) const {
   if (frame.extended || frame.remote) return std::nullopt;
-  const auto find = [&frame](std::uint8_t node_id, const Node& node, auto&& is_it) -> std::optional<Pdo> {
-    const auto among = [&](const auto& pdos, bool receive) -> std::optional<Pdo> {
-      const auto found = std::ranges::find_if(pdos, is_it, &Parameters::cob_id);
-      if (found == pdos.end()) return std::nullopt;
-      const auto number = static_cast<unsigned>(found - pdos.begin()) + 1;
-      return Pdo{node_id, receive, number, values(*found, receive, frame)};
-    };
-    auto pdo = among(node.tpdo, false);
-    return pdo ? pdo : among(node.rpdo, true);
+  const auto among = [&frame](std::uint8_t node_id, const auto& pdos, bool receive,
+                              auto&& is_it) -> std::optional<Pdo> {
+    const auto found = std::ranges::find_if(pdos, is_it, &Parameters::cob_id);
+    if (found == pdos.end()) return std::nullopt;
+    const auto number = static_cast<unsigned>(found - pdos.begin()) + 1;
+    return Pdo{node_id, receive, number, values(*found, receive, frame)};
   };
+  const auto is_on_it = [&frame](std::uint32_t cob_id) {
+    return is_on(cob_id) && has_identifier(cob_id, frame);
+  };
+  // who sends it comes first: another may have an RPDO for it
   for (const auto& [node_id, known] : known_) {
-    auto pdo = find(node_id, known.now,
-                    [&](std::uint32_t cob_id) { return is_on(cob_id) && has_identifier(cob_id, frame); });
-    if (pdo) return pdo;
+    if (auto pdo = among(node_id, known.now.tpdo, false, is_on_it)) return pdo;
   }
-  // That it is on comes as news, from a node that nobody spoke to since.
-  const auto node_id = static_cast<std::uint8_t>(frame.id & 0x7FU);
-  if (node_id == 0) return std::nullopt;
-  const auto known = known_.find(node_id);
-  return find(node_id, known == known_.end() ? delivered(node_id) : known->second.now,
-              [&](std::uint32_t cob_id) { return has_identifier(cob_id, frame); });
+  const auto named = static_cast<std::uint8_t>(frame.id & 0x7FU);  // by the predefined connection set
+  const auto of_named = known_.find(named);
+  const Node node = of_named == known_.end() ? delivered(named) : of_named->second.now;
+  const auto has_it = [&frame](std::uint32_t cob_id) { return has_identifier(cob_id, frame); };
+  if (of_named == known_.end() && named != 0) {
+    if (auto pdo = among(named, node.tpdo, false, has_it)) return pdo;
+  }
+  for (const auto& [node_id, known] : known_) {
+    if (auto pdo = among(node_id, known.now.rpdo, true, is_on_it)) return pdo;
+  }
+  // One that is off, as far as is known: that it is on comes as news.
+  if (named == 0) return std::nullopt;
+  auto pdo = among(named, node.tpdo, false, has_it);
+  return pdo ? pdo : among(named, node.rpdo, true, has_it);
 }
 
 std::optional<std::vector<PdoValue>> PdoDirectory::values(const Parameters& pdo, bool receive,

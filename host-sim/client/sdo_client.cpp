@@ -74,13 +74,15 @@ void SdoClient::time_out(const Object& object, double timeout_s) {
 }
 
 std::string SdoClient::silence_text(double since_s) {
-  const double wait_s = config_.heartbeat_wait_s;
+  under_way_.reset();  // what others ask for from here on disturbs nothing of ours
+  const double wait_s = beat_missed_ ? 0.0 : config_.heartbeat_wait_s;
   const double end_s = link_.now_s() + wait_s;
   const auto is_new = [&] { return beat_ && beat_->time_s >= since_s; };
   for (double left_s = wait_s; left_s > 0.0 && !is_new(); left_s = end_s - link_.now_s()) {
     if (const auto frame = link_.receive(left_s)) hear(*frame);
   }
-  if (!is_new()) return wait_s > 0.0 ? fmt::format("; no heartbeat came within {} s either", wait_s) : "";
+  beat_missed_ = !is_new();
+  if (beat_missed_) return wait_s > 0.0 ? fmt::format("; no heartbeat came within {} s either", wait_s) : "";
   if (beat_->state != canopen::NmtState::stopped)
     return fmt::format("; its heartbeat says that it is {}", nmt_name(beat_->state));
   return "; its heartbeat says that it is stopped, a state in which no node answers: plenum nmt "

@@ -126,6 +126,7 @@ class SdoClient {
     double time_s;
   };
   std::optional<Beat> beat_;
+  bool beat_missed_ = false;         ///< it was waited for and did not come: it is not waited for again
   bool server_knows_blocks_ = true;  ///< until it says otherwise
 
   ForeignTransfer foreign_;

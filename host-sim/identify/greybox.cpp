@@ -154,7 +154,9 @@ GreyboxModel greybox_of(const trace::RigDescription& rig, std::optional<unsigned
       }
     } else {
       made.left_out.push_back(name);
-      if (id != effects::kIdSensorBias && id != effects::kIdNullDrift) made.rig.effects.erase(name);
+      const bool stays = id == effects::kIdSensorBias || id == effects::kIdNullDrift;
+      if (!stays) made.rig.effects.erase(name);
+      if (id == effects::kIdHeatTransfer) made.rig.effects[name] = {{"exponent", exponent}};
     }
   }
   trace::parse_model(trace::format_model(made.file), "grey-box model of the rig");

@@ -64,7 +64,8 @@ void SocketcandServer::collect(std::uint64_t time_us) {
 }
 
 void SocketcandServer::hand_on(Client& client, const CanFrame& frame, std::uint64_t time_us) {
-  std::string& to = std::chrono::steady_clock::now() < client.quiet_until ? client.kept_back : client.unsent;
+  const bool is_quiet = std::chrono::steady_clock::now() < client.quiet_until || !client.kept_back.empty();
+  std::string& to = is_quiet ? client.kept_back : client.unsent;
   // python-can 4.1, Debian 12's, loses one byte where a piece of the stream ends: it may have this one.
   to += '\n';
   to += wire::frame_message(frame, time_us);
@@ -138,7 +139,7 @@ void SocketcandServer::handle(Client& client, const std::string& message) {
     client.statistics_ns = 0;
     client.unsent += "< ok >";
     // python-can takes nothing for the answer that has a frame behind it in one piece: it gets time to read it.
-    client.quiet_until = std::chrono::steady_clock::now() + std::chrono::milliseconds(50);
+    client.quiet_until = std::chrono::steady_clock::now() + std::chrono::milliseconds(10);
     return;
   } else if (message == "< echo >") {
     client.unsent += message;

@@ -61,7 +61,7 @@ const char* reaction_text(Reaction reaction) {
     case Reaction::none:
       return "none: it is reported only";
     case Reaction::hold:
-      return "every chamber regulates to its hold set point";
+      return "every chamber regulates to its hold set point, or stays where it is";
     case Reaction::safe:
       return "every chamber gets its safe output";
     case Reaction::vent:

@@ -90,7 +90,10 @@ void RigChoice::add_to(Arguments& arguments, const std::string& title) {
       .type_name("ID=VALUE")
       .one_at_a_time()
       .group(title);
-  arguments.option("--chambers", chambers, "Chambers of a board").within(1, 8).show_default();
+  arguments
+      .option("--chambers", chambers, "Chambers of a board; no other one may be in use where they are driven")
+      .within(1, 8)
+      .show_default();
   arguments.option("--seed", seed, "Seed of volumes, noise and excitation: the same seed repeats every bit")
       .within(0U, 4294967295U)
       .show_default();

@@ -93,6 +93,20 @@ TEST(PdoDirectory, KnowsNothingOfABoardThatDoesNotAnswer) {
   EXPECT_EQ(pdo->values->at(1).value, 200e3) << "but what one has that is delivered";
 }
 
+// Node 1 listens to what node 5 sends.
+TEST(PdoDirectory, AFrameIsItsSendersPdoWhoeverElseTakesIt) {
+  for (const bool spoken_to : {false, true}) {
+    PdoDirectory directory;
+    directory.hear(canopen::frame_from("601 23 00 14 01 85 01 00 00"));
+    directory.hear(canopen::frame_from("581 60 00 14 01 00 00 00 00"));
+    if (spoken_to) directory.hear(canopen::frame_from("605 40 00 10 00 00 00 00 00"));
+    const auto pdo = directory.read(canopen::frame_from("185 E8 03 D0 07 B8 0B A0 0F"));
+    ASSERT_TRUE(pdo);
+    EXPECT_EQ(pdo->node, 5U);
+    EXPECT_FALSE(pdo->receive);
+  }
+}
+
 TEST(PdoDirectory, APressureThatIsNotKnownIsNoNumber) {
   const auto pdo = PdoDirectory().read(canopen::frame_from("185 E8 03 00 80 B8 0B A0 0F"));
   ASSERT_TRUE(pdo && pdo->values);

@@ -139,6 +139,9 @@ TEST(SdoTimeOut, TellsWhatTheHeartbeatSaysOfTheSilence) {
   EXPECT_THAT(time_out_of({"705 05"}, patient), EndsWith("; its heartbeat says that it is operational"));
   EXPECT_THAT(time_out_of({"706 04"}, patient), EndsWith("; no heartbeat came within 2.5 s either"));
   EXPECT_THAT(time_out_of({""}, {}), EndsWith("expected one on 585h")) << "who does not listen says nothing";
+  EXPECT_THAT(time_out_of({"", "605 40 01 10 00 00 00 00 00"}, patient),
+              EndsWith("; no heartbeat came within 2.5 s either"))
+      << "what another asks for then disturbs nothing";
 }
 
 // ---- reading, frames by hand ----

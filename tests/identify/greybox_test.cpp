@@ -111,7 +111,11 @@ TEST(GreyboxOfARig, CompressesItsGasWithTheExponentOfTheRigs) {
   EXPECT_GT(worst_drift_percent(rig, {}), 3.0);
   EXPECT_THAT(greybox_of(rig).left_out, ::testing::IsEmpty());
   rig.effects["heat_transfer"]["conductance_W_K"] = 0.5;
-  EXPECT_THAT(greybox_of(rig).left_out, ::testing::ElementsAre("heat_transfer"));
+  const GreyboxModel made = greybox_of(rig);
+  EXPECT_THAT(made.left_out, ::testing::ElementsAre("heat_transfer"));
+  EXPECT_EQ(made.rig.effects,
+            (std::map<std::string, std::map<std::string, double>>{{"heat_transfer", {{"exponent", 1.15}}}}))
+      << "what the model does have";
 }
 
 TEST(GreyboxOfARig, LeavesOutALeakThatGoesElsewhereThanToAmbient) {

@@ -429,6 +429,22 @@ TEST(Capture, LogsTheSupplyOfABoardThatWatchesIt) {
   }
 }
 
+// They would be excited, or led to 0 Pa.
+TEST(Capture, DrivesNothingWhereAChamberInUseIsLeftOut) {
+  WatchedRig watched(mpye_rig({.chambers = 2}));
+  Session session(watched, 1);
+  session.upload_models(fitted_models(0.2));
+  EXPECT_THROW(client::capture(session, {.seconds = 0.1, .chambers = 1}), std::invalid_argument);
+  const std::vector<std::vector<double>> reference_Pa{std::vector<double>(10, 300e3)};
+  EXPECT_THROW(client::follow(session, reference_Pa, {.chambers = 1}), std::invalid_argument);
+  watched.wait(0.1);
+  for (const auto& moment : watched.moments)
+    for (const auto& chamber : moment[0]) EXPECT_EQ(chamber.command_V, watched.moments[0][0][0].command_V);
+  session.write<std::uint8_t>(canopen::object::kChamberChoices + 1, 1, 0);
+  EXPECT_EQ(client::capture(session, {.seconds = 0.1, .chambers = 1}).size(), 10U)
+      << "it is not in use any more";
+}
+
 TEST(Follow, LeavesTheSettingsAsTheyWere) {
   WatchedRig watched(mpye_rig(followed_rig(0.2)));
   Session session(watched, 1);

@@ -256,7 +256,25 @@ TEST(Board, HoldsThePressureAtWhichHoldingBeganUntilItIsToldAnother) {
   bench.control(0x7);
   bench.run(8);
   ASSERT_EQ(bench.state(), safety::State::active);
-  EXPECT_NEAR(bench.chamber[2].pressure_kPa, 520.0, 0.2) << "and in ACTIVE until a set point comes";
+  EXPECT_NEAR(bench.chamber[2].pressure_kPa, 520.0, 0.2);
+  EXPECT_NEAR(bench.chamber[3].pressure_kPa, 200.0, 0.2)
+      << "and in ACTIVE until a set point comes: 6380h has 520 kPa";
+}
+
+// A chamber that has fallen to 320 kPa, as without supply, and whose reference falls by 10 kPa/s.
+TEST(Board, LeadsNoRampToThePressureThatItHolds) {
+  Settings settings = bench_settings();
+  settings.chamber[2].ramp_type = config::RampType::two_rates;
+  settings.chamber[2].reference_fall_kPa_per_s = 10.0F;
+  Bench bench(settings);
+  bench.go_active(450.0);
+  bench.forced[2] = ports::AnalogReading{3.2F, true};
+  bench.run(3);
+  bench.control(0x3);
+  bench.run(2);
+  ASSERT_EQ(bench.state(), safety::State::hold);
+  EXPECT_NEAR(bench.image().chamber[2].demand_Pa, 320e3F, 10.0F) << "Pa";
+  EXPECT_NEAR(bench.image().chamber[1].demand_Pa, 450e3F, 100.0F) << "Pa";
 }
 
 TEST(Board, HealthyMinuteHasNoFaultAndNoEmergency) {

@@ -156,10 +156,12 @@ TEST(ErrorBehaviour, OfTheDeviceLetsTheHeartbeatTellOfAnyFaultWithAReaction) {
     bench.image.error_code = 0xFF0B;  // a warning: the board goes on
     bench.tick(2);
     EXPECT_EQ(bench.node.state(), NmtState::operational);
+    bench.drain();
     bench.image.status_word = 0x1;
     bench.image.error_code = 0x8302;
     bench.tick(2);
     EXPECT_EQ(bench.node.state(), state);
+    EXPECT_THAT(bench.drain(), ::testing::Contains(::testing::StartsWith("085 02 83"))) << request;
     bench.send("000 01 05");
     bench.tick(2);
     EXPECT_EQ(bench.node.state(), NmtState::operational) << "the master may start it again";
