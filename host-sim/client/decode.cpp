@@ -15,7 +15,6 @@ namespace {
 
 using canopen::DataType;
 namespace cob = canopen::cob;
-namespace object = canopen::object;
 
 /// "Actual pressure [Pa]" as the dictionary writes it: the name proper, and the unit.
 DecodedValue named(std::string_view text) {

@@ -149,7 +149,9 @@ GreyboxModel greybox_of(const trace::RigDescription& rig, std::optional<unsigned
     const std::string name(effects::kCatalogue[id]->id);
     if ((carried >> id & 1U) != 0) {
       for (const std::string& refinement : refinements_left_out(of, static_cast<effects::Id>(id))) {
-        made.refinements_left_out.push_back(name + '.' + refinement);
+        std::string& full = made.refinements_left_out.emplace_back(name);
+        full += '.';
+        full += refinement;
         made.rig.effects[name].erase(refinement);
       }
     } else {
