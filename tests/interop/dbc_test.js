@@ -55,7 +55,8 @@ test('it finds the messages of the PDOs that are switched on, and who sends them
     const found = [...database.messages.values()].map(({ id, dlc, sendingNode }) => [id, dlc, sendingNode]);
     const board = `Board${NODE}`;
     assert.deepStrictEqual(found.sort(([a], [b]) => a - b), [
-        [0x183, 8, board], [0x203, 8, 'Master'], [0x283, 8, board], [0x303, 8, 'Master'], [0x383, 2, board], [0x403, 2, 'Master'], [0x680, 8, board]]);
+        [0x183, 8, board], [0x203, 8, 'Master'], [0x283, 8, board], [0x303, 8, 'Master'], [0x383, 2, board], [0x403, 2, 'Master'], [0x483, 4, board],
+        [0x680, 8, board]]);
 });
 
 test('it decodes the recorded frames to the values of plenum decode', () => {

@@ -206,7 +206,7 @@ class Naming(BoardCommands):
         for order, state in [("--start", "operational"), ("--stop", "stopped"), ("--pre-operational", "pre-operational")]:
             self.assertEqual(self.json_of("nmt", *self.bus, order), {"node": 1, "nmt": state})
             if state == "stopped":
-                self.refused(1, "info", *self.bus, says=["had no answer", "is stopped", "plenum nmt --pre-operational"])
+                self.refused(3, "info", *self.bus, says=["had no answer", "is stopped", "plenum nmt --pre-operational"])
         self.assertIn("no pressures: they wait for `plenum nmt --start`", self.done("monitor", *self.bus, "--seconds", 1.5))
 
     def test_a_log_that_somebody_left_frozen_is_told_and_let_go_on(self):
