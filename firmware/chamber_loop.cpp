@@ -248,7 +248,7 @@ numeric::Scalar ChamberLoop::driven_V(const Order& order, canopen::ChamberImage&
   const bool begins_to_hold = holding && !was_holding_;
   if (begins_to_hold) held_kPa_ = pressure_kPa_;
   // No ramp leads to where the chamber is: on its way it would follow what it was to leave.
-  const bool stays = begins_to_hold && image.hold_setpoint_Pa == numeric::Scalar(0);
+  const bool stays = begins_to_hold && image.hold_setpoint_Pa.value() == numeric::Scalar(0);
   if ((regulating && !was_regulating_) || stays) shaper_.reset(pressure_kPa_);
   was_exciting_ = exciting;
   was_regulating_ = regulating;
