@@ -20,6 +20,11 @@ constexpr std::uint8_t kBridged_ticks = 4;
 constexpr numeric::Scalar kHalf = numeric::Scalar(0.5F);
 constexpr numeric::Scalar kHalfTick_s = numeric::Scalar(0.5F * config::kTick_s);
 
+/// No chamber holds a vacuum: 6394h is nobody's yet, and what is held is the pressure at which holding began.
+bool stays_where_it_is(const canopen::ChamberImage& image) noexcept {
+  return image.hold_setpoint_Pa.value() == numeric::Scalar(0);
+}
+
 }  // namespace
 
 void ChamberLoop::configure(const config::ChamberSettings& settings,
@@ -248,8 +253,8 @@ numeric::Scalar ChamberLoop::driven_V(const Order& order, canopen::ChamberImage&
   const bool begins_to_hold = holding && !was_holding_;
   if (begins_to_hold) held_kPa_ = pressure_kPa_;
   // No ramp leads to where the chamber is: on its way it would follow what it was to leave.
-  const bool stays = begins_to_hold && image.hold_setpoint_Pa.value() == numeric::Scalar(0);
-  if ((regulating && !was_regulating_) || stays) shaper_.reset(pressure_kPa_);
+  if ((regulating && !was_regulating_) || (begins_to_hold && stays_where_it_is(image)))
+    shaper_.reset(pressure_kPa_);
   was_exciting_ = exciting;
   was_regulating_ = regulating;
   was_holding_ = holding;
@@ -284,10 +289,9 @@ void ChamberLoop::begin_excitation(const Order& order, const canopen::Excitation
 
 numeric::Scalar ChamberLoop::regulated_V(const Order& order, canopen::ChamberImage& image) noexcept {
   const bool active = order.drive == safety::Drive::active;
-  const numeric::Scalar asked_Pa = active ? image.setpoint_Pa : image.hold_setpoint_Pa;
-  // No chamber holds a vacuum: 6394h is nobody's yet, and what is held is the pressure at which holding began.
-  const bool stays = !active && asked_Pa == numeric::Scalar(0);
-  const numeric::Scalar setpoint_kPa = stays ? held_kPa_ : numeric::thousandth(asked_Pa);
+  const bool stays = !active && stays_where_it_is(image);
+  const numeric::Scalar setpoint_kPa =
+      stays ? held_kPa_ : numeric::thousandth(active ? image.setpoint_Pa : image.hold_setpoint_Pa);
   const control::ReferenceShaper::Reference& reference =
       shaper_.step(setpoint_kPa, active ? order.preview_ticks : std::uint8_t{0}, regulator_.ahead());
   const control::PressureModel& model = *known_.in_force();

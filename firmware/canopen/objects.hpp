@@ -26,6 +26,11 @@ inline constexpr std::uint32_t kDeviceType =
 inline constexpr std::uint32_t kModuleType = 0x0198U;
 
 namespace object {
+/// The nth, from 0, of objects that follow each other: of a chamber, of a PDO.
+constexpr std::uint16_t nth(std::uint16_t index, std::size_t n) noexcept {
+  return static_cast<std::uint16_t>(index + n);
+}
+
 inline constexpr std::uint16_t kDeviceTypeIndex = 0x1000;
 inline constexpr std::uint16_t kErrorRegister = 0x1001;
 inline constexpr std::uint16_t kErrorHistoryIndex = 0x1003;

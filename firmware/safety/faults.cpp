@@ -106,10 +106,12 @@ FaultSet clearing_by_themselves() noexcept {
 
 FaultSet FaultRegister::next(const config::Twice<FaultSet>& standing, FaultSet causes, Recent& recent,
                              bool reset) const noexcept {
-  if (reset) recent = {};
+  if (reset) {
+    recent = {.now = causes & ~kLatched};
+    return causes;
+  }
   if (ticks_ == 0) recent = {.before = recent.now};
   recent.now |= causes & ~kLatched;
-  if (reset) return causes;
   return causes | ((standing | standing.second()) & kLatched) |
          ((recent.now | recent.before) & kAllFaults & ~kLatched);
 }

@@ -45,7 +45,7 @@ Versions read_versions(Session& session) {
 }
 
 Serials read_serials(Session& session, std::uint8_t chamber) {
-  const auto index = static_cast<std::uint16_t>(object::kSerials + chamber);
+  const std::uint16_t index = object::nth(object::kSerials, chamber);
   try {
     return {session.read<std::uint32_t>(index, 1), session.read<std::uint32_t>(index, 2)};
   } catch (const SdoAbort& abort) {
@@ -238,16 +238,24 @@ std::vector<LatencyBin> read_latency(Session& session) {
 }
 
 double read_drift_Pa(Session& session, std::uint8_t chamber) {
-  return static_cast<double>(
-      session.read<float>(static_cast<std::uint16_t>(object::kRegulator + chamber), 5));
+  return static_cast<double>(session.read<float>(object::nth(object::kRegulator, chamber), 5));
 }
 
 ModelSet read_model_set(Session& session, std::uint8_t chamber) {
-  const auto state = static_cast<std::uint16_t>(object::kSetState + chamber);
+  const std::uint16_t state = object::nth(object::kSetState, chamber);
   return {.phase = static_cast<SetPhase>(session.read<std::uint8_t>(state, 1)),
           .crc = session.read<std::uint32_t>(state, 3),
           .generation = session.read<std::uint32_t>(state, 4),
           .image = session.download_model(chamber)};
+}
+
+bool is_in_use(Session& session, std::size_t chamber) {
+  return session.read<std::uint8_t>(object::nth(object::kChamberChoices, chamber), 1) != 0;
+}
+
+bool watches_supply(Session& session) {
+  constexpr std::uint8_t kSupplyLow_kPa = 3;  // of kBoardSettings
+  return session.read<float>(object::kBoardSettings, kSupplyLow_kPa) > 0.0F;
 }
 
 }  // namespace plenum::host::client

@@ -104,4 +104,9 @@ ModelSet read_model_set(Session& session, std::uint8_t chamber);
 /// a tick's pressure [Pa].
 double read_drift_Pa(Session& session, std::uint8_t chamber);
 
+/// The board watches the chamber, from 0, and drives it with the others (2410h + c:1).
+bool is_in_use(Session& session, std::size_t chamber);
+/// What a board says of a supply that it has no sensor for is no measurement.
+bool watches_supply(Session& session);
+
 }  // namespace plenum::host::client

@@ -10,9 +10,9 @@ namespace {
 namespace object = canopen::object;
 
 bool is_of_stream(const SettingId& id, const StreamConfig& config) {
-  const std::uint32_t before = config.supply ? 3 : 4;  // TPDO4 is that of the supply
+  const std::uint32_t least = config.supply ? kSupplyTpdo : kStreamTpdo;
   const auto in = [&](std::uint32_t first) {
-    return id.index >= first + before && id.index < first + 4 + kChambers;
+    return id.index >= first + least && id.index < first + kStreamTpdo + kChambers;
   };
   return in(object::kTpdoCommunication) || in(object::kTpdoMapping) || id.index == object::kCodeScale;
 }

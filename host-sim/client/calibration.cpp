@@ -17,7 +17,7 @@ constexpr std::uint8_t kGain = 1;
 constexpr std::uint8_t kOffset = 2;
 
 std::uint16_t settings_of(std::uint8_t chamber) {
-  return static_cast<std::uint16_t>(object::kChamberSettings + chamber);
+  return object::nth(object::kChamberSettings, chamber);
 }
 
 void write(Session& session, std::uint8_t chamber, const PressureCalibration& wanted) {

@@ -195,18 +195,12 @@ enum class Limit : std::uint8_t {
   null_V = 15
 };
 
-/// What a board says of a supply that it has no sensor for is no measurement.
-bool watches_supply(Session& session) {
-  constexpr std::uint8_t kSupplyLow_kPa = 3;  // of kBoardSettings
-  return session.read<float>(object::kBoardSettings, kSupplyLow_kPa) > 0.0F;
-}
-
 /// The board would not move a valve within such limits.
 void require_excitable(Session& session, const CaptureOptions& options) {
   for (unsigned c = 0; c < options.chambers; ++c) {
     const auto of = [&](Limit limit) {
-      const auto index = static_cast<std::uint16_t>(object::kChamberSettings + c);
-      return static_cast<double>(session.read<float>(index, static_cast<std::uint8_t>(limit)));
+      return static_cast<double>(
+          session.read<float>(object::nth(object::kChamberSettings, c), static_cast<std::uint8_t>(limit)));
     };
     const double least_kPa = of(Limit::pressure_low_kPa), most_kPa = of(Limit::pressure_high_kPa);
     const double low_kPa = 1e-3 * options.pressure_low_Pa, high_kPa = 1e-3 * options.pressure_high_Pa;
@@ -290,14 +284,12 @@ void record(Recorder& recorder, std::size_t count, const std::function<void(std:
 void require_none_left_out(Session& session, unsigned chambers) {
   std::vector<unsigned> left_out;
   for (unsigned c = chambers; c < kChambers; ++c) {
-    if (session.read<std::uint8_t>(static_cast<std::uint16_t>(object::kChamberChoices + c), 1) != 0)
-      left_out.push_back(c + 1);
+    if (is_in_use(session, c)) left_out.push_back(c + 1);
   }
   if (left_out.empty()) return;
   throw std::invalid_argument(fmt::format(
-      "node {}: the first {} chambers are asked for, but {} {} in use and would be driven, too: expected all "
-      "that "
-      "are in use, or 0 in 2410h + c:1 of the others",
+      "node {}: the first {} chambers are asked for, but {} {} in use and would be driven, too: "
+      "expected all that are in use, or 0 in 2410h + c:1 of the others",
       session.node_id(), chambers, fmt::join(left_out, ", "), left_out.size() == 1 ? "is" : "are"));
 }
 
@@ -312,7 +304,7 @@ std::vector<CapturedRow> capture(Session& session, const CaptureOptions& options
       session,
       {.chambers = mask, .supply = watches_supply(session), .largest_volume_m3 = options.largest_volume_m3});
   for (unsigned c = 0; c < options.chambers; ++c) {
-    const auto excitation = static_cast<std::uint16_t>(object::kExcitation + c);
+    const auto excitation = object::nth(object::kExcitation, c);
     session.write(excitation, 1, options.seed);
     session.write(excitation, 2, options.command_low_V);
     session.write(excitation, 3, options.command_high_V);

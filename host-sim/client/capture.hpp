@@ -52,8 +52,8 @@ struct CaptureOptions {
 /// Excites the chambers on the board (control mode -1, no model needed) and records them. Leaves the node operational, the
 /// board DISABLED and its settings and mode as they were (but for the excitation's, 2310h + c); also when it throws, as far as
 /// the bus allows. Throws as Session does, before anything moves Refused for a board that regulates and std::invalid_argument for
-/// limits that leave nothing within the board's settings and for a chamber in use that is left out; Refused when a fault ends it or stands at the end, ProtocolError when a row
-/// is incomplete.
+/// limits that leave nothing within the board's settings and for a chamber in use that is left out; Refused when a fault ends it or
+/// stands at the end, ProtocolError when a row is incomplete.
 /// Returns fewer rows than asked for, or none, when stopped.
 std::vector<CapturedRow> capture(Session& session, const CaptureOptions& options,
                                  const Progress& progress = {});

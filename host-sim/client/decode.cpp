@@ -8,6 +8,7 @@
 #include "host-sim/client/abort_text.hpp"
 #include "host-sim/client/board_facts.hpp"
 #include "host-sim/client/emergency_text.hpp"
+#include "host-sim/client/sdo_frames.hpp"
 #include "host-sim/client/session.hpp"
 
 namespace plenum::host::client {
@@ -161,10 +162,7 @@ std::string Decoder::decode_sdo(const CanFrame& frame, bool request, Transfer& t
     transfer = {static_cast<std::uint16_t>(canopen::load_le(data.subspan<1, 2>())), data[3], Blocks::none, 0};
     return fmt::format("{} {}", doing, place());
   };
-  const auto expedited = [&] {
-    const std::size_t size = (command & 1U) != 0 ? 4U - ((command >> 2) & 3U) : 4U;
-    return value_text(transfer.index, transfer.sub, data.subspan(4, size));
-  };
+  const auto expedited = [&] { return value_text(transfer.index, transfer.sub, sdo::expedited(data)); };
   // Another block follows, but where the last segment was taken.
   const auto go_on = [&](Blocks blocks) {
     if (transfer.last == 0 || data[1] != transfer.last) transfer.blocks = blocks;

@@ -22,10 +22,6 @@ constexpr double kPoll_s = 0.01;
 /// Four times what a comparison of eight full logs takes (firmware/shadow_run.hpp).
 constexpr double kCheckTimeout_s = 10.0;
 
-std::uint16_t chamber_index(std::uint16_t base, std::size_t chamber) {
-  return static_cast<std::uint16_t>(base + chamber);
-}
-
 bool is(const SdoAbort& abort, Abort code) {
   return abort.code == static_cast<std::uint32_t>(code);
 }
@@ -82,7 +78,7 @@ void require_serials(Session& session, const ModelUpload& upload) {
 
 /// Why the board does not take the image: a clause for a person.
 std::string refusal(Session& session, const ModelUpload& upload, ImageError error) {
-  const std::uint16_t state = chamber_index(object::kSetState, upload.chamber);
+  const std::uint16_t state = object::nth(object::kSetState, upload.chamber);
   switch (error) {
     case ImageError::out_of_range:
     case ImageError::not_finite:
@@ -125,12 +121,11 @@ std::string refusal(Session& session, const ModelUpload& upload, ImageError erro
 
 ImageError reason(Session& session, const ModelUpload& upload) {
   return static_cast<ImageError>(
-      session.read<std::uint8_t>(chamber_index(object::kSetState, upload.chamber), 2));
+      session.read<std::uint8_t>(object::nth(object::kSetState, upload.chamber), 2));
 }
 
 SetPhase phase(Session& session, const ModelUpload& upload) {
-  return static_cast<SetPhase>(
-      session.read<std::uint8_t>(chamber_index(object::kSetState, upload.chamber), 1));
+  return static_cast<SetPhase>(session.read<std::uint8_t>(object::nth(object::kSetState, upload.chamber), 1));
 }
 
 /// The phase after `passing`, or `passing` when it has not ended in time.
@@ -207,7 +202,7 @@ std::uint8_t await_outcome(Session& session, double timeout_s) {
 bool are_staged(Session& session, const OfChamber& uploads) {
   return std::all_of(uploads.begin(), uploads.end(), [&](const ModelUpload* upload) {
     return upload == nullptr ||
-           session.read<std::uint32_t>(chamber_index(object::kSetState, upload->chamber), 12) ==
+           session.read<std::uint32_t>(object::nth(object::kSetState, upload->chamber), 12) ==
                plenum::config::trailing_crc(upload->image);
   });
 }
@@ -260,7 +255,7 @@ Comparison read_comparison(Session& session, const ModelUpload& upload, std::uin
                            Doubted doubted) {
   using Outcome = Comparison::Outcome;
   using plenum::config::Trial;
-  const std::uint16_t state = chamber_index(object::kSetState, upload.chamber);
+  const std::uint16_t state = object::nth(object::kSetState, upload.chamber);
   Comparison comparison;
   if (crc_before == 0) return comparison;
   comparison.outcome = Outcome::same;
@@ -333,7 +328,7 @@ std::vector<Comparison> Session::upload_models(std::span<const ModelUpload> uplo
   held.take();
   std::array<std::uint32_t, kChambers> crc_before{};
   for (const ModelUpload& upload : uploads)
-    crc_before[upload.chamber] = read<std::uint32_t>(chamber_index(object::kSetState, upload.chamber), 3);
+    crc_before[upload.chamber] = read<std::uint32_t>(object::nth(object::kSetState, upload.chamber), 3);
   stage(*this, of_chamber, config_.state_timeout_s);
   const std::uint8_t mask = mask_of(of_chamber);
   std::vector<std::uint32_t> crcs;

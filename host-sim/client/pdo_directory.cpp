@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "firmware/canopen/object_dictionary.hpp"
+#include "host-sim/client/sdo_frames.hpp"
 #include "host-sim/client/session.hpp"
 
 namespace plenum::host::client {
@@ -33,13 +34,6 @@ bool is_on(std::uint32_t cob_id) {
 
 bool has_identifier(std::uint32_t cob_id, const CanFrame& frame) {
   return (cob_id & cob::kIdMask) == frame.id;
-}
-
-/// Of an expedited transfer, either way.
-std::uint32_t value_in(std::span<const std::uint8_t, 8> data) {
-  const bool size_told = (data[0] & 1U) != 0;
-  const std::size_t size = size_told ? 4U - ((data[0] >> 2U) & 3U) : 4U;
-  return canopen::load_le(data.subspan(4, size));
 }
 
 }  // namespace
@@ -76,11 +70,11 @@ PdoDirectory::Node PdoDirectory::delivered(std::uint8_t node_id) {
 }
 
 void PdoDirectory::set(Node& node, const Value& value) {
-  const auto of = [&value](auto& pdos, std::uint32_t communication, std::uint32_t mapping) {
+  const auto of = [&value](auto& pdos, std::uint16_t communication, std::uint16_t mapping) {
     for (std::uint32_t n = 0; n < pdos.size(); ++n) {
       Parameters& pdo = pdos[n];
-      if (value.index == communication + n && value.sub == 1) pdo.cob_id = value.bits;
-      if (value.index != mapping + n || value.sub > canopen::kMappable) continue;
+      if (value.index == object::nth(communication, n) && value.sub == 1) pdo.cob_id = value.bits;
+      if (value.index != object::nth(mapping, n) || value.sub > canopen::kMappable) continue;
       if (value.sub == 0) {
         pdo.count = static_cast<std::uint8_t>(std::min<std::uint32_t>(value.bits, canopen::kMappable));
       } else {
@@ -121,7 +115,7 @@ void PdoDirectory::hear_request(Known& known, const CanFrame& frame) {
   known.request.reset();
   if (!writes && !reads) return;
   const auto index = static_cast<std::uint16_t>(canopen::load_le(data.subspan<1, 2>()));
-  known.request = Request{writes, {index, data[3], writes ? value_in(data) : 0}};
+  known.request = Request{writes, {index, data[3], writes ? canopen::load_le(sdo::expedited(data)) : 0}};
 }
 
 void PdoDirectory::hear_answer(std::uint8_t node_id, Known& known, const CanFrame& frame) {
@@ -132,7 +126,7 @@ void PdoDirectory::hear_answer(std::uint8_t node_id, Known& known, const CanFram
   const bool names_it = canopen::load_le(data.subspan<1, 2>()) == value.index && data[3] == value.sub;
   const bool is_done = request->write ? data[0] == 0x60 : (data[0] & 0xE2U) == 0x42U;
   if (!names_it || !is_done) return;
-  if (!request->write) value.bits = value_in(data);
+  if (!request->write) value.bits = canopen::load_le(sdo::expedited(data));
   set(known.now, value);
   const bool of_pdos = value.sub == kAllParameters || value.sub == kCommunicationParameters;
   if (!request->write || !of_pdos) return;
@@ -143,11 +137,11 @@ void PdoDirectory::hear_answer(std::uint8_t node_id, Known& known, const CanFram
 void PdoDirectory::learn(Session& session) {
   const std::uint8_t node_id = session.node_id();
   Node node = delivered(node_id);
-  const auto ask = [&](auto& pdos, std::uint32_t communication, std::uint32_t mapping) {
+  const auto ask = [&](auto& pdos, std::uint16_t communication, std::uint16_t mapping) {
     for (std::uint32_t n = 0; n < pdos.size(); ++n) {
       Parameters& pdo = pdos[n];
-      const auto index = static_cast<std::uint16_t>(mapping + n);
-      pdo.cob_id = session.read<std::uint32_t>(static_cast<std::uint16_t>(communication + n), 1);
+      const std::uint16_t index = object::nth(mapping, n);
+      pdo.cob_id = session.read<std::uint32_t>(object::nth(communication, n), 1);
       if (!is_on(pdo.cob_id)) continue;
       pdo.count =
           std::min(session.read<std::uint8_t>(index, 0), static_cast<std::uint8_t>(canopen::kMappable));
@@ -178,9 +172,13 @@ std::optional<Pdo> PdoDirectory::read(const CanFrame& frame) const {
   }
   const auto named = static_cast<std::uint8_t>(frame.id & 0x7FU);  // by the predefined connection set
   const auto of_named = known_.find(named);
-  const Node node = of_named == known_.end() ? delivered(named) : of_named->second.now;
-  const auto has_it = [&frame](std::uint32_t cob_id) { return has_identifier(cob_id, frame); };
-  if (of_named == known_.end() && named != 0) {
+  const bool is_known = of_named != known_.end();
+  static const Node bases = delivered(0);
+  const Node& node = is_known ? of_named->second.now : bases;
+  const auto has_it = [&](std::uint32_t cob_id) {
+    return has_identifier(is_known || (cob_id & cob::kIdMask) == 0 ? cob_id : cob_id + named, frame);
+  };
+  if (!is_known && named != 0) {
     if (auto pdo = among(named, node.tpdo, false, has_it)) return pdo;
   }
   for (const auto& [node_id, known] : known_) {

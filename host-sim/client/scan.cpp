@@ -100,7 +100,7 @@ BoardSummary summarise(Session& session) {
   board.fault = read_fault(session);
   board.compatible = session.read<std::uint32_t>(object::kSchema, 1) == own_schema_hash();
   for (std::uint16_t chamber = 0; chamber < kChambers; ++chamber) {
-    const auto state = static_cast<std::uint16_t>(object::kSetState + chamber);
+    const std::uint16_t state = object::nth(object::kSetState, chamber);
     if (session.read<std::uint32_t>(state, 3) != 0) ++board.models;
   }
   return board;

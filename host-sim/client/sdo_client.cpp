@@ -86,8 +86,7 @@ std::string SdoClient::silence_text(double since_s) {
   if (beat_->state != canopen::NmtState::stopped)
     return fmt::format("; its heartbeat says that it is {}", nmt_name(beat_->state));
   return "; its heartbeat says that it is stopped, a state in which no node answers: plenum nmt "
-         "--pre-operational "
-         "ends it";
+         "--pre-operational ends it";
 }
 
 void SdoClient::fail(const Object& object, Abort code, const std::string& found) {
@@ -139,12 +138,11 @@ std::vector<std::uint8_t> SdoClient::read_answered(const Object& object, const B
     fail(object, Abort::unknown_command,
          fmt::format("command {:02X}h, expected an initiate upload response", command));
   }
-  const bool expedited = (command & 0x02U) != 0;
-  const bool sized = (command & 0x01U) != 0;
-  if (expedited) {
-    const std::size_t size = sized ? 4U - ((command >> 2) & 3U) : 4U;
-    return {first.begin() + 4, first.begin() + 4 + static_cast<std::ptrdiff_t>(size)};
+  if ((command & 0x02U) != 0) {
+    const std::span<const std::uint8_t> value = sdo::expedited(first);
+    return {value.begin(), value.end()};
   }
+  const bool sized = (command & 0x01U) != 0;
   const std::size_t announced =
       sized ? canopen::load_le(std::span(first).subspan<4, 4>()) : config_.largest_bytes;
   std::vector<std::uint8_t> bytes;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 namespace plenum::host::client::sdo {
 
@@ -17,6 +18,12 @@ constexpr std::uint8_t byte(unsigned value) {
 
 constexpr bool begins_block_download(std::uint8_t command) {
   return (command & 0xE1U) == 0xC0U;
+}
+
+/// The value in an initiate frame that carries it (expedited), of a request or of an answer.
+constexpr std::span<const std::uint8_t> expedited(std::span<const std::uint8_t, 8> frame) {
+  const bool is_sized = (frame[0] & 0x01U) != 0;
+  return frame.subspan(4, is_sized ? 4U - ((frame[0] >> 2U) & 3U) : 4U);
 }
 
 /// Command and multiplexer; the last four bytes are zero.

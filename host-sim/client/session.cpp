@@ -21,12 +21,7 @@ namespace object = canopen::object;
 namespace word = canopen::word;
 
 constexpr std::uint16_t kSyncOverflow = 0x1019;
-constexpr std::uint32_t kSupplyTpdo = 3;  ///< of a stream: TPDO4
-constexpr double kPoll_s = 0.01;          ///< between two looks at a state that changes at a tick's edge
-
-std::uint16_t chamber_index(std::uint16_t base, std::size_t chamber) {
-  return static_cast<std::uint16_t>(base + chamber);
-}
+constexpr double kPoll_s = 0.01;  ///< between two looks at a state that changes at a tick's edge
 
 std::uint8_t low_byte(unsigned value) {
   return static_cast<std::uint8_t>(value);
@@ -217,7 +212,7 @@ void Session::reset_fault() {
 
 std::vector<std::uint8_t> Session::download_model(std::uint8_t chamber) {
   try {
-    return sdo_read_domain(chamber_index(object::kActiveModel, chamber), 0);
+    return sdo_read_domain(object::nth(object::kActiveModel, chamber), 0);
   } catch (const SdoAbort& abort) {
     if (abort.code == static_cast<std::uint32_t>(Abort::no_data)) return {};
     throw;
@@ -244,7 +239,7 @@ void Session::configure_setpoints(SetpointFormat format) {
   const auto map = [this](std::uint32_t n, std::uint8_t type, std::span<const std::uint32_t> objects,
                           bool on) {
     const std::uint32_t cob_id = cob::kRpdo1 + 0x100 * n + node_id_;
-    map_pdo(chamber_index(object::kRpdoCommunication, n), chamber_index(object::kRpdoMapping, n),
+    map_pdo(object::nth(object::kRpdoCommunication, n), object::nth(object::kRpdoMapping, n),
             on ? cob_id : cob_id | cob::kInvalid, type, objects);
   };
   if (format == SetpointFormat::pascal) {
@@ -332,7 +327,7 @@ Stream Session::configure_stream(const StreamConfig& config) {
       objects.push_back(canopen::mapping_entry(object::kCodes + chamber, 1, 16));
       objects.push_back(canopen::mapping_entry(object::kCodes + chamber, 2, 16));
     }
-    map_each_tick(4 + chamber, first_cob_id + chamber, config.every_ticks, objects);
+    map_each_tick(kStreamTpdo + chamber, first_cob_id + chamber, config.every_ticks, objects);
   }
   const std::uint32_t supply_cob_id = cob::kTpdo1 + 0x100 * kSupplyTpdo + node_id_;
   if (config.supply)
@@ -347,16 +342,16 @@ void Session::map_each_tick(std::uint32_t tpdo, std::uint32_t cob_id, unsigned e
                             std::span<const std::uint32_t> objects) {
   constexpr std::uint8_t kOnEvent = 255;
   constexpr unsigned kTick_ms = config::kTick_us / 1000, kTick_100us = config::kTick_us / 100;
-  const std::uint16_t communication = chamber_index(object::kTpdoCommunication, tpdo);
+  const std::uint16_t communication = object::nth(object::kTpdoCommunication, tpdo);
   write(communication, 1, cob::kInvalid | cob::kNoRtr);
   write(communication, 3, static_cast<std::uint16_t>(kTick_100us * every_ticks - kTick_100us / 2));
   write(communication, 5, static_cast<std::uint16_t>(kTick_ms * every_ticks));
-  map_pdo(communication, chamber_index(object::kTpdoMapping, tpdo), cob::kNoRtr | cob_id, kOnEvent, objects);
+  map_pdo(communication, object::nth(object::kTpdoMapping, tpdo), cob::kNoRtr | cob_id, kOnEvent, objects);
 }
 
 void Session::stop_stream() {
   for (std::size_t chamber = 0; chamber < kChambers; ++chamber) {
-    write(chamber_index(object::kTpdoCommunication, 4 + chamber), 1, cob::kInvalid | cob::kNoRtr);
+    write(object::nth(object::kTpdoCommunication, kStreamTpdo + chamber), 1, cob::kInvalid | cob::kNoRtr);
   }
 }
 

@@ -204,9 +204,9 @@ class Session {
   /// std::invalid_argument for one that the board would refuse.
   void send_setpoints(std::span<const double, kChambers> setpoints_Pa);
 
-  /// Maps TPDO4 to the supply where that is asked for, and TPDO5+c for the chambers asked for to c of a block of identifiers on which nobody streams, by which it listens for
-  /// 40 ms; switches those of the others off. Throws ChannelTaken when others stream on every block, std::invalid_argument for a
-  /// pause that is none.
+  /// Maps TPDO4 to the supply where that is asked for, and TPDO5+c for the chambers asked for to c of a block of identifiers on which
+  /// nobody streams, by which it listens for 40 ms; switches those of the others off. Throws ChannelTaken when others stream on every
+  /// block, std::invalid_argument for a pause that is none.
   Stream configure_stream(const StreamConfig& config);
   void stop_stream();
 

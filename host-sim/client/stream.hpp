@@ -27,6 +27,9 @@ inline constexpr std::size_t kChambers = plenum::config::kChambers;
 
 inline constexpr double kCommandLsb_V = 10.0 / 65535.0;  ///< of 2220h + c:1 (2228h:1)
 
+inline constexpr std::uint32_t kSupplyTpdo = 3;  ///< of those of a board, from 0: the supply's ...
+inline constexpr std::uint32_t kStreamTpdo = 4;  ///< ... and chamber 0's
+
 inline constexpr std::uint32_t kStreamIds = 0x680;        ///< the first of the first block
 inline constexpr std::uint32_t kStreamBlock = kChambers;  ///< identifiers of a block
 inline constexpr std::uint32_t kStreamBlocks = 12;

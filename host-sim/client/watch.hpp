@@ -1,6 +1,5 @@
-// A board as a bystander on the bus sees it: what its PDOs, its master's, its heartbeat and its emergencies carry. Sends
-// nothing but what learn_mapping() asks.
-// What is older than kStale_s is not shown as if it were of now.
+// A board as a bystander on the bus sees it: what its PDOs, its master's, its heartbeat and its emergencies carry. Sends nothing but
+// what learn_mapping() asks. What is older than kStale_s is not shown as if it were of now.
 #pragma once
 
 #include <array>

@@ -78,6 +78,12 @@ std::vector<std::string> refinements_left_out(const effects::ChamberEffects& of,
 
 }  // namespace
 
+std::vector<std::string> GreyboxModel::without() const {
+  std::vector<std::string> all = left_out;
+  all.insert(all.end(), refinements_left_out.begin(), refinements_left_out.end());
+  return all;
+}
+
 GreyboxModel greybox_of(const trace::RigDescription& rig, std::optional<unsigned> chamber, double at_s) {
   const effects::ChamberEffects of = effects_of(rig);
   const auto figure = [&](effects::Id id, std::size_t place) {

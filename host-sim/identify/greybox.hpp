@@ -36,13 +36,15 @@ struct GreyboxModel {
   /// The rig as the model has it: without these. It keeps sensor_bias, which is calibrated away, and null_drift, where the model's null
   /// stands.
   trace::RigDescription rig;
+
+  /// Both that are left out.
+  std::vector<std::string> without() const;
 };
 
 /// Carries area_shape, flow_function, volume_error, chamber_leak, dead_time, spool_lag, valve_hysteresis, sensor_lag and
-/// supply_droop, without the parameters that refine them but those of which a board has a form (area_shape's bends, a coil as a longer period, the share
-/// of a measured supply), of heat_transfer the exponent, and
-/// tube_dynamics as above. A spool's coil, and damping beyond the board's range, become
-/// a longer period: it is as late in all as the rig's. A null that drifts stands where it is `at_s` [s] after a log's first row.
+/// supply_droop, without the parameters that refine them but area_shape's bends, a spool's coil and the share of a measured supply, of
+/// heat_transfer the exponent, and tube_dynamics as above. A spool's coil, and damping beyond the board's range, become a longer period:
+/// it is as late in all as the rig's. A null that drifts stands where it is `at_s` [s] after a log's first row.
 /// Throws trace::InputError when an effect is not the catalogue's, or a figure beyond what a board takes.
 GreyboxModel greybox_of(const trace::RigDescription& rig, std::optional<unsigned> chamber = std::nullopt,
                         double at_s = 0.0);

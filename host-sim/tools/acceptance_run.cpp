@@ -19,7 +19,6 @@ constexpr unsigned kRoundTrips = 300;
 constexpr double kSilence_s = 0.5;       ///< without a row of the stream: the board or the bus is gone
 constexpr std::size_t kSupplyRows = 10;  ///< from one reading of the supply to the next
 constexpr std::uint8_t kVolumeGain = 5;  ///< of kChamberSettings
-constexpr std::uint8_t kSupplyLow = 3;   ///< of kBoardSettings
 constexpr std::uint32_t kCutTicks = 2;   ///< whose rows were on their way when the ticks were read
 
 /// Ticks and overruns, and the time of the link when they were so.
@@ -52,10 +51,6 @@ void require_not_stopped(const AcceptancePlan& plan) {
         "stopped by hand before all was measured: nothing is judged, expected a run to its end");
 }
 
-std::uint16_t of_chamber(std::uint16_t index, std::size_t chamber) {
-  return static_cast<std::uint16_t>(index + chamber);
-}
-
 /// What is at the inputs, from here to the end of the rest.
 struct Inputs {
   std::vector<std::vector<double>> position_V;  ///< per chamber
@@ -69,12 +64,12 @@ void read_inputs(client::Session& session, const Inputs& inputs, AcceptanceRun& 
     return reading;
   };
   for (std::size_t c = 0; c < run.rest_Pa.size(); ++c) {
-    const bool in_use = session.read<std::uint8_t>(of_chamber(object::kChamberChoices, c), 1) != 0;
+    const bool in_use = client::is_in_use(session, c);
     run.reading.push_back(judge(fmt::format("pressure {}", c + 1), run.rest_Pa[c], in_use));
     run.pressure_stuck = run.pressure_stuck || (in_use && !run.reading.back().changed);
     run.position.push_back(judge(fmt::format("position {}", c + 1), inputs.position_V[c], in_use));
     run.volume_gain_mL_per_V.push_back(
-        static_cast<double>(session.read<float>(of_chamber(object::kChamberSettings, c), kVolumeGain)));
+        static_cast<double>(session.read<float>(object::nth(object::kChamberSettings, c), kVolumeGain)));
   }
   if (!inputs.supply_Pa.empty()) run.supply = judge("supply", inputs.supply_Pa, true);
 }
@@ -86,7 +81,7 @@ void listen_at_rest(MeteredLink& link, client::Session& session, const client::S
   const auto whole = static_cast<std::uint8_t>((1U << plan.chambers) - 1U);
   run.rest_Pa.resize(plan.chambers);
   Inputs inputs{.position_V = std::vector<std::vector<double>>(plan.chambers), .supply_Pa = {}};
-  const bool supply_watched = session.read<float>(object::kBoardSettings, kSupplyLow) > 0.0F;
+  const bool supply_watched = client::watches_supply(session);
   std::size_t seen = 0;
   const client::Subscription subscription(session, [&](const client::Arrival& arrival) {
     stream.accept(arrival.time_s, arrival.frame, [&](const client::StreamRow& row) {

@@ -134,8 +134,7 @@ void save_model(const Options& options, std::uint32_t date_s, const trace::RigDe
   model.file.fit["rms_one_step_kPa"] = 1e-3 * identify::chamber::next_tick_rms_Pa(scene, 0, scene.nominal);
   state_origin(model.file, date_s, found);
   trace::write_model(options.save_model, model.file);
-  std::vector<std::string> without = model.left_out;
-  without.insert(without.end(), model.refinements_left_out.begin(), model.refinements_left_out.end());
+  const std::vector<std::string> without = model.without();
   options.output.print("model: {}{}\n", options.save_model,
                        without.empty() ? "" : ", without " + listed(without, "and"));
   if (found.effects.contains("null_drift"))

@@ -138,8 +138,8 @@ Command add_monitor(Program& program) {
   Arguments arguments = program.command(
       "monitor",
       "Watch a board live, in the terminal, a browser or PlotJuggler. It asks how the board's PDOs are "
-      "mapped, "
-      "then listens, and changes nothing, unless --stream asks for more; exit code 1 when nothing was heard");
+      "mapped, then listens, and changes nothing, unless --stream asks for more; exit code 1 when nothing "
+      "was heard");
   options->board.add_to(arguments);
   arguments.option("--seconds", options->seconds, "How long; 0: until Ctrl-C [s]")
       .not_negative()

@@ -42,10 +42,14 @@ constexpr unsigned kMostPreview_ticks = 8;
 
 constexpr double kNone_ticks = 0.05;  ///< hardly seen, and printed as 0.0
 
-/// A valve's delay and what a prompt one needs, as far as a board can be told.
+/// A valve's delay and what a prompt one needs.
+double ticks_over(double delay_s) {
+  return delay_s / kTick_s + client::FollowOptions{}.preview_ticks;
+}
+
+/// Likewise, as far as a board can be told.
 unsigned preview_over(double delay_s) {
-  const auto ticks = static_cast<unsigned>(std::ceil(std::max(0.0, delay_s / kTick_s - kNone_ticks)));
-  return std::min(ticks + client::FollowOptions{}.preview_ticks, kMostPreview_ticks);
+  return std::min(static_cast<unsigned>(std::ceil(ticks_over(delay_s) - kNone_ticks)), kMostPreview_ticks);
 }
 
 int run(const Options& options) {
@@ -121,7 +125,7 @@ int run(const Options& options) {
         "enough\n",
         delay_s / kTick_s, wanted_ticks);
   }
-  const double beyond_ticks = delay_s / kTick_s + client::FollowOptions{}.preview_ticks - kMostPreview_ticks;
+  const double beyond_ticks = ticks_over(delay_s) - kMostPreview_ticks;
   if (beyond_ticks > kNone_ticks) {
     options.output.print(
         "the models have a valve late by {:.1f} ticks: {:.1f} more than any preview makes up for\n",

@@ -207,7 +207,7 @@ void Machine::start(canopen::ControlMode mode) {
   session.write(0x1016, 1, std::uint32_t{kMaster} << 16U | kHeartbeat_ms);
   session.write(canopen::object::kControlMode, 0, static_cast<std::int8_t>(mode));
   for (std::size_t c = 0; c < kChambers; ++c) {
-    session.write(static_cast<std::uint16_t>(canopen::object::kExcitation + c), 5, 350e3F);
+    session.write(canopen::object::nth(canopen::object::kExcitation, c), 5, 350e3F);
     session.write(canopen::object::of_module(canopen::object::kHoldSetpoint, c), 1, std::int16_t{2500});
   }
   put(0, {1, kNode});

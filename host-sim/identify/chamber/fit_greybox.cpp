@@ -474,9 +474,7 @@ trace::ModelFile to_model_file(const GreyboxFit& fit, std::optional<unsigned> ch
   file.fit["converged"] = fit.converged;
   file.fit["stop"] = fit.stop;
   file.fit["effects"] = fit.kept;
-  for (const std::vector<std::string>* const names : {&made.left_out, &made.refinements_left_out}) {
-    for (const std::string& name : *names) file.fit["left_out"].push_back(name);
-  }
+  for (const std::string& name : made.without()) file.fit["left_out"].push_back(name);
   for (const TriedEffects& one : fit.tried) {
     file.fit["tried"].push_back({{"effects", one.effects}, {"rms_heldout_kPa", one.heldout_kPa}});
   }

@@ -288,7 +288,7 @@ TEST(ExcitationOnTheBus, HasARangeOfItsOwnInEachChamber) {
   Bench bench;
   bench.board.start();
   bench.session.write(object::kControlMode, 0, std::int8_t{-1});
-  const auto of_fourth = static_cast<std::uint16_t>(object::kExcitation + 3);
+  const std::uint16_t of_fourth = object::nth(object::kExcitation, 3);
   bench.session.write<float>(of_fourth, 2, 4.5F);
   bench.session.write<float>(of_fourth, 3, 5.5F);
   EXPECT_EQ(bench.session.read<float>(object::kExcitation, 2), 3.0F) << "that of the first is its own";
