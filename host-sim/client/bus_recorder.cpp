@@ -14,7 +14,8 @@ bool BusRecorder::take(double timeout_s) {
   const auto frame = link_.receive(timeout_s);
   if (!frame) return false;
   const double time_s = link_.now_s() - begin_s_;
-  const std::uint64_t time_us = begin_us_ + static_cast<std::uint64_t>(std::llround(time_s * 1e6));
+  const std::uint64_t time_us =
+      link_.stamp_us().value_or(begin_us_ + static_cast<std::uint64_t>(std::llround(time_s * 1e6)));
   if (const std::uint64_t lost = link_.lost(); lost > lost_) {
     gaps_.push_back({.before_frame = frames_, .time_s = time_s, .lost = lost - lost_});
     lost_ = lost;

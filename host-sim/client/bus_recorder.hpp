@@ -19,8 +19,8 @@ class BusRecorder {
     std::uint64_t lost = 0;
   };
 
-  /// `channel`: the name of the bus in the log. `begin_us`: the time at which it begins [us since the epoch]. Link and log must outlive
-  /// the recorder.
+  /// `channel`: the name of the bus in the log. A frame has the time that its stamp says; where the link has no stamps, that at which it
+  /// was taken, counted from `begin_us` [us since 1970]. Link and log must outlive the recorder.
   BusRecorder(Link& link, std::ostream& log, std::string channel, std::uint64_t begin_us);
 
   /// Takes the next frame, for which it waits `timeout_s` at most, and writes it, where frames have been lost before it behind an

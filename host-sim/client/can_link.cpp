@@ -22,8 +22,13 @@ double CanLink::now_s() const {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
 }
 
+std::optional<std::uint64_t> CanLink::stamp_us() const {
+  const std::uint64_t received_ns = can_.received_ns();
+  return received_ns == 0 ? std::nullopt : std::optional(received_ns / 1000);
+}
+
 std::optional<std::uint32_t> CanLink::bit_rate() const {
-  return board::drivers::can_bit_rate(interface_);
+  return board::drivers::can_interface(interface_).bit_rate;
 }
 
 void CanLink::send(const CanFrame& frame) {

@@ -20,6 +20,8 @@ class CanLink final : public Link {
   std::optional<CanFrame> receive(double timeout_s) override;
   double now_s() const override;
   std::uint64_t lost() const override { return can_.lost(); }
+  /// The kernel's, since 1970.
+  std::optional<std::uint64_t> stamp_us() const override;
   /// As the kernel has it; a virtual interface has none.
   std::optional<std::uint32_t> bit_rate() const override;
 

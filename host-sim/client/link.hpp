@@ -25,6 +25,9 @@ class Link {
   /// Frames that had no room where they wait for receive(), since the link was opened: as far as the frames received so far tell.
   /// 0, too, where the link cannot know.
   virtual std::uint64_t lost() const { return 0; }
+  /// When the frame that receive() returned last was on the bus, by whoever took it from there (kernel, socketcand server) [us since an
+  /// epoch of its own]; empty where the link does not learn of it.
+  virtual std::optional<std::uint64_t> stamp_us() const { return std::nullopt; }
   /// Of the bus [bit/s]; empty where the link cannot know.
   virtual std::optional<std::uint32_t> bit_rate() const { return std::nullopt; }
 };

@@ -18,6 +18,7 @@ class PatientLink final : public Link {
   std::optional<CanFrame> receive(double timeout_s) override { return link_->receive(patience_ * timeout_s); }
   double now_s() const override { return link_->now_s() / patience_; }
   std::uint64_t lost() const override { return link_->lost(); }
+  std::optional<std::uint64_t> stamp_us() const override { return link_->stamp_us(); }
   std::optional<std::uint32_t> bit_rate() const override { return link_->bit_rate(); }
 
  private:

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "host-sim/wire/tcp.hpp"
+#include "host-sim/wire/time_stamp.hpp"
 
 namespace plenum::host::client {
 
@@ -36,7 +37,10 @@ std::optional<CanFrame> SocketcandLink::receive(double timeout_s) {
   const double until_s = now_s() + timeout_s;
   while (const std::optional<std::string> message = next_message(until_s)) {
     const auto words = wire::words_of(*message);
-    if (const std::optional<CanFrame> frame = wire::parse_frame(words)) return frame;
+    if (const std::optional<CanFrame> frame = wire::parse_frame(words)) {
+      stamp_us_ = wire::parse_stamp_us(words[2]);
+      return frame;
+    }
     // An error frame carries its class in hex and a time; anything else is what the server did not like.
     const bool is_error = !words.empty() && words.front() == "error";
     const bool is_error_frame =

@@ -1,7 +1,7 @@
 // A link over a socketcand server: a daemon in front of a real bus, or `plenum sim`.
 //
-// No thread. The server's time stamps are not used, the link's time is this machine's monotonic clock. Error frames of the
-// server's bus are passed over.
+// No thread. The link's time is this machine's monotonic clock; the server's stamps are told beside it. Error frames of the server's bus
+// are passed over.
 #pragma once
 
 #include "host-sim/client/bus_address.hpp"
@@ -21,6 +21,8 @@ class SocketcandLink final : public Link {
   /// Throws std::runtime_error when the server is gone or tells an error, once the frames before it are taken.
   std::optional<CanFrame> receive(double timeout_s) override;
   double now_s() const override { return stream_.now_s(); }
+  /// As the server writes it, with six decimals.
+  std::optional<std::uint64_t> stamp_us() const override { return stamp_us_; }
 
  private:
   void expect(const char* word, const std::string& after, double until_s);
@@ -28,6 +30,7 @@ class SocketcandLink final : public Link {
 
   ByteStream stream_;
   wire::MessageReader reader_;
+  std::optional<std::uint64_t> stamp_us_;
 };
 
 }  // namespace plenum::host::client

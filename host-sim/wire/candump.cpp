@@ -4,6 +4,8 @@
 
 #include <charconv>
 
+#include "host-sim/wire/time_stamp.hpp"
+
 namespace plenum::host::wire {
 namespace {
 
@@ -21,20 +23,6 @@ bool take_until(std::string_view& text, char mark, std::string_view& taken) {
   if (at == std::string_view::npos) return false;
   taken = text.substr(0, at);
   text.remove_prefix(at + 1);
-  return true;
-}
-
-/// "1700000000.123456", with six decimals.
-bool read_time(std::string_view text, std::uint64_t& time_us) {
-  std::string_view seconds_text;
-  std::uint64_t seconds = 0;
-  std::uint64_t us = 0;
-  constexpr std::uint64_t kLargest_s = UINT64_MAX / 1'000'000 - 1;
-  if (!take_until(text, '.', seconds_text) || text.size() != 6 || !read_number(seconds_text, seconds, 10) ||
-      !read_number(text, us, 10) || seconds > kLargest_s) {
-    return false;
-  }
-  time_us = seconds * 1'000'000 + us;
   return true;
 }
 
@@ -81,9 +69,12 @@ std::optional<LoggedFrame> parse_candump(std::string_view line) {
   frame.extended = identifier.size() == 8;
   const std::uint32_t largest = frame.extended ? kErrorFlag | 0x1FFF'FFFFU : 0x7FFU;
   if ((identifier.size() != 3 && !frame.extended) || !read_number(identifier, frame.id, 16) ||
-      frame.id > largest || channel.empty() || !read_time(time, logged.time_us)) {
+      frame.id > largest || channel.empty()) {
     return std::nullopt;
   }
+  const std::optional<std::uint64_t> stamp_us = parse_stamp_us(time);
+  if (!stamp_us) return std::nullopt;
+  logged.time_us = *stamp_us;
   const bool fd = data.starts_with('#');
   if (fd ? !is_fd_data(data.substr(1)) : !read_data(data, frame)) return std::nullopt;
   logged.classic = !fd && (frame.id & kErrorFlag) == 0;

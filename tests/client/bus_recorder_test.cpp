@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <deque>
 #include <sstream>
 
@@ -52,6 +53,36 @@ TEST(BusRecorder, WritesWhatComesAndMarksWhereFramesAreMissing) {
   EXPECT_EQ(recorder.gaps()[0].lost, 3U);
   EXPECT_EQ(recorder.gaps()[1].before_frame, 3U);
   EXPECT_EQ(recorder.gaps()[1].lost, 2U);
+}
+
+/// Frames that lay where they wait for ten seconds, and one of which nobody knows when it came.
+class StampingLink final : public Link {
+ public:
+  void send(const CanFrame&) override {}
+  std::optional<CanFrame> receive(double) override {
+    if (taken_ == stamps_us_.size()) return std::nullopt;
+    stamp_us_ = stamps_us_[taken_++];
+    return canopen::frame_from("705 7F");
+  }
+  double now_s() const override { return 10.0; }
+  std::optional<std::uint64_t> stamp_us() const override { return stamp_us_; }
+
+ private:
+  std::array<std::optional<std::uint64_t>, 3> stamps_us_ = {1'600'000'000'000'250, 1'600'000'000'010'251,
+                                                            std::nullopt};
+  std::size_t taken_ = 0;
+  std::optional<std::uint64_t> stamp_us_;
+};
+
+TEST(BusRecorder, AFrameHasTheTimeAtWhichItWasOnTheBusAndNotAtWhichItWasTaken) {
+  StampingLink link;
+  std::ostringstream log;
+  BusRecorder recorder(link, log, "can0", 1'700'000'000'000'000);
+  while (recorder.take(0.0)) continue;
+  EXPECT_EQ(log.str(),
+            "(1600000000.000250) can0 705#7F\n"
+            "(1600000000.010251) can0 705#7F\n"
+            "(1700000000.000000) can0 705#7F\n");
 }
 
 TEST(BusRecorder, HasNoGapWhereNothingIsLost) {

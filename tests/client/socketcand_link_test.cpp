@@ -84,6 +84,7 @@ TEST(SocketcandLink, OpensItsChannelInRawModeAndCarriesFramesBothWays) {
   SocketcandLink link(peer.address());
   link.send(frame_of(0x605, {0x40, 0x00, 0x10, 0, 0, 0, 0, 0}));
   EXPECT_EQ(link.receive(kSoon_s), frame_of(0x585, {0x43, 0x00, 0x10, 0x00, 0x98, 0x01, 0x00, 0x00}));
+  EXPECT_EQ(link.stamp_us(), 1'000'000U) << "the server's";
 }
 
 TEST(SocketcandLink, FramesMayComeInPiecesAndTogether) {

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "host-sim/wire/time_stamp.hpp"
+
 namespace plenum::host::wire {
 namespace {
 
@@ -65,6 +67,14 @@ TEST(SocketcandMessage, WhatIsNoFrameIsNone) {
         "< frame 123 1.0 0G >", "< frame FFFFFFFF 1.0 00 >", "< error 004 1.0 >", "< ok >"}) {
     EXPECT_FALSE(frame_in(text)) << text;
   }
+}
+
+TEST(TimeStamp, IsSecondsWithSixDecimals) {
+  EXPECT_EQ(parse_stamp_us("23.424242"), 23'424'242U);
+  EXPECT_EQ(parse_stamp_us("1700000000.000001"), 1'700'000'000'000'001U);
+  for (const char* text : {"23", "23.", "23.4", "23.4242421", ".424242", "23,424242", "-1.424242",
+                           "23.-42424", "99999999999999.000000"})
+    EXPECT_EQ(parse_stamp_us(text), std::nullopt) << text;
 }
 
 std::vector<std::string> all(MessageReader& reader) {
