@@ -3,8 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <cstdint>
-#include <optional>
 #include <string>
 
 #include "firmware/ports/can_bus.hpp"
@@ -22,16 +20,6 @@ std::string trouble_of(Interface& bus, const std::string& name) {
   if (bus.state() == ports::CanState::bus_off)
     return fmt::format("can:{}: is off the bus, expected one that takes part in it (wiring, bit rate)", name);
   return {};
-}
-
-/// Empty: it is the one that board.toml states, or the interface has none, as a vcan. A board at another rate hears nothing but errors,
-/// and disturbs all others.
-inline std::string bit_rate_trouble(std::optional<std::uint32_t> runs_bit_s, unsigned stated_kbit,
-                                    const std::string& name) {
-  if (!runs_bit_s || *runs_bit_s == stated_kbit * 1000U) return {};
-  return fmt::format(
-      "can:{}: runs at {:g} kbit/s, expected the {} of can.bit_rate_kbit (BitRate= of 80-can0.network)", name,
-      *runs_bit_s / 1000.0, stated_kbit);
 }
 
 }  // namespace plenum::board

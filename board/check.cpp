@@ -22,6 +22,7 @@
 #include <utility>
 #include <vector>
 
+#include "board/bit_rate.hpp"
 #include "board/bus_check.hpp"
 #include "board/config/last_accepted.hpp"
 #include "board/drivers/can_bit_rate.hpp"
@@ -36,7 +37,6 @@
 #include "board/rt/real_time.hpp"
 #include "board/say.hpp"
 #include "firmware/board.hpp"
-#include "firmware/canopen/lss.hpp"
 
 namespace plenum::board {
 namespace {
@@ -264,11 +264,6 @@ void check_output(const config::BoardFile& board, Page& page) {
     page.line(true, "analog output", fmt::format("{} opened, none written", fitted));
 }
 
-unsigned stated_kbit(const config::BoardFile& board) {
-  return plenum::canopen::kBitRates_kbit.at(
-      static_cast<std::size_t>(std::countr_zero(board.settings.node.bit_rates)));
-}
-
 /// What the kernel counts a device among, as "watchdog"; empty: it is none, or the kernel does not say.
 std::string subsystem_of(const struct stat& device) {
   if (!S_ISCHR(device.st_mode)) return {};
@@ -328,12 +323,13 @@ bool check(const config::BoardFile& board) {
   page.line(true, "configuration", fmt::format("{} chambers in use", in_use));
   page.attempt("bus", [&] {
     drivers::SocketCan can(board.interface);
-    const std::optional<std::uint32_t> bit_rate = drivers::can_bit_rate(board.interface);
+    const drivers::CanInterface interface = drivers::can_interface(board.interface);
+    const BitRate wanted = wanted_bit_rate(board, stored_lss(board.store));
     for (const std::string& trouble :
-         {trouble_of(can, board.interface), bit_rate_trouble(bit_rate, stated_kbit(board), board.interface)})
+         {trouble_of(can, board.interface), bit_rate_trouble(interface, wanted, board.interface)})
       if (!trouble.empty()) throw std::runtime_error(trouble);
-    return bit_rate ? fmt::format("{}, {} kbit/s", board.interface, *bit_rate / 1000)
-                    : fmt::format("{}, which has no bit rate", board.interface);
+    return interface.bit_rate ? fmt::format("{}, {} kbit/s", board.interface, *interface.bit_rate / 1000)
+                              : fmt::format("{}, which has no bit rate", board.interface);
   });
   check_lines(board.gpio, page);
   check_input(board, page);

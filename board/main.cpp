@@ -12,6 +12,7 @@
 #include <string_view>
 #include <thread>
 
+#include "board/bit_rate.hpp"
 #include "board/check.hpp"
 #include "board/config/board_file.hpp"
 #include "board/config/last_accepted.hpp"
@@ -23,7 +24,6 @@
 #include "board/rt/watchdog.hpp"
 #include "board/say.hpp"
 #include "firmware/board.hpp"
-#include "firmware/canopen/lss.hpp"
 
 namespace {
 
@@ -60,15 +60,11 @@ int refuse(ExitCode code, const char* why) {
   return code;
 }
 
-/// LSS may have been told a rate that the interface is not set to any more.
+/// LSS may have been told a rate before the installer stated another.
 void compare_bit_rates(const config::BoardFile& file, unsigned stored_kbit) {
-  const auto& rates = plenum::canopen::kBitRates_kbit;
-  for (std::size_t row = 0; row < rates.size(); ++row) {
-    const bool set = (unsigned{file.settings.node.bit_rates} >> row & 1U) != 0;
-    if (set && stored_kbit != 0 && stored_kbit != rates[row])
-      warn(fmt::format("LSS has stored {} kbit/s, expected the {} of can.bit_rate_kbit, which counts",
-                       stored_kbit, rates[row]));
-  }
+  if (file.bit_rate_kbit && stored_kbit != 0 && stored_kbit != *file.bit_rate_kbit)
+    warn(fmt::format("LSS has stored {} kbit/s, expected the {} of can.bit_rate_kbit, which counts",
+                     stored_kbit, *file.bit_rate_kbit));
 }
 
 /// A disk may take long: no tick waits for it.
@@ -86,6 +82,12 @@ bool make_outputs_safe(const std::string& path) {
   const bool safe = make_safe(chosen.board);
   tell(chosen.refusal);  // last: who reads it may let it wait
   return safe;
+}
+
+/// Of a board whose file is refused the loop says so.
+void prepare_bus(const std::string& path) {
+  const std::string done = set_bit_rate(config::choose_board(path, config::state_folder()).board);
+  if (!done.empty()) tell(done);
 }
 
 int run(const config::BoardFile& file) {
@@ -124,14 +126,21 @@ int main(int argc, char** argv) {
   std::string path = "/etc/plenum/board.toml";
   bool only_check = false;
   bool only_safe = false;
+  bool only_bus = false;
   program.add_option("--config", path, "What the board is made of")->capture_default_str();
   auto* check_flag = program.add_flag(
       "--check", only_check,
       "Read the configuration, open and read each device; no output changes, valve power and vent included");
+  auto* safe_flag =
+      program
+          .add_flag("--safe", only_safe,
+                    "Set the outputs to their safe values and switch the valve power off, then end")
+          ->excludes(check_flag);
   program
-      .add_flag("--safe", only_safe,
-                "Set the outputs to their safe values and switch the valve power off, then end")
-      ->excludes(check_flag);
+      .add_flag("--set-bit-rate", only_bus,
+                "Set the CAN interface to the bit rate of the configuration, or that LSS stored, then end")
+      ->excludes(check_flag)
+      ->excludes(safe_flag);
   program.footer(
       "Exit codes: 0 done, or stopped by SIGTERM; 1 a device failed, or the guard; 2 bad usage, or a "
       "configuration that is refused while none accepted before stands in for it.\n"
@@ -146,6 +155,10 @@ int main(int argc, char** argv) {
   }
   try {
     if (only_check) return check(config::read_board(path)) ? kDone : kFailed;
+    if (only_bus) {
+      prepare_bus(path);
+      return kDone;
+    }
     if (only_safe) return make_outputs_safe(path) ? kDone : kFailed;
     const config::ChosenBoard chosen = config::choose_board(path, config::state_folder());
     tell(chosen.refusal);

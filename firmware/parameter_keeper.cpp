@@ -9,10 +9,8 @@ using canopen::Kept;
 using canopen::StoreOrder;
 using config::RecordRow;
 
-// Rows below the object dictionary: index 0.
-constexpr std::uint8_t kNodeIdSub = 1;   ///< LSS: U8
-constexpr std::uint8_t kBitRateSub = 2;  ///< LSS: U16 [kbit/s]
-constexpr std::uint8_t kSavedIdSub = 3;  ///< the node id when communication parameters were saved: U8
+// A row below the object dictionary, index 0, after those of config::LssSettings.
+constexpr std::uint8_t kSavedIdRow = 3;  ///< the node id when communication parameters were saved: U8
 
 constexpr std::uint8_t kMaxNodeId = 127;
 
@@ -63,7 +61,7 @@ void ParameterKeeper::start(Controller& controller) noexcept {
       const auto chamber = static_cast<std::uint8_t>(row.index - canopen::object::kActiveModel);
       if (!controller.restore(chamber, row.value)) skipped_.skip(row.index, row.sub);
     } else if (canopen::group_of_row(row.index) == Kept::no) {
-      read_lss(row);
+      read_name(row);
     }
   }
   hand_to(controller);
@@ -73,15 +71,10 @@ void ParameterKeeper::start(Controller& controller) noexcept {
   loss_ = loss_ || values.settings_lost;
 }
 
-void ParameterKeeper::read_lss(const RecordRow& row) noexcept {
-  const std::uint32_t value = canopen::load_le(row.value);
-  const bool byte = row.index == 0 && row.value.size() == 1 && value <= kMaxNodeId;
-  if (byte && row.sub == kNodeIdSub) {
-    lss_.node_id = static_cast<std::uint8_t>(value);
-  } else if (byte && row.sub == kSavedIdSub) {
-    saved_id_ = static_cast<std::uint8_t>(value);
-  } else if (row.index == 0 && row.sub == kBitRateSub && row.value.size() == 2) {
-    lss_.bit_rate_kbit = static_cast<std::uint16_t>(value);
+void ParameterKeeper::read_name(const RecordRow& row) noexcept {
+  if (config::take_row(lss_, row)) return;
+  if (row.index == 0 && row.sub == kSavedIdRow && row.value.size() == 1 && row.value[0] <= kMaxNodeId) {
+    saved_id_ = row.value[0];
   } else {
     skipped_.skip(row.index, row.sub);
   }
@@ -95,8 +88,8 @@ bool ParameterKeeper::compose(const Controller& controller, const StoreOrder& or
   config::RowWriter next(body_[1 - in_force_]);
   next_lss_ = order.what == StoreOrder::What::lss ? changed(lss_, order.lss) : lss_;
   next_saved_id_ = saved_id_;
-  add(next, kNodeIdSub, next_lss_.node_id, 1);
-  add(next, kBitRateSub, next_lss_.bit_rate_kbit, 2);
+  add(next, config::kNodeIdRow, next_lss_.node_id, 1);
+  add(next, config::kBitRateRow, next_lss_.bit_rate_kbit, 2);
   for (std::uint8_t c = 0; c < config::kChambers; ++c) {
     const auto index = static_cast<std::uint16_t>(canopen::object::kActiveModel + c);
     std::span<const std::uint8_t> image = controller.active_image(c);
@@ -105,7 +98,7 @@ bool ParameterKeeper::compose(const Controller& controller, const StoreOrder& or
   }
   collect(controller, Kept::communication, order, next);
   collect(controller, Kept::application, order, next);
-  add(next, kSavedIdSub, next_saved_id_, 1);
+  add(next, kSavedIdRow, next_saved_id_, 1);
   next_size_ = next.size();
   return !next.overflowed();
 }

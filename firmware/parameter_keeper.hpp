@@ -48,7 +48,7 @@ class ParameterKeeper {
   using Body = std::array<std::uint8_t, config::kMaxBodyBytes>;
 
   std::span<const std::uint8_t> kept() const noexcept { return std::span(body_[in_force_]).first(size_); }
-  void read_lss(const config::RecordRow& row) noexcept;
+  void read_name(const config::RecordRow& row) noexcept;
   void hand_to(Controller& controller) noexcept;
   /// Returns false when the set is larger than a slot.
   bool compose(const Controller& controller, const canopen::StoreOrder& order) noexcept;

@@ -121,12 +121,14 @@ std::uint32_t read_number32(TomlTable& table, std::string_view key) {
   return static_cast<std::uint32_t>(table.whole(key, 0, kAny32).value_or(0));
 }
 
-/// The rate that the interface is set to: LSS is to offer no other, for the program does not change it.
-std::uint16_t read_bit_rate(TomlTable& can) {
-  const auto kbit = can.whole("bit_rate_kbit", 10, 1000).value_or(1000);
-  const auto row = canopen::row_of_bit_rate(1000U * static_cast<std::uint32_t>(kbit));
-  if (!row) can.refuse("bit_rate_kbit", fmt::format("= {}", kbit), "1000, 800, 500, 250, 125, 50, 20 or 10");
-  return static_cast<std::uint16_t>(1U << *row);
+/// Of a rate that is stated LSS offers no other.
+void read_bit_rate(TomlTable& can, BoardFile& board) {
+  const auto kbit = can.whole("bit_rate_kbit", 10, 1000);
+  if (!kbit) return;
+  const auto row = canopen::row_of_bit_rate(1000U * static_cast<std::uint32_t>(*kbit));
+  if (!row) can.refuse("bit_rate_kbit", fmt::format("= {}", *kbit), "1000, 800, 500, 250, 125, 50, 20 or 10");
+  board.bit_rate_kbit = static_cast<std::uint16_t>(*kbit);
+  board.settings.node.bit_rates = static_cast<std::uint16_t>(1U << *row);
 }
 
 void read_can(TomlTable& document, BoardFile& board) {
@@ -135,7 +137,7 @@ void read_can(TomlTable& document, BoardFile& board) {
   canopen::Config& node = board.settings.node;
   node.node_id =
       static_cast<std::uint8_t>(can.whole("node_id", 1, 127).value_or(canopen::kUnconfiguredNodeId));
-  node.bit_rates = read_bit_rate(can);
+  read_bit_rate(can, board);
   node.identity.hardware_version = "Linux board";
   node.identity.vendor_id = read_number32(can, "vendor_id");
   node.identity.product_code = read_number32(can, "product_code");

@@ -31,8 +31,9 @@ struct RealTime {
 };
 
 struct BoardFile {
-  std::string text;       ///< as it was read
-  std::string interface;  ///< of CAN: "can0"
+  std::string text;                              ///< as it was read
+  std::string interface;                         ///< of CAN: "can0"
+  std::optional<std::uint16_t> bit_rate_kbit{};  ///< of the bus, one of CiA 305; empty: LSS gives it
   drivers::IioInputConfig analog_in;
   drivers::IioOutputConfig analog_out;
   std::array<bool, plenum::config::kChambers>

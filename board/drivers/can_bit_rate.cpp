@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstddef>
 #include <cstring>
 #include <stdexcept>
 #include <string_view>
@@ -21,8 +22,12 @@ namespace {
 
 using Bytes = std::span<const std::byte>;
 
-[[noreturn]] void refuse(const std::string& interface, const std::string& found) {
-  throw std::runtime_error("can:" + interface + ": bit rate: " + found + ", expected the kernel's answer");
+constexpr std::uint32_t kRestart_ms =
+    100;  ///< that a controller stays off the bus after a bus-off; the kernel's 0 is for good
+
+[[noreturn]] void refuse(const std::string& interface, const std::string& found,
+                         const std::string& expected = "the kernel's answer") {
+  throw std::runtime_error("can:" + interface + ": bit rate: " + found + ", expected " + expected);
 }
 
 /// Messages and attributes begin at multiples of four.
@@ -54,59 +59,167 @@ bool is_can(Bytes kind) noexcept {
   return kind.size() == kCan.size() && std::memcmp(kind.data(), kCan.data(), kCan.size()) == 0;
 }
 
-class Socket {
+template <class T>
+void append(std::vector<std::byte>& message, const T& value) {
+  const auto bytes = std::as_bytes(std::span(&value, 1));
+  message.insert(message.end(), bytes.begin(), bytes.end());
+  message.resize(aligned(message.size()));
+}
+
+/// Appends an attribute that holds what `content` appends.
+template <class Content>
+void append_attribute(std::vector<std::byte>& message, unsigned short type, const Content& content) {
+  const std::size_t begin = message.size();
+  append(message, rtattr{.rta_len = 0, .rta_type = type});
+  content();
+  const auto length = static_cast<unsigned short>(message.size() - begin);
+  std::memcpy(message.data() + begin + offsetof(rtattr, rta_len), &length, sizeof length);
+}
+
+std::vector<std::byte> link_request(unsigned short type, const ifinfomsg& link) {
+  std::vector<std::byte> message;
+  append(message, nlmsghdr{.nlmsg_len = NLMSG_LENGTH(sizeof link),
+                           .nlmsg_type = type,
+                           .nlmsg_flags = NLM_F_REQUEST,
+                           .nlmsg_seq = 0,
+                           .nlmsg_pid = 0});
+  append(message, link);
+  return message;
+}
+
+/// Its length as it is, and that the kernel is to answer also when all went well.
+void finish(std::vector<std::byte>& message) {
+  auto head = at_start<nlmsghdr>(message).value();
+  head.nlmsg_len = static_cast<std::uint32_t>(message.size());
+  head.nlmsg_flags |= NLM_F_ACK;
+  std::memcpy(message.data(), &head, sizeof head);
+}
+
+std::vector<std::byte> state_request(int index, bool up) {
+  const unsigned flag = IFF_UP;
+  auto message = link_request(RTM_NEWLINK, {.ifi_family = AF_UNSPEC,
+                                            .__ifi_pad = 0,
+                                            .ifi_type = 0,
+                                            .ifi_index = index,
+                                            .ifi_flags = up ? flag : 0U,
+                                            .ifi_change = flag});
+  finish(message);
+  return message;
+}
+
+class Kernel {
  public:
-  Socket() : descriptor_(::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_ROUTE)) {}
-  ~Socket() {
-    if (descriptor_ >= 0) ::close(descriptor_);
+  explicit Kernel(const std::string& interface)
+      : interface_(interface), socket_(::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_ROUTE)) {
+    const timeval patience{.tv_sec = 1, .tv_usec = 0};
+    if (socket_ >= 0 && ::setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience) == 0)
+      return;
+    const std::string why = std::strerror(errno);
+    if (socket_ >= 0) ::close(socket_);
+    refuse(interface_, why);
   }
-  Socket(const Socket&) = delete;
-  Socket& operator=(const Socket&) = delete;
-  int descriptor() const noexcept { return descriptor_; }
+  ~Kernel() { ::close(socket_); }
+  Kernel(const Kernel&) = delete;
+  Kernel& operator=(const Kernel&) = delete;
+
+  int index() const {
+    const unsigned index = ::if_nametoindex(interface_.c_str());
+    if (index == 0) refuse(interface_, "no such interface");
+    return static_cast<int>(index);
+  }
+
+  /// The RTM_NEWLINK that describes the interface.
+  std::vector<std::byte> describe() const {
+    const auto answer = ask(link_request(RTM_GETLINK, {.ifi_family = AF_UNSPEC,
+                                                       .__ifi_pad = 0,
+                                                       .ifi_type = 0,
+                                                       .ifi_index = index(),
+                                                       .ifi_flags = 0,
+                                                       .ifi_change = 0}));
+    const auto head = at_start<nlmsghdr>(answer);
+    if (!head || head->nlmsg_type != RTM_NEWLINK) refuse(interface_, "no answer to RTM_GETLINK");
+    return answer;
+  }
+
+  /// Has `request` carried out. Returns 0, or the errno for which the kernel did not.
+  int order(const std::vector<std::byte>& request) const {
+    const auto answer = ask(request);
+    const auto head = at_start<nlmsghdr>(answer);
+    const auto error =
+        at_start<nlmsgerr>(Bytes(answer).subspan(std::min<std::size_t>(NLMSG_HDRLEN, answer.size())));
+    if (!head || head->nlmsg_type != NLMSG_ERROR || !error) refuse(interface_, "no answer to RTM_NEWLINK");
+    return -error->error;
+  }
 
  private:
-  int descriptor_;
+  std::vector<std::byte> ask(const std::vector<std::byte>& request) const {
+    std::vector<std::byte> answer(32768);  // of which the kernel needs an eighth or so
+    if (::send(socket_, request.data(), request.size(), 0) < 0) refuse(interface_, std::strerror(errno));
+    const ssize_t length = ::recv(socket_, answer.data(), answer.size(), 0);
+    if (length < 0) refuse(interface_, std::strerror(errno));
+    answer.resize(static_cast<std::size_t>(length));
+    return answer;
+  }
+
+  std::string interface_;
+  int socket_;
 };
 
 }  // namespace
 
-std::optional<std::uint32_t> bit_rate_in(Bytes answer) noexcept {
+CanInterface interface_in(Bytes answer) noexcept {
+  CanInterface interface;
   const auto head = at_start<nlmsghdr>(answer);
   constexpr std::size_t kBefore = NLMSG_HDRLEN + NLMSG_ALIGN(sizeof(ifinfomsg));
   if (!head || head->nlmsg_type != RTM_NEWLINK || head->nlmsg_len > answer.size() ||
       head->nlmsg_len < kBefore)
-    return std::nullopt;
+    return interface;
+  interface.up = (at_start<ifinfomsg>(answer.subspan(NLMSG_HDRLEN)).value().ifi_flags & IFF_UP) != 0;
   const Bytes link = attribute(answer.subspan(kBefore, head->nlmsg_len - kBefore), IFLA_LINKINFO);
-  if (!is_can(attribute(link, IFLA_INFO_KIND))) return std::nullopt;
-  const auto timing = at_start<can_bittiming>(attribute(attribute(link, IFLA_INFO_DATA), IFLA_CAN_BITTIMING));
-  return timing ? std::optional(timing->bitrate) : std::nullopt;
+  interface.controller = is_can(attribute(link, IFLA_INFO_KIND));
+  const Bytes data = interface.controller ? attribute(link, IFLA_INFO_DATA) : Bytes{};
+  if (const auto timing = at_start<can_bittiming>(attribute(data, IFLA_CAN_BITTIMING)))
+    interface.bit_rate = timing->bitrate;
+  return interface;
 }
 
-std::optional<std::uint32_t> can_bit_rate(const std::string& interface) {
-  const unsigned index = ::if_nametoindex(interface.c_str());
-  if (index == 0) refuse(interface, "no such interface");
-  struct {
-    nlmsghdr head;
-    ifinfomsg link;
-  } question{};
-  question.head.nlmsg_len = sizeof question;
-  question.head.nlmsg_type = RTM_GETLINK;
-  question.head.nlmsg_flags = NLM_F_REQUEST;
-  question.link.ifi_family = AF_UNSPEC;
-  question.link.ifi_index = static_cast<int>(index);
-  const Socket socket;
-  const timeval patience{.tv_sec = 1, .tv_usec = 0};
-  alignas(nlmsghdr) std::array<std::byte, 32768> answer{};  // of which the kernel needs an eighth or so
-  if (socket.descriptor() < 0 ||
-      ::setsockopt(socket.descriptor(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience) != 0 ||
-      ::send(socket.descriptor(), &question, sizeof question, 0) < 0)
-    refuse(interface, std::strerror(errno));
-  const ssize_t length = ::recv(socket.descriptor(), answer.data(), answer.size(), 0);
-  if (length < 0) refuse(interface, std::strerror(errno));
-  const Bytes message(answer.data(), static_cast<std::size_t>(length));
-  const auto head = at_start<nlmsghdr>(message);
-  if (!head || head->nlmsg_type != RTM_NEWLINK) refuse(interface, "no answer to RTM_GETLINK");
-  return bit_rate_in(message);
+std::vector<std::byte> bit_rate_request(int interface_index, std::uint32_t bit_rate) {
+  auto message = link_request(RTM_NEWLINK, {.ifi_family = AF_UNSPEC,
+                                            .__ifi_pad = 0,
+                                            .ifi_type = 0,
+                                            .ifi_index = interface_index,
+                                            .ifi_flags = 0,
+                                            .ifi_change = 0});
+  append_attribute(message, IFLA_LINKINFO, [&] {
+    append_attribute(message, IFLA_INFO_KIND, [&] { append(message, std::array{'c', 'a', 'n', '\0'}); });
+    append_attribute(message, IFLA_INFO_DATA, [&] {
+      append_attribute(message, IFLA_CAN_BITTIMING, [&] {
+        can_bittiming timing{};
+        timing.bitrate = bit_rate;
+        append(message, timing);
+      });
+      append_attribute(message, IFLA_CAN_RESTART_MS, [&] { append(message, kRestart_ms); });
+    });
+  });
+  finish(message);
+  return message;
+}
+
+CanInterface can_interface(const std::string& name) {
+  return interface_in(Kernel(name).describe());
+}
+
+void set_can_bit_rate(const std::string& name, std::uint32_t bit_rate) {
+  const Kernel kernel(name);
+  const int index = kernel.index();
+  const auto require = [&](int error, const std::string& what) {
+    if (error != 0) refuse(name, what + ": " + std::strerror(error), "the kernel to do it");
+  };
+  require(kernel.order(state_request(index, false)), "taking it down");
+  const int refusal = kernel.order(bit_rate_request(index, bit_rate));
+  const int silence = kernel.order(state_request(index, true));
+  require(refusal, std::to_string(bit_rate) + " bit/s");
+  require(silence, "bringing it up");
 }
 
 }  // namespace plenum::board::drivers

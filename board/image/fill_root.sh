@@ -20,7 +20,7 @@ mkdir -p "$root/boot/efi"
 # At the start the last partition, and the file system in it, take what the medium has left: those of type "linux" in make_image.sh.
 mkdir -p "$root/etc/repart.d"
 printf '[Partition]\nType=linux-generic\n' >"$root/etc/repart.d/50-plenum.conf"
-# It sets up can0, as the package of plenumd says, and a wired Ethernet where there is one. Nothing waits for that.
+# It sets up a wired Ethernet where there is one. Nothing waits for that.
 systemctl -q --root="$root" enable systemd-networkd
 cat >"$root/etc/systemd/network/90-ethernet.network" <<'ETHERNET'
 [Match]

@@ -3,6 +3,9 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
+
+#include "firmware/config/parameter_record.hpp"
 
 namespace plenum::config {
 
@@ -12,5 +15,15 @@ struct LssSettings {
 
   friend bool operator==(const LssSettings&, const LssSettings&) noexcept = default;
 };
+
+/// Their rows in a stored set stand below the object dictionary: index 0, and these sub-indices.
+inline constexpr std::uint8_t kNodeIdRow = 1;   ///< U8
+inline constexpr std::uint8_t kBitRateRow = 2;  ///< U16 [kbit/s]
+
+/// Takes the value of `row` over. False: it is none of these rows, or no value that it may have.
+bool take_row(LssSettings& settings, const RecordRow& row) noexcept;
+
+/// Those of a stored set.
+LssSettings lss_in(std::span<const std::uint8_t> body) noexcept;
 
 }  // namespace plenum::config

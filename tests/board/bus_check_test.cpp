@@ -49,14 +49,5 @@ TEST(BusCheck, OneThatTakesPartIsWellAndHearsNothingFromTheCheck) {
   }
 }
 
-TEST(BusCheck, ABitRateOtherThanTheStatedOneIsToldWithBoth) {
-  EXPECT_EQ(bit_rate_trouble(1'000'000, 1000, "can0"), "");
-  EXPECT_EQ(bit_rate_trouble(std::nullopt, 1000, "vcan0"), "") << "one that has none";
-  EXPECT_EQ(
-      bit_rate_trouble(500'000, 1000, "can0"),
-      "can:can0: runs at 500 kbit/s, expected the 1000 of can.bit_rate_kbit (BitRate= of 80-can0.network)");
-  EXPECT_EQ(bit_rate_trouble(83'333, 125, "can0").rfind("can:can0: runs at 83.333 kbit/s", 0), 0U);
-}
-
 }  // namespace
 }  // namespace plenum::board

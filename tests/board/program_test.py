@@ -65,6 +65,10 @@ class Mistakes(unittest.TestCase):
                           for line, key in ((2, "can.interface"), (4, "analog_input.rate_Hz"), (6, "store.folder"))])
         self.assertEqual(done.returncode, 2)
 
+    def test_of_three_orders_only_one_is_taken(self):
+        for order in "--check", "--safe":
+            self.assertEqual(run("--set-bit-rate", order).returncode, 2)
+
     def test_an_option_that_is_none_ends_with_2(self):
         self.assertEqual(run("--chekc").returncode, 2)
 
@@ -91,6 +95,16 @@ class NoDevices(unittest.TestCase):
     def describe(self, folder=None, more=""):
         """Writes board.toml, with this store and `more` of [real_time]."""
         self.board.write_text(BOARD.format(folder=folder or self.folder, interface=self.interface) + more, encoding="utf-8")
+
+    def test_an_interface_without_a_bit_rate_is_left_alone_and_one_that_is_not_there_is_named(self):
+        done = run("--config", str(self.board), "--set-bit-rate")
+        self.assertEqual(done.stderr, f"plenumd: can:{self.interface}: bit rate: no such interface, expected the kernel's answer\n")
+        self.assertEqual(done.returncode, 1)
+        self.interface = "lo"
+        self.describe()
+        done = run("--config", str(self.board), "--set-bit-rate")
+        self.assertEqual((done.stderr, done.returncode), ("", 0))
+        self.assertEqual(list(self.folder.glob("slot-*")), [], "it has made a store")
 
     def last_checked(self, **environment):
         """The last line of --check."""

@@ -7,7 +7,9 @@ import sys
 import unittest
 from pathlib import Path
 
-UNIT = Path(sys.argv.pop(1)) / "board/service/plenumd.service"
+SERVICE = Path(sys.argv.pop(1)) / "board/service"
+UNIT = SERVICE / "plenumd.service"
+BUS = SERVICE / "plenumd-bus.service"
 MOST_EXPOSED = 2.5
 
 
@@ -18,17 +20,18 @@ def text():
 class PlenumdService(unittest.TestCase):
     @unittest.skipUnless(shutil.which("systemd-analyze"), "no systemd-analyze here: apt-get install systemd")
     def test_it_is_little_exposed(self):
-        run = subprocess.run(["systemd-analyze", "security", "--offline=true", "--no-pager", str(UNIT)],
-                             capture_output=True, text=True, check=True)
-        level = re.search(r"Overall exposure level for \S+: ([0-9.]+)", run.stdout)
-        self.assertIsNotNone(level, run.stdout + run.stderr)
-        self.assertLess(float(level.group(1)), MOST_EXPOSED, run.stdout)
+        for unit in UNIT, BUS:
+            run = subprocess.run(["systemd-analyze", "security", "--offline=true", "--no-pager", str(unit)],
+                                 capture_output=True, text=True, check=True)
+            level = re.search(r"Overall exposure level for \S+: ([0-9.]+)", run.stdout)
+            self.assertIsNotNone(level, run.stdout + run.stderr)
+            self.assertLess(float(level.group(1)), MOST_EXPOSED, run.stdout)
 
     @unittest.skipUnless(shutil.which("systemd-analyze"), "no systemd-analyze here: apt-get install systemd")
     def test_systemd_understands_every_line(self):
-        run = subprocess.run(["systemd-analyze", "verify", "--man=no", str(UNIT)], capture_output=True, text=True)
+        run = subprocess.run(["systemd-analyze", "verify", "--man=no", str(UNIT), str(BUS)], capture_output=True, text=True)
         # the program and its user are not installed on the machine that builds
-        said = [line for line in run.stderr.splitlines() if "plenumd.service" in line and "not executable" not in line]
+        said = [line for line in run.stderr.splitlines() if re.search(r"plenumd(-bus)?[.]service", line) and "not executable" not in line]
         self.assertEqual(said, [])
 
     def test_the_outputs_go_safe_however_it_ends_and_wait_for_no_sandbox(self):
@@ -46,6 +49,16 @@ class PlenumdService(unittest.TestCase):
 
     def test_it_stores_where_check_takes_its_folder_to_be(self):
         self.assertRegex(text(), r"(?m)^StateDirectory=plenum$")
+
+    def test_its_interface_is_set_up_before_it_starts_and_whenever_it_appears(self):
+        self.assertRegex(text(), r"(?m)^Wants=plenumd-bus[.]service$")
+        self.assertRegex(text(), r"(?m)^After=plenumd-bus[.]service ")
+        bus = BUS.read_text(encoding="utf-8")
+        self.assertRegex(bus, r"(?m)^ExecStart=/usr/bin/plenumd .*--set-bit-rate$")
+        self.assertRegex(bus, r"(?m)^WantedBy=sys-subsystem-net-devices-can0[.]device$")
+        # nobody else sets the rate that a board was told
+        network = (SERVICE / "80-can0.network").read_text(encoding="utf-8")
+        self.assertRegex(network, r"(?m)^Unmanaged=yes$")
 
     def test_it_is_not_root_and_holds_no_capability(self):
         self.assertRegex(text(), r"(?m)^User=(?!root$).+$")

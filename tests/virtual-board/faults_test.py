@@ -20,7 +20,7 @@ STALLED = "/sys/module/plenum_frontend/parameters/stalled"
 CONVERTERS = "/sys/bus/platform/drivers/plenum-adc"
 OUTPUTS = "/sys/bus/platform/drivers/plenum-dac"
 BUS_OFF = "/sys/module/plenum_bus_off/parameters/interface"
-RESTART_ms = 100  # RestartSec of 80-can0.network
+RESTART_ms = 100  # that plenumd --set-bit-rate gives the controller
 TICK_ms = 10
 STALE_LIMIT_ticks = 3  # stale_limit_ticks of a chamber
 GUARD_ticks = 5  # guard_ticks of board.toml, left out there
@@ -209,6 +209,27 @@ class BoardAndFaults(unittest.TestCase):
         self.assert_safe("bus down", self.strike("ip link set can0 down"), 10 * TICK_ms)
         self.board.run("ip link set can0 up")
         self.assert_fault("8140h")
+
+    def bit_rate(self):
+        """Of can0, and after how long [ms] the kernel ends a bus-off."""
+        told = json.loads(self.board.run("ip -json -details link show can0"))[0]["linkinfo"]["info_data"]
+        return told["bittiming"]["bitrate"], told["restart_ms"]
+
+    def test_lss_gives_it_a_bit_rate_at_which_its_interface_comes_up(self):
+        """can1 keeps its own: qemu's bus knows no bit times."""
+        self.assertEqual(self.bit_rate(), (1_000_000, RESTART_ms))
+        self.board.plenum("lss", "--set-bit-rate", "500000")
+        self.assertEqual(self.bit_rate(), (1_000_000, RESTART_ms), "it has changed under a board that runs")
+        self.board.run("systemctl restart plenumd")
+        self.assertEqual(self.bit_rate(), (500_000, RESTART_ms))
+        self.board.run("device=$(readlink -f /sys/class/net/can0/device); echo 1 >$device/remove; echo 1 >/sys/bus/pci/rescan")
+        self.until("ip link show can0 | grep -q ,UP")
+        self.assertEqual(self.bit_rate(), (500_000, RESTART_ms), "of an interface that was pulled out and comes again")
+        self.scan()
+        self.board.run("systemctl restart plenumd")
+        self.board.plenum("lss", "--set-bit-rate", "1000000")
+        self.board.run("systemctl restart plenumd")
+        self.assertEqual(self.bit_rate(), (1_000_000, RESTART_ms))
 
     def bus_offs(self):
         """How often the controller was off the bus, and how often the kernel has restarted it."""

@@ -50,7 +50,8 @@ TEST(BoardFile, TheExampleIsReadWhole) {
   EXPECT_EQ(board.interface, "can0");
   EXPECT_EQ(board.settings.node.node_id, 5);
   EXPECT_EQ(board.settings.node.identity.serial, 1U);
-  EXPECT_EQ(board.settings.node.bit_rates, 1U);
+  EXPECT_EQ(board.bit_rate_kbit, std::nullopt);
+  EXPECT_EQ(board.settings.node.bit_rates, 0x1DFU) << "LSS offers what CiA 305 has";
   EXPECT_EQ(board.analog_in.rate_Hz, 0U);
   EXPECT_EQ(board.analog_in.trigger, "");
   ASSERT_EQ(board.analog_in.channels.size(), 17U);
@@ -70,6 +71,13 @@ TEST(BoardFile, TheExampleIsReadWhole) {
   EXPECT_EQ(board.real_time.priority, 80);
   EXPECT_FALSE(board.real_time.cpu.has_value());
   EXPECT_TRUE(board.watchdog.empty());
+}
+
+TEST(BoardFile, OfABitRateThatIsStatedLssOffersNoOther) {
+  const BoardFile board =
+      parse_board(with("interface = \"can0\"", "interface = \"can0\"\nbit_rate_kbit = 250"), "board.toml");
+  EXPECT_EQ(board.bit_rate_kbit, 250);
+  EXPECT_EQ(board.settings.node.bit_rates, 1U << 3) << "row 3 of table 0 of CiA 305";
 }
 
 TEST(BoardFile, SaysHowAReferenceRampsAndWhatIsWatched) {

@@ -39,7 +39,8 @@ Bytes operator+(Bytes left, const Bytes& right) {
 }
 
 constexpr int kNewLink = 16;
-constexpr int kName = 3, kLinkInfo = 18, kKind = 1, kData = 2, kBitTiming = 1, kState = 4, kNested = 0x8000;
+constexpr int kName = 3, kLinkInfo = 18, kKind = 1, kData = 2, kBitTiming = 1, kState = 4, kRestart = 6,
+              kNested = 0x8000;
 
 /// nlmsghdr, ifinfomsg of zeros, attributes.
 Bytes message(int type, const Bytes& attributes) {
@@ -69,16 +70,27 @@ TEST(CanBitRate, IsFoundInTheKernelsAnswer) {
   for (const int bit_rate : {10'000, 125'000, 1'000'000}) {
     const Bytes answer =
         link_of(kCan, attribute(kState, bytes({0, 0, 0, 0})) + attribute(kBitTiming, timing(bit_rate)));
-    EXPECT_EQ(bit_rate_in(answer), static_cast<std::uint32_t>(bit_rate));
+    EXPECT_EQ(interface_in(answer).bit_rate, static_cast<std::uint32_t>(bit_rate));
+    EXPECT_TRUE(interface_in(answer).controller);
+    EXPECT_FALSE(interface_in(answer).up);
+    Bytes up = answer;
+    up.at(16 + 8) = std::byte{0x41};  // ifi_flags: IFF_UP, IFF_RUNNING
+    EXPECT_TRUE(interface_in(up).up);
   }
 }
 
-TEST(CanBitRate, IsNoneOfAnInterfaceOfAnotherKindOrWithoutTiming) {
-  EXPECT_EQ(bit_rate_in(link_of(bytes({'v', 'c', 'a', 'n', 0}), attribute(kBitTiming, timing(1)))),
-            std::nullopt);
-  EXPECT_EQ(bit_rate_in(link_of(kCan, attribute(kState, bytes({0, 0, 0, 0})))), std::nullopt);
-  EXPECT_EQ(bit_rate_in(message(kNewLink, kNameOfCan0)), std::nullopt);
-  EXPECT_EQ(bit_rate_in(message(2, {})), std::nullopt) << "an error, NLMSG_ERROR";
+TEST(CanBitRate, IsNoneOfAnInterfaceOfAnotherKindOrBeforeOneWasSet) {
+  const CanInterface virtual_one =
+      interface_in(link_of(bytes({'v', 'c', 'a', 'n', 0}), attribute(kBitTiming, timing(1))));
+  EXPECT_EQ(virtual_one.bit_rate, std::nullopt);
+  EXPECT_FALSE(virtual_one.controller);
+  const CanInterface fresh = interface_in(link_of(kCan, attribute(kState, bytes({0, 0, 0, 0}))));
+  EXPECT_EQ(fresh.bit_rate, std::nullopt);
+  EXPECT_TRUE(fresh.controller);
+  for (const Bytes& other : {message(kNewLink, kNameOfCan0), message(2, {})}) {  // 2: an error, NLMSG_ERROR
+    EXPECT_EQ(interface_in(other).bit_rate, std::nullopt);
+    EXPECT_FALSE(interface_in(other).controller);
+  }
 }
 
 TEST(CanBitRate, OfAnAnswerThatIsCutShortNothingIsReadBeyondItsEnd) {
@@ -86,25 +98,40 @@ TEST(CanBitRate, OfAnAnswerThatIsCutShortNothingIsReadBeyondItsEnd) {
   for (std::size_t size = 0; size < whole.size(); ++size) {
     // of its own size, so that a memory checker sees each byte beyond
     const Bytes cut(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size));
-    EXPECT_EQ(bit_rate_in(cut), std::nullopt) << size << " bytes";
+    EXPECT_EQ(interface_in(cut).bit_rate, std::nullopt) << size << " bytes";
     Bytes consistent = cut;  // its header says so, too
     if (size < 32) continue;
     consistent[0] = static_cast<std::byte>(size);
-    EXPECT_EQ(bit_rate_in(consistent), std::nullopt) << size << " bytes";
+    EXPECT_EQ(interface_in(consistent).bit_rate, std::nullopt) << size << " bytes";
   }
   for (std::size_t at = 0; at < whole.size(); ++at) {
     for (const int value : {0, 1, 3, 255}) {
       Bytes upset = whole;
       upset[at] = static_cast<std::byte>(value);
-      bit_rate_in(upset);  // ends, within its bytes
+      interface_in(upset);  // ends, within its bytes
     }
   }
 }
 
+TEST(CanBitRate, IsAskedForInTheAttributesInWhichTheKernelTellsIt) {
+  Bytes timing = bytes({0x20, 0xA1, 0x07, 0});  // 500,000
+  timing.resize(32, std::byte{0});              // the rest is the kernel's to work out
+  Bytes expected = message(
+      kNewLink, attribute(kLinkInfo, attribute(kKind, kCan) +
+                                         attribute(kData, attribute(kBitTiming, timing) +
+                                                              attribute(kRestart, bytes({100, 0, 0, 0})))));
+  expected[6] = std::byte{1 | 4};   // NLM_F_REQUEST, NLM_F_ACK
+  expected[16 + 4] = std::byte{7};  // ifi_index
+  EXPECT_EQ(bit_rate_request(7, 500'000), expected);
+}
+
 TEST(CanBitRate, ThisMachinesKernelAnswers) {
-  EXPECT_EQ(can_bit_rate("lo"), std::nullopt);
+  const CanInterface loopback = can_interface("lo");
+  EXPECT_TRUE(loopback.up);
+  EXPECT_FALSE(loopback.controller);
+  EXPECT_EQ(loopback.bit_rate, std::nullopt);
   try {
-    can_bit_rate("plenum-none");
+    can_interface("plenum-none");
     FAIL() << "no failure";
   } catch (const std::runtime_error& error) {
     EXPECT_STREQ(error.what(), "can:plenum-none: bit rate: no such interface, expected the kernel's answer");
