@@ -16,7 +16,7 @@ std::string trouble_of(Interface& bus, const std::string& name) {
   ports::CanFrame frame;
   bus.receive(frame);
   if (bus.is_down())
-    return fmt::format("can:{}: is down, expected one that is up (ip link set {} up)", name, name);
+    return fmt::format("can:{}: is down, expected one that is up (systemctl start plenumd-bus)", name);
   if (bus.state() == ports::CanState::bus_off)
     return fmt::format("can:{}: is off the bus, expected one that takes part in it (wiring, bit rate)", name);
   return {};

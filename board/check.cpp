@@ -323,8 +323,10 @@ bool check(const config::BoardFile& board) {
   page.line(true, "configuration", fmt::format("{} chambers in use", in_use));
   page.attempt("bus", [&] {
     drivers::SocketCan can(board.interface);
-    const drivers::CanInterface interface = drivers::can_interface(board.interface);
-    const BitRate wanted = wanted_bit_rate(board, stored_lss(board.store));
+    const drivers::CanInterface interface =
+        drivers::can_interface(board.interface).value_or(drivers::CanInterface{});
+    const BitRate wanted =
+        wanted_bit_rate(board, stored_lss(board.store).value_or(plenum::config::LssSettings{}), interface);
     for (const std::string& trouble :
          {trouble_of(can, board.interface), bit_rate_trouble(interface, wanted, board.interface)})
       if (!trouble.empty()) throw std::runtime_error(trouble);

@@ -8,6 +8,8 @@
 #include <csignal>
 #include <exception>
 #include <memory>
+#include <optional>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <thread>
@@ -84,6 +86,16 @@ bool make_outputs_safe(const std::string& path) {
   return safe;
 }
 
+/// Empty, too, where the kernel does not answer: it is no reason not to regulate.
+std::optional<drivers::CanInterface> interface_now(const std::string& name) {
+  try {
+    return drivers::can_interface(name);
+  } catch (const std::runtime_error& error) {
+    warn(error.what());
+    return std::nullopt;
+  }
+}
+
 /// Of a board whose file is refused the loop says so.
 void prepare_bus(const std::string& path) {
   const std::string done = set_bit_rate(config::choose_board(path, config::state_folder()).board);
@@ -101,6 +113,7 @@ int run(const config::BoardFile& file) {
   for (const std::string& trouble : hardware.troubles()) warn(trouble);
   plenum::Settings settings = file.settings;
   settings.node.identity.software_version = kVersion;
+  settings.node.bit_rates = rates_for_lss(file, interface_now(file.interface));
   const auto board = std::make_unique<plenum::Board>(settings, hardware.drivers());
   board->start();
   compare_bit_rates(file, board->lss().bit_rate_kbit);

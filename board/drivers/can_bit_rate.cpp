@@ -13,6 +13,7 @@
 #include <array>
 #include <cerrno>
 #include <cstddef>
+#include <cstdlib>
 #include <cstring>
 #include <stdexcept>
 #include <string_view>
@@ -107,6 +108,29 @@ std::vector<std::byte> state_request(int index, bool up) {
   return message;
 }
 
+/// Sets one attribute of a CAN controller.
+template <class T>
+std::vector<std::byte> controller_request(int index, unsigned short type, const T& value) {
+  auto message = link_request(RTM_NEWLINK, {.ifi_family = AF_UNSPEC,
+                                            .__ifi_pad = 0,
+                                            .ifi_type = 0,
+                                            .ifi_index = index,
+                                            .ifi_flags = 0,
+                                            .ifi_change = 0});
+  append_attribute(message, IFLA_LINKINFO, [&] {
+    append_attribute(message, IFLA_INFO_KIND, [&] { append(message, std::array{'c', 'a', 'n', '\0'}); });
+    append_attribute(message, IFLA_INFO_DATA,
+                     [&] { append_attribute(message, type, [&] { append(message, value); }); });
+  });
+  finish(message);
+  return message;
+}
+
+/// 0: there is none.
+int index_of(const std::string& name) {
+  return static_cast<int>(::if_nametoindex(name.c_str()));
+}
+
 class Kernel {
  public:
   explicit Kernel(const std::string& interface)
@@ -122,18 +146,12 @@ class Kernel {
   Kernel(const Kernel&) = delete;
   Kernel& operator=(const Kernel&) = delete;
 
-  int index() const {
-    const unsigned index = ::if_nametoindex(interface_.c_str());
-    if (index == 0) refuse(interface_, "no such interface");
-    return static_cast<int>(index);
-  }
-
   /// The RTM_NEWLINK that describes the interface.
-  std::vector<std::byte> describe() const {
+  std::vector<std::byte> describe(int index) const {
     const auto answer = ask(link_request(RTM_GETLINK, {.ifi_family = AF_UNSPEC,
                                                        .__ifi_pad = 0,
                                                        .ifi_type = 0,
-                                                       .ifi_index = index(),
+                                                       .ifi_index = index,
                                                        .ifi_flags = 0,
                                                        .ifi_change = 0}));
     const auto head = at_start<nlmsghdr>(answer);
@@ -167,7 +185,7 @@ class Kernel {
 
 }  // namespace
 
-CanInterface interface_in(Bytes answer) noexcept {
+CanInterface interface_in(Bytes answer) {
   CanInterface interface;
   const auto head = at_start<nlmsghdr>(answer);
   constexpr std::size_t kBefore = NLMSG_HDRLEN + NLMSG_ALIGN(sizeof(ifinfomsg));
@@ -180,44 +198,69 @@ CanInterface interface_in(Bytes answer) noexcept {
   const Bytes data = interface.controller ? attribute(link, IFLA_INFO_DATA) : Bytes{};
   if (const auto timing = at_start<can_bittiming>(attribute(data, IFLA_CAN_BITTIMING)))
     interface.bit_rate = timing->bitrate;
+  const auto limits = at_start<can_bittiming_const>(attribute(data, IFLA_CAN_BITTIMING_CONST));
+  const auto clock = at_start<can_clock>(attribute(data, IFLA_CAN_CLOCK));
+  if (limits && clock)
+    interface.limits = {.clock_Hz = clock->freq,
+                        .first = {limits->tseg1_min, limits->tseg1_max},
+                        .second = {limits->tseg2_min, limits->tseg2_max},
+                        .prescaler = {limits->brp_min, limits->brp_max, limits->brp_inc}};
+  interface.most = at_start<std::uint32_t>(attribute(data, IFLA_CAN_BITRATE_MAX)).value_or(0);
+  for (Bytes rates = attribute(data, IFLA_CAN_BITRATE_CONST); rates.size() >= sizeof(std::uint32_t);
+       rates = rates.subspan(sizeof(std::uint32_t)))
+    interface.only.push_back(at_start<std::uint32_t>(rates).value());
   return interface;
 }
 
-std::vector<std::byte> bit_rate_request(int interface_index, std::uint32_t bit_rate) {
-  auto message = link_request(RTM_NEWLINK, {.ifi_family = AF_UNSPEC,
-                                            .__ifi_pad = 0,
-                                            .ifi_type = 0,
-                                            .ifi_index = interface_index,
-                                            .ifi_flags = 0,
-                                            .ifi_change = 0});
-  append_attribute(message, IFLA_LINKINFO, [&] {
-    append_attribute(message, IFLA_INFO_KIND, [&] { append(message, std::array{'c', 'a', 'n', '\0'}); });
-    append_attribute(message, IFLA_INFO_DATA, [&] {
-      append_attribute(message, IFLA_CAN_BITTIMING, [&] {
-        can_bittiming timing{};
-        timing.bitrate = bit_rate;
-        append(message, timing);
-      });
-      append_attribute(message, IFLA_CAN_RESTART_MS, [&] { append(message, kRestart_ms); });
-    });
-  });
-  finish(message);
-  return message;
+bool CanInterface::can_run_at(std::uint32_t rate) const noexcept {
+  if (rate == 0 || (most != 0 && rate > most)) return false;
+  if (!only.empty()) return std::find(only.begin(), only.end(), rate) != only.end();
+  if (!limits) return true;
+  constexpr std::int64_t kOneIn = 200;
+  const std::int64_t clock_Hz = limits->clock_Hz;
+  const std::uint32_t least = 1 + limits->first.least + limits->second.least;
+  const std::uint32_t most_quanta = 1 + limits->first.most + limits->second.most;
+  const std::uint32_t step = std::max(limits->prescaler.step, 1U);
+  for (std::uint64_t prescaler = std::max(limits->prescaler.least, 1U); prescaler <= limits->prescaler.most;
+       prescaler += step) {
+    const auto per_quantum = static_cast<std::int64_t>(prescaler) * rate;
+    const std::int64_t quanta = (clock_Hz + per_quantum / 2) / per_quantum;
+    if (quanta < least) break;  // and fewer with each larger one
+    if (quanta <= most_quanta && std::abs(clock_Hz - quanta * per_quantum) * kOneIn <= clock_Hz) return true;
+  }
+  return false;
 }
 
-CanInterface can_interface(const std::string& name) {
-  return interface_in(Kernel(name).describe());
+std::vector<std::byte> bit_rate_request(int interface_index, std::uint32_t bit_rate) {
+  return controller_request(interface_index, IFLA_CAN_BITTIMING, [&] {
+    can_bittiming timing{};
+    timing.bitrate = bit_rate;
+    return timing;
+  }());
+}
+
+std::vector<std::byte> restart_request(int interface_index, std::uint32_t restart_ms) {
+  return controller_request(interface_index, IFLA_CAN_RESTART_MS, restart_ms);
+}
+
+std::optional<CanInterface> can_interface(const std::string& name) {
+  const int index = index_of(name);
+  if (index == 0) return std::nullopt;
+  return interface_in(Kernel(name).describe(index));
 }
 
 void set_can_bit_rate(const std::string& name, std::uint32_t bit_rate) {
   const Kernel kernel(name);
-  const int index = kernel.index();
+  const int index = index_of(name);
   const auto require = [&](int error, const std::string& what) {
     if (error != 0) refuse(name, what + ": " + std::strerror(error), "the kernel to do it");
   };
+  const bool was_up = interface_in(kernel.describe(index)).up;
   require(kernel.order(state_request(index, false)), "taking it down");
   const int refusal = kernel.order(bit_rate_request(index, bit_rate));
-  const int silence = kernel.order(state_request(index, true));
+  // Since Linux 6.16 refused where the driver cannot do it (EOPNOTSUPP), before that taken and without effect.
+  if (refusal == 0) kernel.order(restart_request(index, kRestart_ms));
+  const int silence = was_up || refusal == 0 ? kernel.order(state_request(index, true)) : 0;
   require(refusal, std::to_string(bit_rate) + " bit/s");
   require(silence, "bringing it up");
 }

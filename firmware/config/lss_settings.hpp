@@ -11,7 +11,7 @@ namespace plenum::config {
 
 struct LssSettings {
   std::uint8_t node_id = 0;         ///< 1..127; 0: none stored, the installer's counts
-  std::uint16_t bit_rate_kbit = 0;  ///< [kbit/s]; 0: none stored, the installer's counts
+  std::uint16_t bit_rate_kbit = 0;  ///< [kbit/s]; 0: none stored. The installer's counts, where one is stated
 
   friend bool operator==(const LssSettings&, const LssSettings&) noexcept = default;
 };

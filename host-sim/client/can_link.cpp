@@ -28,7 +28,8 @@ std::optional<std::uint64_t> CanLink::stamp_us() const {
 }
 
 std::optional<std::uint32_t> CanLink::bit_rate() const {
-  return board::drivers::can_interface(interface_).bit_rate;
+  const auto interface = board::drivers::can_interface(interface_);
+  return interface ? interface->bit_rate : std::nullopt;
 }
 
 void CanLink::send(const CanFrame& frame) {

@@ -29,6 +29,11 @@ Json json_of(const wire::LoggedFrame& logged, const client::Decoded& decoded) {
           {"values", values}};
 }
 
+/// A clock that was set while it was recorded may have gone back.
+double seconds_since(const wire::LoggedFrame& first, const wire::LoggedFrame& frame) {
+  return 1e-6 * static_cast<double>(static_cast<std::int64_t>(frame.time_us - first.time_us));
+}
+
 int run(const Options& options) {
   std::ifstream file(options.file);
   if (!file)
@@ -59,14 +64,13 @@ int run(const Options& options) {
     if (logged.frames_missing) {
       ++gaps;
       options.output.print("{:.6f} frames are missing here: a receive buffer was full\n",
-                           static_cast<double>(logged.time_us - frames.front().time_us) * 1e-6);
+                           seconds_since(frames.front(), logged));
       continue;
     }
     const client::Decoded decoded = decoder.decode(logged.frame);
     const std::string node = decoded.node == 0 ? "" : fmt::format("{}", decoded.node);
-    options.output.print("{:.6f} {:03X} {:>9} {:>3}  {}\n",
-                         static_cast<double>(logged.time_us - frames.front().time_us) * 1e-6, logged.frame.id,
-                         decoded.kind, node, decoded.text);
+    options.output.print("{:.6f} {:03X} {:>9} {:>3}  {}\n", seconds_since(frames.front(), logged),
+                         logged.frame.id, decoded.kind, node, decoded.text);
     list.push_back(json_of(logged, decoded));
   }
   if (passed_over > 0) {

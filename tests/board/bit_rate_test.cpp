@@ -23,42 +23,56 @@ config::BoardFile stating(std::optional<std::uint16_t> kbit) {
   return board;
 }
 
-TEST(BitRateOfABoard, IsTheStatedOneElseTheStoredOneElseTheFastest) {
-  EXPECT_EQ(wanted_bit_rate(stating(250), LssSettings{.bit_rate_kbit = 500}).kbit, 250U);
-  EXPECT_EQ(wanted_bit_rate(stating({}), LssSettings{.bit_rate_kbit = 500}).kbit, 500U);
-  EXPECT_EQ(wanted_bit_rate(stating({}), LssSettings{}).kbit, 1000U);
-  EXPECT_EQ(wanted_bit_rate(stating({}), LssSettings{.bit_rate_kbit = 501}).kbit, 1000U) << "no rate of CiA 305";
+drivers::CanInterface running_at(std::optional<std::uint32_t> bit_rate) {
+  return {.up = true, .controller = true, .bit_rate = bit_rate};
+}
+
+TEST(BitRateOfABoard, IsTheStatedOneElseTheStoredOneElseThatWhichThereIsElseTheFastest) {
+  const LssSettings told{.node_id = 0, .bit_rate_kbit = 500};
+  const drivers::CanInterface set_up = running_at(125'000);
+  EXPECT_EQ(wanted_bit_rate(stating(250), told, set_up).bit_s, 250'000U);
+  EXPECT_EQ(wanted_bit_rate(stating({}), told, set_up).bit_s, 500'000U);
+  EXPECT_EQ(wanted_bit_rate(stating({}), LssSettings{}, set_up).bit_s, 125'000U);
+  EXPECT_EQ(wanted_bit_rate(stating({}), LssSettings{}, running_at({})).bit_s, 1'000'000U);
+  const LssSettings none_of_cia_305{.node_id = 0, .bit_rate_kbit = 501};
+  EXPECT_EQ(wanted_bit_rate(stating({}), none_of_cia_305, set_up).bit_s, 125'000U);
 }
 
 TEST(BitRateOfABoard, AnotherOneIsToldWithBothAndWhoSaysSo) {
-  const BitRate wanted = wanted_bit_rate(stating(1000), {});
-  const auto running_at = [](std::optional<std::uint32_t> bit_rate) {
-    return drivers::CanInterface{.up = true, .controller = true, .bit_rate = bit_rate};
-  };
+  const BitRate wanted{1'000'000, "can.bit_rate_kbit"};
   EXPECT_EQ(bit_rate_trouble(running_at(1'000'000), wanted, "can0"), "");
-  EXPECT_EQ(bit_rate_trouble({.up = true, .controller = false, .bit_rate = {}}, wanted, "vcan0"), "") << "one that can have none";
-  EXPECT_EQ(bit_rate_trouble(running_at(500'000), wanted, "can0"),
-            "can:can0: runs at 500 kbit/s, expected the 1000 of can.bit_rate_kbit, which the service sets when it starts");
-  EXPECT_EQ(bit_rate_trouble(running_at({}), wanted, "can0").rfind("can:can0: runs at 0 kbit/s", 0), 0U);
-  EXPECT_EQ(bit_rate_trouble(running_at(83'333), wanted_bit_rate(stating({}), LssSettings{.bit_rate_kbit = 125}), "can0"),
-            "can:can0: runs at 83.333 kbit/s, expected the 125 of what LSS has stored, which the service sets when it starts");
+  EXPECT_EQ(bit_rate_trouble(running_at(1'004'000), wanted, "can0"), "")
+      << "as near as the clock comes to it";
+  EXPECT_EQ(bit_rate_trouble({.up = true, .controller = false, .bit_rate = {}}, wanted, "vcan0"), "")
+      << "one that can have none";
+  EXPECT_EQ(
+      bit_rate_trouble(running_at(500'000), wanted, "can0"),
+      "can:can0: runs at 500 kbit/s, expected the 1000 of can.bit_rate_kbit (systemctl start plenumd-bus)");
+  EXPECT_NE(bit_rate_trouble(running_at(1'013'000), wanted, "can0"), "");
+  EXPECT_NE(bit_rate_trouble(running_at({}), wanted, "can0"), "");
+  EXPECT_EQ(bit_rate_trouble(running_at(83'333), {125'000, "what LSS has stored"}, "can0"),
+            "can:can0: runs at 83.333 kbit/s, expected the 125 of what LSS has stored (systemctl start "
+            "plenumd-bus)");
 }
 
-TEST(BitRateOfABoard, OfAnInterfaceThatHasNoneNothingIsDone) {
-  config::BoardFile loopback = stating(500);
-  loopback.interface = "lo";
-  EXPECT_EQ(set_bit_rate(loopback), "");
+TEST(BitRateOfABoard, OfAnInterfaceThatHasNoneOrIsNotThereNothingIsSet) {
+  config::BoardFile board = stating(500);
+  board.interface = "lo";
+  EXPECT_EQ(set_bit_rate(board), "");
+  board.interface = "plenum-none";
+  EXPECT_EQ(set_bit_rate(board), "can:plenum-none: is not there yet: nothing is set");
 }
 
-TEST(BitRateOfABoard, AnInterfaceThatIsNotThereIsNamed) {
-  config::BoardFile none = stating(500);
-  none.interface = "plenum-none";
-  try {
-    set_bit_rate(none);
-    FAIL() << "no failure";
-  } catch (const std::runtime_error& error) {
-    EXPECT_STREQ(error.what(), "can:plenum-none: bit rate: no such interface, expected the kernel's answer");
-  }
+TEST(BitRateOfABoard, LssMayGiveThoseThatTheControllerCanRunAt) {
+  config::BoardFile any = stating({});
+  any.settings.node.bit_rates = 0x1DF;
+  drivers::CanInterface controller = running_at(500'000);
+  EXPECT_EQ(rates_for_lss(any, controller), 0x1DF) << "nothing is stated of it";
+  controller.only = {125'000, 500'000, 1'000'000};
+  EXPECT_EQ(rates_for_lss(any, controller), 1U << 0 | 1U << 2 | 1U << 4) << "rows of table 0 of CiA 305";
+  EXPECT_EQ(rates_for_lss(any, std::nullopt), 0x1DF) << "none there yet";
+  controller.controller = false;
+  EXPECT_EQ(rates_for_lss(any, controller), 0x1DF) << "a vcan";
 }
 
 struct StoredLss : ::testing::Test {
@@ -93,23 +107,31 @@ TEST_F(StoredLss, IsReadFromTheSlotsOfAnother) {
   EXPECT_EQ(stored_lss(folder), (LssSettings{.node_id = 9, .bit_rate_kbit = 500}));
 }
 
-TEST_F(StoredLss, IsNothingWhereNothingWasStoredAndNoFileIsMade) {
+TEST_F(StoredLss, IsNoneWhereNothingWasStoredAndNoFileIsMade) {
   EXPECT_EQ(stored_lss(folder), LssSettings{});
   EXPECT_EQ(files(), 0U);
   EXPECT_EQ(stored_lss(folder / "none"), LssSettings{});
+}
+
+TEST_F(StoredLss, IsNotTakenForNoneWhereItIsDamaged) {
+  store(kBody);
+  for (const char* slot : {"slot-a.bin", "slot-b.bin"})
+    std::ofstream(folder / slot) << "no set of parameters";
+  EXPECT_EQ(stored_lss(folder), std::nullopt);
 }
 
 TEST_F(StoredLss, FollowsNoLinkAndWaitsForNoPipe) {
   store(kBody);
   const std::filesystem::path other = folder / "other";
   std::filesystem::create_directory(other);
-  for (const char* slot : {"slot-a.bin", "slot-b.bin"}) std::filesystem::create_symlink(folder / slot, other / slot);
-  EXPECT_EQ(stored_lss(other), LssSettings{});
+  for (const char* slot : {"slot-a.bin", "slot-b.bin"})
+    std::filesystem::create_symlink(folder / slot, other / slot);
+  EXPECT_EQ(stored_lss(other), std::nullopt);
   for (const char* slot : {"slot-a.bin", "slot-b.bin"}) {
     std::filesystem::remove(other / slot);
     ASSERT_EQ(::mkfifo((other / slot).c_str(), 0600), 0);
   }
-  EXPECT_EQ(stored_lss(other), LssSettings{});
+  EXPECT_EQ(stored_lss(other), std::nullopt);
 }
 
 }  // namespace

@@ -32,7 +32,8 @@ class OpenedInterface final : public ports::CanBus {
 
 TEST(BusCheck, AnInterfaceThatIsDownIsToldByItsName) {
   OpenedInterface bus(false, CanState::error_active);
-  EXPECT_EQ(trouble_of(bus, "can0"), "can:can0: is down, expected one that is up (ip link set can0 up)");
+  EXPECT_EQ(trouble_of(bus, "can0"),
+            "can:can0: is down, expected one that is up (systemctl start plenumd-bus)");
 }
 
 TEST(BusCheck, AControllerOffTheBusIsToldByItsName) {

@@ -50,12 +50,13 @@ class PlenumdService(unittest.TestCase):
     def test_it_stores_where_check_takes_its_folder_to_be(self):
         self.assertRegex(text(), r"(?m)^StateDirectory=plenum$")
 
-    def test_its_interface_is_set_up_before_it_starts_and_whenever_it_appears(self):
-        self.assertRegex(text(), r"(?m)^Wants=plenumd-bus[.]service$")
+    def test_its_interface_is_set_up_when_it_appears_and_not_when_the_board_alone_starts_anew(self):
+        self.assertNotRegex(text(), r"(?m)^(Wants|Requires|BindsTo)=.*plenumd-bus[.]service")
         self.assertRegex(text(), r"(?m)^After=plenumd-bus[.]service ")
         bus = BUS.read_text(encoding="utf-8")
         self.assertRegex(bus, r"(?m)^ExecStart=/usr/bin/plenumd .*--set-bit-rate$")
-        self.assertRegex(bus, r"(?m)^WantedBy=sys-subsystem-net-devices-can0[.]device$")
+        rules = (SERVICE / "60-plenum.rules").read_text(encoding="utf-8")
+        self.assertRegex(rules, r'(?m)^ACTION=="add", SUBSYSTEM=="net", ATTR{type}=="280", .*ENV{SYSTEMD_WANTS}[+]="plenumd-bus[.]service"$')
         # nobody else sets the rate that a board was told
         network = (SERVICE / "80-can0.network").read_text(encoding="utf-8")
         self.assertRegex(network, r"(?m)^Unmanaged=yes$")

@@ -36,12 +36,12 @@ def send(bus, identifier, data=b""):
 
 
 def wait_for(bus, identifier):
-    """The next frame with this identifier, as bytes."""
+    """The next frame with this identifier."""
     end = time.monotonic() + DEADLINE_S
     while time.monotonic() < end:
         frame = bus.recv(timeout=end - time.monotonic())
         if frame is not None and frame.arbitration_id == identifier:
-            return bytes(frame.data)
+            return frame
     raise AssertionError(f"no frame {identifier:03X} within {DEADLINE_S} s")
 
 
@@ -67,14 +67,14 @@ class PythonCan(unittest.TestCase):
     def test_it_reads_the_device_type_by_sdo(self):
         with ServedRig(PROGRAM, "--chambers", 1) as rig, join(rig) as bus:
             send(bus, 0x601, bytes.fromhex("4000100000000000"))
-            self.assertEqual(wait_for(bus, 0x581).hex(), "430010009801ffff")
+            self.assertEqual(wait_for(bus, 0x581).data.hex(), "430010009801ffff")
 
     def test_each_board_answers_a_sync_of_it(self):
         with ServedRig(PROGRAM, "--chambers", 1, "--boards", 3) as rig, join(rig) as bus:
             send(bus, 0x000, b"\x01\x00")
             send(bus, 0x080)
             for node in (1, 2, 3):
-                self.assertEqual(len(wait_for(bus, 0x180 + node)), 8)
+                self.assertEqual(len(wait_for(bus, 0x180 + node).data), 8)
 
     def test_every_frame_of_one_client_reaches_the_others_in_order(self):
         sent = [k.to_bytes(2, "little") for k in range(2000)]
@@ -118,7 +118,7 @@ class Logs(unittest.TestCase):
         with join(rig) as bus:
             send(bus, 0x000, b"\x01\x00")
             send(bus, 0x080)
-            wait_for(bus, 0x181)
+            self.heard = wait_for(bus, 0x181)
             send(bus, 0x7FF)
         end = time.monotonic() + DEADLINE_S
         while " 7FF#" not in log.read_text(encoding="ascii") and time.monotonic() < end:
@@ -135,6 +135,9 @@ class Logs(unittest.TestCase):
             self.assertIn((0x080, ""), ours)
             read = [(frame.arbitration_id, frame.data.hex().upper()) for frame in can.CanutilsLogReader(str(log))]
             self.assertEqual(read, ours)
+            stamps = [frame.timestamp for frame in can.CanutilsLogReader(str(log)) if frame.arbitration_id == 0x181]
+            self.assertAlmostEqual(min(stamps, key=lambda stamp: abs(stamp - self.heard.timestamp)), self.heard.timestamp, delta=1e-6,
+                                   msg="the time at which another client was told that it was on the bus")
             now = time.time()
             self.assertTrue(all(abs(frame.timestamp - now) < 120 for frame in can.CanutilsLogReader(str(log))))
             if shutil.which("log2asc") is None:

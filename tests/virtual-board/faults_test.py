@@ -221,6 +221,8 @@ class BoardAndFaults(unittest.TestCase):
         self.board.plenum("lss", "--set-bit-rate", "500000")
         self.assertEqual(self.bit_rate(), (1_000_000, RESTART_ms), "it has changed under a board that runs")
         self.board.run("systemctl restart plenumd")
+        self.assertEqual(self.bit_rate(), (1_000_000, RESTART_ms), "it has changed while the other boards of the bus run")
+        self.board.run("systemctl start plenumd-bus")
         self.assertEqual(self.bit_rate(), (500_000, RESTART_ms))
         self.board.run("device=$(readlink -f /sys/class/net/can0/device); echo 1 >$device/remove; echo 1 >/sys/bus/pci/rescan")
         self.until("ip link show can0 | grep -q ,UP")
@@ -228,7 +230,7 @@ class BoardAndFaults(unittest.TestCase):
         self.scan()
         self.board.run("systemctl restart plenumd")
         self.board.plenum("lss", "--set-bit-rate", "1000000")
-        self.board.run("systemctl restart plenumd")
+        self.board.run("systemctl start plenumd-bus")
         self.assertEqual(self.bit_rate(), (1_000_000, RESTART_ms))
 
     def bus_offs(self):
