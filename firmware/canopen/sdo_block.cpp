@@ -35,7 +35,7 @@ Abort SdoServer::block_download(Device& device, const Bytes& request, Bytes& res
   if (abort != Abort::none) return abort;
   with_crc_ = (request[0] & kCrcBit) != 0;
   crc_ = 0;
-  sequence_ = came_ = 0;
+  sequence_ = came_ = seen_ = 0;
   ended_by_ = request;  // coming twice it is no segment
   multiplex(response, 0xA0U | kCrcBit, index_, sub_);
   response[4] = kMaxBlockSize;
@@ -57,6 +57,8 @@ bool SdoServer::block_download_segment(Device& device, const Bytes& request, Byt
     ended_by_ = {};
     return false;
   }
+  if (sequence == sequence_ + 1U || sequence == seen_ + 1U) silence_us_ = 0;
+  seen_ = static_cast<std::uint8_t>(sequence);
   if (sequence == sequence_ + 1U) {
     came_ = static_cast<std::uint8_t>(sequence);
     if (size_announced_ && done_ >= size_) return conclude(device, Abort::length_mismatch, response);

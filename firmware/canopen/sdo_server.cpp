@@ -74,9 +74,9 @@ bool SdoServer::take(Device& device, const Bytes& request, Bytes& response) noex
   }
   if (state_ == State::idle)
     reset();  // a segment that belongs to no transfer is aborted in the name of no object
-  silence_us_ = 0;
-  // in a sub-block every frame is a segment, whatever its command seems to say
+  // in a sub-block every frame is a segment, whatever its command seems to say; only one that goes on with it is a sign of life
   if (state_ == State::block_download) return block_download_segment(device, request, response);
+  silence_us_ = 0;
   if (state_ == State::block_download_end && request == ended_by_) return false;
   switch (command) {
     case kInitiateDownload:

@@ -154,8 +154,11 @@ class Board {
   /// no transfer is under way.
   void conclude() {
     require(!known_ || held() == held_, "what is no write changes no parameter");
-    for (int second = 0; second < 6; ++second) {
-      node_.tick(1'000'000);
+    CanFrame question{
+        .id = canopen::cob::kSdoRequest + node_.node_id(), .length = 8, .data = {0x40, 0x00, 0x10}};
+    for (int tenth = 0; tenth < 60; ++tenth) {
+      node_.receive(question);  // of another client: no sign of life of a transfer
+      node_.tick(100'000);
       drain();
     }
     if (node_.state() == canopen::NmtState::initialising) return;  // without a node id

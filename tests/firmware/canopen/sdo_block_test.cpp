@@ -2,6 +2,8 @@
 // are those of Python's binascii.crc_hqx.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "firmware/canopen/crc16.hpp"
 #include "tests/firmware/canopen/bench.hpp"
 
@@ -142,6 +144,37 @@ TEST(BlockDownload, TimesOutInEachOfItsStates) {
     EXPECT_EQ(bench.drain(), Frames{}) << "once";
     EXPECT_EQ(bench.desk.hand_ins, 0);
   }
+}
+
+TEST(BlockDownload, TimesOutThoughAnotherClientAsksAllTheTime) {
+  for (const Frames& before : {Frames{kOpenTen}, Frames{kOpenTen, kFirst}}) {
+    BlockBench bench;
+    for (const std::string& frame : before) bench.answer(frame);
+    Frames said;
+    for (int tenth = 0; tenth < 12; ++tenth) {
+      bench.answer("605 40 00 10 00 00 00 00 00");  // in a sub-block it is a segment out of its turn
+      bench.tick(10);
+      for (const std::string& frame : bench.drain()) said.push_back(frame);
+    }
+    EXPECT_EQ(std::count(said.begin(), said.end(), "585 80 10 21 00 00 00 04 05"), 1);
+    EXPECT_EQ(bench.answer("605 40 00 10 00 00 00 00 00"), "585 43 00 10 00 98 01 FF FF") << "it is heard";
+  }
+}
+
+TEST(BlockDownload, WithALostSegmentLivesAsLongAsTheOthersFollowEachOther) {
+  BlockBench bench;
+  bench.answer("605 C2 10 21 00 A0 00 00 00");
+  bench.answer(kFirst);
+  for (unsigned number = 3; number <= 22;
+       ++number) {  // the second is lost; of a slow bus the rest takes 1.6 s
+    constexpr std::string_view kDigits = "0123456789ABCDEF";
+    const std::string first{kDigits[number / 16U], kDigits[number % 16U]};
+    EXPECT_EQ(bench.answer("605 " + first + " 00 00 00 00 00 00 00"), "");
+    bench.tick(8);
+    for (const std::string& frame : bench.drain())
+      EXPECT_NE(frame.substr(0, 6), "585 80") << "segment " << number;
+  }
+  EXPECT_EQ(bench.answer("605 97 00 00 00 00 00 00 00"), "585 A2 01 7F 00 00 00 00 00");
 }
 
 TEST(BlockDownload, AbortsWithTheCodeThatBelongsAndStagesNothing) {
