@@ -19,7 +19,7 @@ namespace plenum::board::drivers {
 
 class FileStore final : public ports::ParameterStore {
  public:
-  /// Opens the slots, and makes those that do not exist. The folder must exist. Throws std::runtime_error: which file, what
+  /// Opens the slots, and makes those that do not exist. The folder must exist, and no other program hold it. Throws std::runtime_error: which file, what
   /// was found, what was expected.
   explicit FileStore(const std::filesystem::path& folder);
   /// Throws as opening would, as far as looking tells. Opens and makes nothing.
@@ -54,7 +54,8 @@ class FileStore final : public ports::ParameterStore {
   enum class State : std::uint8_t { idle, ordered, done, failed };
 
   std::array<int, kSlots> file_{-1, -1};
-  Order order_;  ///< these two the worker's while `ordered`, the caller's otherwise
+  std::array<int, 1> held_{-1};  ///< the folder
+  Order order_;                  ///< these two the worker's while `ordered`, the caller's otherwise
   std::array<std::uint8_t, kMostBytes> bytes_{};  ///< of the order: the worker may outlive whoever gave it
   std::atomic<State> state_{State::idle};
   std::optional<Worker> worker_;

@@ -1,6 +1,7 @@
 #include "board/drivers/slot_files.hpp"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/types.h>
 #include <unistd.h>
 
@@ -41,6 +42,15 @@ bool write_at(int file, std::size_t offset, std::span<const std::uint8_t> bytes)
     }
   }
   return true;
+}
+
+int hold_folder(const std::filesystem::path& folder) noexcept {
+  const int file = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (file < 0 || ::flock(file, LOCK_EX | LOCK_NB) == 0) return file;
+  const int why = errno;
+  ::close(file);
+  errno = why;
+  return -1;
 }
 
 bool sync_folder(const std::filesystem::path& folder) noexcept {

@@ -19,6 +19,10 @@ bool read_at(int file, std::size_t offset, std::span<std::uint8_t> bytes) noexce
 /// False: not all of them were written.
 bool write_at(int file, std::size_t offset, std::span<const std::uint8_t> bytes) noexcept;
 
+/// Holds the folder against every other program that asks for it so (flock), as long as the descriptor is open. -1, and errno: it cannot
+/// be opened, or is held (EWOULDBLOCK).
+int hold_folder(const std::filesystem::path& folder) noexcept;
+
 /// A new file is not there after a power cut before its name is.
 bool sync_folder(const std::filesystem::path& folder) noexcept;
 

@@ -9,6 +9,12 @@ namespace plenum::canopen {
 
 using safety::FaultSet;
 
+namespace {
+
+constexpr std::uint16_t kHeartbeatLost = 0x8130;
+
+}  // namespace
+
 bool ErrorReports::tell(const ErrorState& error, Device& device, TransmitQueue& queue) noexcept {
   const std::uint32_t cob_id = device.communication.emergency_cob_id;
   if ((cob_id & cob::kInvalid) != 0) return true;
@@ -18,7 +24,13 @@ bool ErrorReports::tell(const ErrorState& error, Device& device, TransmitQueue& 
   store_le(error.code, std::span(frame.data).first<2>());
   frame.data[2] = error.error_register;
   frame.data[3] = error.chamber;
-  return queue.push_emergency(frame);
+  if (error.code != kHeartbeatLost) return queue.push_emergency(frame);
+  const unsigned silent = device.communication.heartbeats.silent(), untold = silent & ~unsigned{told_silent_};
+  const auto entry = static_cast<std::size_t>(std::countr_zero(untold != 0 ? untold : silent));
+  if (entry < HeartbeatConsumer::kWatches) frame.data[4] = device.communication.heartbeats.node_id(entry);
+  if (!queue.push_emergency(frame)) return false;
+  told_silent_ = static_cast<std::uint8_t>(told_silent_ | (untold & (0U - untold)));
+  return true;
 }
 
 /// Those that have risen and are not the most urgent, by urgency. Returns whether a message has gone out.
@@ -54,6 +66,9 @@ void ErrorReports::step(Device& device, TransmitQueue& queue) noexcept {
 
   // The most urgent: when it changes, for each bus-off (the controller may have held the last message when it went off), and when
   // asked to.
+  if ((anywhere & safety::only(safety::Fault::heartbeat_lost)) == 0) told_silent_ = 0;
+  const unsigned unnamed = device.communication.heartbeats.silent() & ~unsigned{told_silent_};
+  untold_ = untold_ || (error.code == kHeartbeatLost && unnamed != 0);
   const bool changed = error.code != reported_.code || error.chamber != reported_.chamber;
   untold_ = (untold_ || (device.image.bus_off && !off_bus_)) && error.code != 0;
   off_bus_ = device.image.bus_off;

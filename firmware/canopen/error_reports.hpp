@@ -5,6 +5,8 @@
 // What finds the ring full is told in a later tick, unless it has gone by then. A fault that clears by itself is told once while a
 // more urgent one stands, however often it comes: it may flicker.
 //
+// A lost heartbeat (8130h) has the node that fell silent in byte 4, and is told again for each other one that does while it stands.
+//
 // Source: CiA 301, 7.2.7 (emergency object), 7.5.2.4 (pre-defined error field).
 #pragma once
 
@@ -29,9 +31,10 @@ class ErrorReports {
   bool tell(const ErrorState& error, Device& device, TransmitQueue& queue) noexcept;
   bool tell_others(std::uint8_t error_register, Device& device, TransmitQueue& queue) noexcept;
 
-  StandingFaults told_{};  ///< of those that stand
-  ErrorState reported_;    ///< the error of the last message
-  bool off_bus_ = false;   ///< as of the last report
+  StandingFaults told_{};         ///< of those that stand
+  ErrorState reported_;           ///< the error of the last message
+  bool off_bus_ = false;          ///< as of the last report
+  std::uint8_t told_silent_ = 0;  ///< nodes of 1016h, bit i its entry i, that 8130h has named since it stands
   bool untold_ = false;  ///< the most urgent: its message may have been lost with the bus, or is not the last
 };
 

@@ -45,13 +45,13 @@ bool HeartbeatConsumer::is_watching() const noexcept {
 }
 
 bool HeartbeatConsumer::elapse(std::uint32_t elapsed_us) noexcept {
-  bool lost = false;
-  for (Watch& watch : watch_) {
-    if (!watch.running) continue;
-    const std::uint32_t silent_us = watch.silence.elapse(elapsed_us);
-    lost = lost || silent_us > 1000U * watch.pause_ms;
+  silent_ = 0;
+  for (std::size_t i = 0; i < kWatches; ++i) {
+    Watch& watch = watch_[i];
+    if (watch.running && watch.silence.elapse(elapsed_us) > 1000U * watch.pause_ms)
+      silent_ = static_cast<std::uint8_t>(silent_ | 1U << i);
   }
-  return lost;
+  return silent_ != 0;
 }
 
 }  // namespace plenum::canopen

@@ -31,6 +31,9 @@ class HeartbeatConsumer {
 
   /// Time passes. Returns true while a node is silent for longer than its pause.
   bool elapse(std::uint32_t elapsed_us) noexcept;
+  /// Which ones are, as of the last elapse(): bit i is entry i.
+  std::uint8_t silent() const noexcept { return silent_; }
+  std::uint8_t node_id(std::size_t number) const noexcept { return watch_[number].node_id; }
 
  private:
   struct Watch {
@@ -43,6 +46,7 @@ class HeartbeatConsumer {
     bool is_used() const noexcept { return node_id != 0 && node_id <= kMaxNodeId && pause_ms != 0; }
   };
   std::array<Watch, kWatches> watch_{};
+  std::uint8_t silent_ = 0;
 };
 
 }  // namespace plenum::canopen

@@ -40,8 +40,22 @@ void BorrowedSettings::give_back() {
                             session_.node_id(), troubles.size(), troubles.front().reason));
 }
 
+void require_no_stream(Session& session) {
+  for (std::uint32_t tpdo = kStreamTpdo; tpdo < kStreamTpdo + kChambers; ++tpdo) {
+    const auto cob_id = session.read<std::uint32_t>(object::nth(object::kTpdoCommunication, tpdo), 1);
+    const bool on = (cob_id & canopen::cob::kInvalid) == 0;
+    if (!on || !stream_block({.id = cob_id & canopen::cob::kIdMask})) continue;
+    throw Refused(
+        fmt::format("node {}: its TPDO {} streams on {:03X}h already, expected it off: capture, regulate, "
+                    "acceptance or monitor --stream is at "
+                    "work on it, or was killed; plenum reset --communication ends what was left on",
+                    session.node_id(), tpdo + 1, cob_id & canopen::cob::kIdMask));
+  }
+}
+
 BorrowedStream::BorrowedStream(Session& session, const StreamConfig& config)
-    : settings_(session, [&config](const SettingId& id) { return is_of_stream(id, config); }),
+    : settings_((require_no_stream(session), session),
+                [&config](const SettingId& id) { return is_of_stream(id, config); }),
       stream_(session.configure_stream(config)) {}
 
 }  // namespace plenum::host::client

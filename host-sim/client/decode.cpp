@@ -74,7 +74,8 @@ const char* state_text(std::uint8_t state) {
 }
 
 Decoded decode_emergency_text(const Emergency& emergency) {
-  const std::string where = emergency.chamber == 0 ? "" : fmt::format(", chamber {}", emergency.chamber);
+  std::string where = emergency.chamber == 0 ? "" : fmt::format(", chamber {}", emergency.chamber);
+  if (emergency.lost_node != 0) where += fmt::format(", of node {}", emergency.lost_node);
   return {"EMCY",
           emergency.node_id,
           fmt::format("{:04X}h {}{}, error register {:02X}h", emergency.code, emergency_text(emergency.code),

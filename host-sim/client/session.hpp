@@ -34,6 +34,8 @@ struct Emergency {
   std::uint16_t code = 0;  ///< 0: the error is gone
   std::uint8_t error_register = 0;
   std::uint8_t chamber = 0;  ///< chamber of the error + 1; 0: the whole board
+  std::uint8_t lost_node =
+      0;  ///< of 8130h: the node whose heartbeat is missing; 0 of any other, and where no node is named
 };
 
 /// The emergency message in a frame with a predefined COB-ID; empty for any other frame.

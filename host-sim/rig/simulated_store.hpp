@@ -14,7 +14,7 @@ namespace plenum::host::rig {
 class SimulatedStore final : public plenum::ports::ParameterStore {
  public:
   /// With a folder, the slots are files in it, written in place and synced to the disk; the folder is made when it does
-  /// not exist, a slot when it is written first. Throws trace::InputError when they cannot be.
+  /// not exist, a slot when it is written first. Throws trace::InputError when they cannot be, and while another program has this store.
   explicit SimulatedStore(const std::optional<std::filesystem::path>& folder = std::nullopt);
   ~SimulatedStore();
   SimulatedStore(const SimulatedStore&) = delete;
@@ -29,6 +29,7 @@ class SimulatedStore final : public plenum::ports::ParameterStore {
   bool open(std::uint8_t slot, int flags) noexcept;
 
   std::optional<std::filesystem::path> folder_;
+  std::array<int, 1> held_{-1};                           ///< the folder
   std::array<int, kSlots> file_{-1, -1};                  ///< descriptors; -1: no such file yet
   std::array<std::vector<std::uint8_t>, kSlots> memory_;  ///< without a folder
 };

@@ -1,5 +1,6 @@
 #include <memory>
 
+#include "host-sim/client/borrowed_stream.hpp"
 #include "host-sim/tools/backup_file.hpp"
 #include "host-sim/tools/board_access.hpp"
 #include "host-sim/tools/command.hpp"
@@ -19,6 +20,9 @@ int run(const Options& options) {
   BoardAccess access(options.board);
   const ShownTransfers shown(access.session(), "reading");
   client::require_compatible(access.session());
+  client::require_at_rest(access.session(),
+                          "what it is given while it regulates would be kept for its settings");
+  client::require_no_stream(access.session());
   const Backup backup = read_backup(access.session());
   trace::write_whole_file(options.out, backup_json(backup).dump(2) + '\n');
   options.output.print("node {}: {}, {}: {}\n", backup.node, counted(backup.settings.size(), "setting"),

@@ -7,6 +7,7 @@
 #include "host-sim/tools/board_access.hpp"
 #include "host-sim/tools/command.hpp"
 #include "host-sim/tools/output.hpp"
+#include "host-sim/tools/stop_signal.hpp"
 
 namespace plenum::host::tools {
 namespace {
@@ -28,6 +29,7 @@ int run(const Arguments& arguments, const Options& options) {
   if (!arguments.given("--offset") && !arguments.given("--gain-error"))
     throw std::invalid_argument("nothing to correct, expected --offset, --gain-error or both");
   options.board.require_store();
+  const StopSignal until_whole;  // a first Ctrl-C does not leave one half of a calibration
   BoardAccess access(options.board);
   client::Session& session = access.session();
   client::require_compatible(session);

@@ -9,6 +9,7 @@
 #include "host-sim/tools/board_json.hpp"
 #include "host-sim/tools/command.hpp"
 #include "host-sim/tools/output.hpp"
+#include "host-sim/tools/stop_signal.hpp"
 
 namespace plenum::host::tools {
 namespace {
@@ -92,6 +93,7 @@ int run(const Arguments& arguments, const Options& options) {
     throw std::invalid_argument(fmt::format("--set-node {}: the board's own, expected another one", node_id));
   if (options.bit_rate) client::bit_timing_row(static_cast<std::uint32_t>(*options.bit_rate));
 
+  const StopSignal until_whole;  // a first Ctrl-C does not leave a board in "configuration"
   BoardAccess access(options.board);
   client::Session& session = access.session();
   client::Link& link = access.link();

@@ -97,13 +97,14 @@ int run(const Options& options) {
   client::require_at_rest(session, "its settings are not changed while it regulates");
   if (!options.partial) require_complete(backup, session, options);
   options.board.keep_rig();
+  const StopSignal
+      until_whole;  // a first Ctrl-C does not leave a board with its PDOs off, or to a master that is gone
   std::vector<client::Comparison> comparisons;
   if (!options.settings_only && !backup.models.empty()) {
     comparisons = session.upload_models(backup.models,
                                         options.force ? client::Doubted::accept : client::Doubted::refuse);
     client::await_stored(session);
   }
-  const StopSignal until_whole;  // a first Ctrl-C does not leave a board with its PDOs off
   const auto troubles = write_all(session, backup);
   const bool stored = !options.no_save && troubles.empty() && client::store_settings(session);
   const auto beside = options.settings_only ? std::vector<unsigned>() : models_beside(backup, session);

@@ -8,6 +8,7 @@
 #include "host-sim/tools/command.hpp"
 #include "host-sim/tools/fleet.hpp"
 #include "host-sim/tools/output.hpp"
+#include "host-sim/tools/stop_signal.hpp"
 #include "host-sim/trace/input_error.hpp"
 #include "host-sim/trace/model_json.hpp"
 
@@ -63,6 +64,7 @@ int run(const Options& options) {
   const std::string& store = options.board.store;
   if (options.board.simulated()) require_folder(store);
   BoardAccess board(options.board);
+  const StopSignal until_whole;  // a first Ctrl-C does not leave the board to a master that is gone
   const ShownTransfers shown(board.session(), "uploading");
   client::require_compatible(board.session());
   const auto comparisons = board.session().upload_models(

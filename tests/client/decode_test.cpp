@@ -45,6 +45,8 @@ TEST_F(Decode, EmergenciesHaveTheWordsOfTheirCodeAndChamber) {
   EXPECT_EQ(decoded.text, "8250h set-point timeout, error register 11h");
   EXPECT_EQ(text(0x085, {0x05, 0xFF, 0x81, 3, 0, 0, 0, 0}),
             "FF05h pressure sensor out of range, chamber 3, error register 81h");
+  EXPECT_EQ(text(0x085, {0x30, 0x81, 0x11, 0, 11, 0, 0, 0}),
+            "8130h heartbeat lost, of node 11, error register 11h");
   EXPECT_EQ(text(0x085, {0, 0, 0, 0, 0, 0, 0, 0}), "0000h no error, error register 00h");
   EXPECT_EQ(text(0x085, {0x10, 0x42, 0x09, 0, 0, 0, 0, 0}), "4210h temperature, error register 09h");
 }

@@ -391,8 +391,12 @@ TEST(Follow, ThatIsStoppedWhileItSettlesDrivesNothingAndHasNoRows) {
 // ---- what a recording borrows
 
 /// A board whose owner has set all of it otherwise than it is delivered.
+/// Among others TPDO 5 sends what its installer wants, and where.
 void set_otherwise(Session& session) {
   session.configure_stream({.chambers = 0x01, .every_ticks = 7, .largest_volume_m3 = 2e-3});
+  const std::uint16_t tpdo = canopen::object::nth(canopen::object::kTpdoCommunication, client::kStreamTpdo);
+  for (const std::uint32_t off : {canopen::cob::kInvalid, 0U})
+    session.write<std::uint32_t>(tpdo, 1, off | 0x4F1U);
   session.configure_setpoints(client::SetpointFormat::pascal);
   session.write<std::uint8_t>(canopen::object::kPreviewTicks, 0, 5);
 }
@@ -427,6 +431,25 @@ TEST(Capture, LogsTheSupplyOfABoardThatWatchesIt) {
     for (const double supply_Pa : log.supply_Pa) EXPECT_NEAR(supply_Pa, 700e3, 2e3);
     expect_same(before, client::read_settings(session));
   }
+}
+
+TEST(Capture, OfABoardThatStreamsToSomebodyIsRefusedAndTakesNothingFromHim) {
+  WatchedRig watched(mpye_rig({.chambers = 1}));
+  Session other(watched, 1), session(watched, 1);
+  session.upload_models(fitted_models(0.2));
+  other.configure_stream({.chambers = 1});
+  const auto before = client::read_settings(session);
+  try {
+    client::capture(session, {.seconds = 0.1, .chambers = 1});
+    FAIL() << "not refused";
+  } catch (const client::Refused& refused) {
+    EXPECT_THAT(refused.what(), ::testing::HasSubstr("its TPDO 5 streams on 680h already, expected it off"));
+  }
+  expect_same(before, client::read_settings(session));
+  // The remedy that it names.
+  session.nmt(canopen::NmtCommand::reset_communication);
+  session.wait_boot_up(1.0);
+  EXPECT_EQ(client::capture(session, {.seconds = 0.1, .chambers = 1}).size(), 10U);
 }
 
 // They would be excited, or led to 0 Pa.

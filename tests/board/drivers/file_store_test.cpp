@@ -106,6 +106,15 @@ Bytes counting(std::size_t size) {
   return bytes;
 }
 
+TEST_F(FileStoreTest, IsOfOneProgramAtATime) {
+  {
+    const FileStore store(folder_);
+    EXPECT_THAT(failure(),
+                HasSubstr("store:" + folder_.string() + ": another program stores in it, expected"));
+  }
+  EXPECT_EQ(failure(), "no failure") << "it is gone";
+}
+
 TEST_F(FileStoreTest, WhatWasWrittenIsThereAfterReopening) {
   const Bytes first = counting(512);
   const Bytes second = counting(77);

@@ -51,6 +51,25 @@ TEST(Emergency, IsSentOnceForEachChange) {
   EXPECT_EQ(bench.drain(), Frames{"085 00 00 00 00 00 00 00 00"});
 }
 
+TEST(Emergency, OfALostHeartbeatNamesTheNodeAndTellsOfEachOther) {
+  Bench bench;
+  bench.answer("605 23 16 10 01 64 00 0A 00");  // nodes 10 and 11, 100 ms
+  bench.answer("605 23 16 10 02 64 00 0B 00");
+  for (const char* beat : {"70A 05", "70B 05"}) bench.send(beat);
+  bench.tick(8);
+  bench.send("70A 05");
+  bench.tick(3);
+  bench.drain();
+  bench.image.standing_faults[kBoard] = only(Fault::heartbeat_lost);
+  EXPECT_EQ(told(bench), Frames{"085 30 81 11 00 0B 00 00 00"});
+  EXPECT_EQ(told(bench), Frames{}) << "once";
+  bench.tick(8);
+  EXPECT_EQ(told(bench), Frames{"085 30 81 11 00 0A 00 00 00"}) << "the other one";
+  bench.send("70A 05");
+  bench.tick(20);
+  EXPECT_EQ(told(bench), Frames{}) << "a node that comes and goes is named once while the fault stands";
+}
+
 TEST(Emergency, StandsInRegisterCodeAndHistoryAtTheSameMoment) {
   Bench bench;
   for (const std::uint16_t code : {std::uint16_t{0x8302}, std::uint16_t{0x3412}}) {
