@@ -28,13 +28,14 @@ class BorrowedSettings {
   std::vector<Setting> before_;  ///< empty: given back
 };
 
-/// Throws Refused where the board streams already: two programs would take each other's stream away, and what one has borrowed is no setting.
+/// To be asked first: throws Refused where the board streams already. Two programs would take each other's stream away, and what one has
+/// borrowed is no setting.
 void require_no_stream(Session& session);
 
 /// The capture stream for a while: the board's TPDOs 5 to 12 and 2228h:2, and TPDO4 where the supply is streamed.
 class BorrowedStream {
  public:
-  /// Throws as require_no_stream() and Session::configure_stream().
+  /// Throws as Session::configure_stream().
   BorrowedStream(Session& session, const StreamConfig& config);
   const Stream& stream() const { return stream_; }
 

@@ -296,6 +296,7 @@ void require_none_left_out(Session& session, unsigned chambers) {
 std::vector<CapturedRow> capture(Session& session, const CaptureOptions& options, const Progress& progress) {
   require_chambers(options.chambers);
   require_at_rest(session, kSomebodys);
+  require_no_stream(session);
   require_none_left_out(session, options.chambers);
   require_excitable(session, options);
   session.nmt(canopen::NmtCommand::enter_pre_operational);
@@ -346,6 +347,7 @@ std::vector<CapturedRow> follow(Session& session, std::span<const std::vector<do
     }
   }
   require_at_rest(session, kSomebodys);
+  require_no_stream(session);
   require_none_left_out(session, options.chambers);
   session.nmt(canopen::NmtCommand::enter_pre_operational);
   const std::uint8_t mask = mask_of(options.chambers);

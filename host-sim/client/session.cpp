@@ -134,6 +134,23 @@ void Session::learn_sync() {
   sync_id_ = read<std::uint32_t>(object::kSyncCobId, 0) & kIdentifier;
   sync_overflow_ = read<std::uint8_t>(kSyncOverflow, 0);
   sync_counter_ = 0;
+  if (sync_overflow_ != 0) require_own_sync();
+}
+
+/// Two frames of one identifier and two counters would destroy each other on the bus.
+void Session::require_own_sync() {
+  constexpr double kListen_s = 0.1;
+  const double end_s = link_.now_s() + kListen_s;
+  for (double left_s = kListen_s; left_s > 0.0; left_s = end_s - link_.now_s()) {
+    const std::optional<CanFrame> frame = link_.receive(left_s);
+    if (!frame) return;
+    hear(*frame);
+    if (frame->extended || frame->remote || frame->id != sync_id_) continue;
+    throw Refused(
+        fmt::format("node {}: another master sends SYNC on {:03X}h, and SYNCs are counted (1019h = {}): "
+                    "expected one master that does, or 1019h = 0",
+                    node_id_, sync_id_, sync_overflow_));
+  }
 }
 
 /// CiA 301, 7.2.5: the counter goes from 1 to 1019h.

@@ -123,7 +123,8 @@ class Session {
   std::optional<canopen::NmtState> wait_state(canopen::NmtState wanted, double timeout_s);
   /// The boot-up message of this board, whatever beats before it. Throws Timeout, which says whether it beat.
   void wait_boot_up(double timeout_s);
-  /// Reads 1005h and 1019h: from here on send_sync() is what this board takes for a SYNC, with its identifier and counter.
+  /// Reads 1005h and 1019h: from here on send_sync() is what this board takes for a SYNC, with its identifier and counter. Throws Refused
+  /// where SYNCs are counted and another master sends them.
   void learn_sync();
   void send_sync();
 
@@ -221,6 +222,7 @@ class Session {
   void transmit(std::uint32_t id, std::span<const std::uint8_t> data);
   std::uint32_t read_bits(std::uint16_t index, std::uint8_t sub, std::size_t size);
   void write_bits(std::uint16_t index, std::uint8_t sub, std::uint32_t bits, std::size_t size);
+  void require_own_sync();
   std::uint32_t free_stream_ids();
   void map_pdo(std::uint16_t communication, std::uint16_t mapping, std::uint32_t cob_id,
                std::uint8_t transmission_type, std::span<const std::uint32_t> objects);

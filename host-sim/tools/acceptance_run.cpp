@@ -221,6 +221,7 @@ client::Measured answer_measured(const AcceptanceRun& run) {
 AcceptanceRun run_acceptance(MeteredLink& link, client::Session& session, const AcceptancePlan& plan,
                              const client::Progress& progress) {
   client::require_at_rest(session, "noise is told from motion only while no valve moves");
+  client::require_no_stream(session);
   if (plan.motion) client::require_none_left_out(session, plan.chambers);
   AcceptanceRun run;
   session.nmt(canopen::NmtCommand::enter_pre_operational);

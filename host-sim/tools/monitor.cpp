@@ -92,6 +92,7 @@ int run(const Options& options) {
   std::optional<client::BorrowedStream> stream;
   if (options.stream) {
     client::require_compatible(session);
+    client::require_no_stream(session);
     const client::FaultEntry fault = client::read_fault(session).value_or(client::FaultEntry{});
     watch.know({.node_id = node, .code = fault.code, .chamber = static_cast<std::uint8_t>(fault.chamber)});
     stream.emplace(session, client::StreamConfig{.chambers = static_cast<std::uint8_t>((1U << chambers) - 1U),

@@ -511,6 +511,31 @@ TEST(Follow, CountsItsSyncsForABoardThatExpectsIt) {
   EXPECT_EQ(client::capture(session, {.seconds = 0.5, .chambers = kFollowed}).size(), 50U);
 }
 
+TEST(Capture, BesideAnotherMasterThatCountsItsSyncsIsRefusedBeforeAnythingMoves) {
+  WatchedRig watched(mpye_rig({.chambers = 1}));
+  ports::SimulatedCanPort& other = watched.rig.attach("other master");
+  Session session(watched, 1);
+  session.write<std::uint8_t>(0x1019, 0, 10);
+  const auto before = client::read_settings(session);
+  // It sends one when the board has told 1019h.
+  watched.rig.bus().drop_when([&other](const client::CanFrame& frame, std::size_t) {
+    if (frame.id == 0x581 && frame.data[0] == 0x4F && frame.data[1] == 0x19 && frame.data[2] == 0x10)
+      other.send({.id = 0x80, .length = 1, .data = {7}});
+    return false;
+  });
+  try {
+    client::capture(session, {.seconds = 0.1, .chambers = 1});
+    FAIL() << "not refused";
+  } catch (const client::Refused& refused) {
+    EXPECT_THAT(refused.what(), ::testing::HasSubstr(
+                                    "another master sends SYNC on 080h, and SYNCs are counted (1019h = 10)"));
+  }
+  watched.rig.bus().drop_when({});
+  expect_same(before, client::read_settings(session));
+  for (const auto& moment : watched.moments)
+    EXPECT_EQ(moment[0][0].command_V, watched.moments[0][0][0].command_V);
+}
+
 TEST(Capture, ThatFailsLeavesTheBoardAtRestAndTheSettingsAsTheyWere) {
   WatchedRig watched(mpye_rig({.chambers = 2}));
   Session session(watched, 1);
