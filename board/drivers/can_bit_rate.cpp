@@ -77,7 +77,14 @@ void append_attribute(std::vector<std::byte>& message, unsigned short type, cons
   std::memcpy(message.data() + begin + offsetof(rtattr, rta_len), &length, sizeof length);
 }
 
-std::vector<std::byte> link_request(unsigned short type, const ifinfomsg& link) {
+/// `flags` of those in `change`.
+std::vector<std::byte> link_request(unsigned short type, int index, unsigned flags = 0, unsigned change = 0) {
+  const ifinfomsg link{.ifi_family = AF_UNSPEC,
+                       .__ifi_pad = 0,
+                       .ifi_type = 0,
+                       .ifi_index = index,
+                       .ifi_flags = flags,
+                       .ifi_change = change};
   std::vector<std::byte> message;
   append(message, nlmsghdr{.nlmsg_len = NLMSG_LENGTH(sizeof link),
                            .nlmsg_type = type,
@@ -97,13 +104,8 @@ void finish(std::vector<std::byte>& message) {
 }
 
 std::vector<std::byte> state_request(int index, bool up) {
-  const unsigned flag = IFF_UP;
-  auto message = link_request(RTM_NEWLINK, {.ifi_family = AF_UNSPEC,
-                                            .__ifi_pad = 0,
-                                            .ifi_type = 0,
-                                            .ifi_index = index,
-                                            .ifi_flags = up ? flag : 0U,
-                                            .ifi_change = flag});
+  constexpr unsigned kUp = IFF_UP;
+  auto message = link_request(RTM_NEWLINK, index, up ? kUp : 0U, kUp);
   finish(message);
   return message;
 }
@@ -111,12 +113,7 @@ std::vector<std::byte> state_request(int index, bool up) {
 /// Sets one attribute of a CAN controller.
 template <class T>
 std::vector<std::byte> controller_request(int index, unsigned short type, const T& value) {
-  auto message = link_request(RTM_NEWLINK, {.ifi_family = AF_UNSPEC,
-                                            .__ifi_pad = 0,
-                                            .ifi_type = 0,
-                                            .ifi_index = index,
-                                            .ifi_flags = 0,
-                                            .ifi_change = 0});
+  auto message = link_request(RTM_NEWLINK, index);
   append_attribute(message, IFLA_LINKINFO, [&] {
     append_attribute(message, IFLA_INFO_KIND, [&] { append(message, std::array{'c', 'a', 'n', '\0'}); });
     append_attribute(message, IFLA_INFO_DATA,
@@ -148,12 +145,7 @@ class Kernel {
 
   /// The RTM_NEWLINK that describes the interface.
   std::vector<std::byte> describe(int index) const {
-    const auto answer = ask(link_request(RTM_GETLINK, {.ifi_family = AF_UNSPEC,
-                                                       .__ifi_pad = 0,
-                                                       .ifi_type = 0,
-                                                       .ifi_index = index,
-                                                       .ifi_flags = 0,
-                                                       .ifi_change = 0}));
+    const auto answer = ask(link_request(RTM_GETLINK, index));
     const auto head = at_start<nlmsghdr>(answer);
     if (!head || head->nlmsg_type != RTM_NEWLINK) refuse(interface_, "no answer to RTM_GETLINK");
     return answer;
@@ -232,11 +224,9 @@ bool CanInterface::can_run_at(std::uint32_t rate) const noexcept {
 }
 
 std::vector<std::byte> bit_rate_request(int interface_index, std::uint32_t bit_rate) {
-  return controller_request(interface_index, IFLA_CAN_BITTIMING, [&] {
-    can_bittiming timing{};
-    timing.bitrate = bit_rate;
-    return timing;
-  }());
+  can_bittiming timing{};
+  timing.bitrate = bit_rate;
+  return controller_request(interface_index, IFLA_CAN_BITTIMING, timing);
 }
 
 std::vector<std::byte> restart_request(int interface_index, std::uint32_t restart_ms) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
@@ -76,10 +77,11 @@ TEST(BitRateOfABoard, LssMayGiveThoseThatTheControllerCanRunAt) {
 }
 
 struct StoredLss : ::testing::Test {
-  std::filesystem::path folder = std::filesystem::path(::testing::TempDir()) / "plenum-stored-lss";
+  std::filesystem::path folder;
   void SetUp() override {
-    std::filesystem::remove_all(folder);
-    std::filesystem::create_directory(folder);
+    std::string name = ::testing::TempDir() + "plenum-lss-XXXXXX";
+    ASSERT_NE(::mkdtemp(name.data()), nullptr);
+    folder = name;
   }
   void TearDown() override { std::filesystem::remove_all(folder); }
 
