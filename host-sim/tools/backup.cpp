@@ -12,6 +12,7 @@ namespace {
 struct Options {
   BoardChoice board;
   std::string out = "backup.json";
+  bool force = false;
   Output output;
 };
 
@@ -20,9 +21,11 @@ int run(const Options& options) {
   BoardAccess access(options.board);
   const ShownTransfers shown(access.session(), "reading");
   client::require_compatible(access.session());
-  client::require_at_rest(access.session(),
-                          "what it is given while it regulates would be kept for its settings");
-  client::require_no_stream(access.session());
+  if (!options.force) {
+    client::require_at_rest(access.session(),
+                            "what it is given while it regulates would be kept for its settings");
+    client::require_no_stream(access.session());
+  }
   const Backup backup = read_backup(access.session());
   trace::write_whole_file(options.out, backup_json(backup).dump(2) + '\n');
   options.output.print("node {}: {}, {}: {}\n", backup.node, counted(backup.settings.size(), "setting"),
@@ -41,6 +44,8 @@ Command add_backup(Program& program) {
   Arguments arguments = program.command("backup", "Save a whole board, its settings and models, to one file");
   options->board.add_to(arguments);
   arguments.option("-o,--out", options->out, "The file").type_name("FILE.json").show_default();
+  arguments.flag("--force", options->force,
+                 "Also of a board that regulates or streams, with what it has been given for that");
   options->output.add_to(arguments);
   arguments.footer(example("  plenum backup --bus socketcand:127.0.0.1:29536/can0 --node 5 -o node-5.json"));
   return {arguments, [options] { return run(*options); }};

@@ -3,7 +3,6 @@
 #include <memory>
 
 #include "host-sim/client/board_facts.hpp"
-#include "host-sim/client/borrowed_stream.hpp"
 #include "host-sim/client/lss_master.hpp"
 #include "host-sim/client/settings.hpp"
 #include "host-sim/dictionary/dbc.hpp"
@@ -51,7 +50,6 @@ int run(const Options& options) {
   client::Session& session = access.session();
   const ShownTransfers shown(session, "reading");
   client::require_compatible(session);
-  client::require_no_stream(session);  // its PDOs are to be those that it is set to
   const std::string stem = fmt::format("node-{}", session.node_id());
   const std::string sheet = read_data_sheet(session);
   const dictionary::ObjectValues values = read_values(session);

@@ -121,6 +121,14 @@ class Looking(BoardCommands):
         self.assertEqual(volume, ' SG_ Volume_code_chamber_1 : 48|16@1+ (0.00000002,0) [0|0.0013107] "m3" Master')
         self.assertIn("SIG_VALTYPE_ 1665 Actual_pressure_chamber_1 : 1;\n", dbc)
 
+    def test_a_backup_of_a_board_that_streams_is_refused_unless_forced(self):
+        self.done("backup", "--store", "board", "-o", "b.json")
+        streaming = self.changed("b.json", ("1804h", 1), 0x681)
+        self.done("restore", "--store", "board", streaming)
+        self.refused(1, "backup", "--store", "board", "-o", "again.json", says=["TPDO 5 streams on 681h already"])
+        self.assertFalse((self.folder / "again.json").exists())
+        self.done("backup", "--store", "board", "-o", "again.json", "--force")
+
     def test_describe_names_each_identifier_and_each_signal_of_a_message_once(self):
         self.done("backup", "--store", "board", "-o", "b.json")
         content = json.loads((self.folder / "b.json").read_text())
