@@ -111,7 +111,8 @@ class SdoServer {
   std::uint8_t sequence_ = 0;         ///< segments of the sub-block taken or sent so far
   std::uint8_t share_ = 0;            ///< segments that may yet be sent in this tick
   std::uint8_t came_ = 0;  ///< number of the segment of a download's sub-block that came last in its turn
-  std::uint8_t seen_ = 0;  ///< and of the last one in turn or not: where one was lost the rest of them follow each other all the same
+  std::uint8_t seen_ =
+      0;  ///< and of the last one in turn or not: where one was lost the rest of them follow each other all the same
   /// Number of the segment that comes next of a sub-block that was left unfinished; 0, or 128: none is waited for.
   std::uint8_t stray_ = 0;
   bool stray_anew_ = false;  ///< or the first one: the sub-block was confirmed, and nothing has come since
