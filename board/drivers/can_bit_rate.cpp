@@ -145,7 +145,7 @@ class Kernel {
 
   /// The RTM_NEWLINK that describes the interface.
   std::vector<std::byte> describe(int index) const {
-    const auto answer = ask(link_request(RTM_GETLINK, index));
+    auto answer = ask(link_request(RTM_GETLINK, index));
     const auto head = at_start<nlmsghdr>(answer);
     if (!head || head->nlmsg_type != RTM_NEWLINK) refuse(interface_, "no answer to RTM_GETLINK");
     return answer;
