@@ -76,10 +76,8 @@ std::string bit_rate_trouble(const drivers::CanInterface& interface, const BitRa
                              const std::string& name) {
   if (!interface.controller) return {};
   // The kernel tells the rate that the controller's clock gives, which may be another by some bit/s.
-  constexpr std::uint32_t kOneIn = 200;
   const std::uint32_t runs = interface.bit_rate.value_or(0);
-  const std::uint32_t off = std::max(runs, wanted.bit_s) - std::min(runs, wanted.bit_s);
-  if (off <= wanted.bit_s / kOneIn) return {};
+  if (drivers::is_near(runs, wanted.bit_s)) return {};
   return fmt::format("can:{}: runs at {:g} kbit/s, expected the {:g} of {} (systemctl start plenumd-bus)",
                      name, runs / 1000.0, wanted.bit_s / 1000.0, wanted.of);
 }

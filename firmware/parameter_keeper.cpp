@@ -12,8 +12,6 @@ using config::RecordRow;
 // A row below the object dictionary, index 0, after those of config::LssSettings.
 constexpr std::uint8_t kSavedIdRow = 3;  ///< the node id when communication parameters were saved: U8
 
-constexpr std::uint8_t kMaxNodeId = 127;
-
 bool is_model(const RecordRow& row) noexcept {
   return row.index >= canopen::object::kActiveModel &&
          row.index < canopen::object::kActiveModel + config::kChambers && row.sub == 0;
@@ -27,7 +25,7 @@ void add(config::RowWriter& rows, std::uint8_t sub, std::uint32_t value, std::si
 
 /// `order`: as of StoreOrder.
 config::LssSettings changed(config::LssSettings stored, const config::LssSettings& order) noexcept {
-  if (order.node_id != 0) stored.node_id = order.node_id <= kMaxNodeId ? order.node_id : 0;
+  if (order.node_id != 0) stored.node_id = order.node_id <= canopen::kMaxNodeId ? order.node_id : 0;
   if (order.bit_rate_kbit != 0) stored.bit_rate_kbit = order.bit_rate_kbit;
   return stored;
 }
@@ -73,7 +71,8 @@ void ParameterKeeper::start(Controller& controller) noexcept {
 
 void ParameterKeeper::read_name(const RecordRow& row) noexcept {
   if (config::take_row(lss_, row)) return;
-  if (row.index == 0 && row.sub == kSavedIdRow && row.value.size() == 1 && row.value[0] <= kMaxNodeId) {
+  if (row.index == 0 && row.sub == kSavedIdRow && row.value.size() == 1 &&
+      row.value[0] <= canopen::kMaxNodeId) {
     saved_id_ = row.value[0];
   } else {
     skipped_.skip(row.index, row.sub);

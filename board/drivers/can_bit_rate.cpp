@@ -13,7 +13,6 @@
 #include <array>
 #include <cerrno>
 #include <cstddef>
-#include <cstdlib>
 #include <cstring>
 #include <stdexcept>
 #include <string_view>
@@ -208,17 +207,16 @@ bool CanInterface::can_run_at(std::uint32_t rate) const noexcept {
   if (rate == 0 || (most != 0 && rate > most)) return false;
   if (!only.empty()) return std::find(only.begin(), only.end(), rate) != only.end();
   if (!limits) return true;
-  constexpr std::int64_t kOneIn = 200;
-  const std::int64_t clock_Hz = limits->clock_Hz;
+  const std::uint64_t clock_Hz = limits->clock_Hz;
   const std::uint32_t least = 1 + limits->first.least + limits->second.least;
   const std::uint32_t most_quanta = 1 + limits->first.most + limits->second.most;
   const std::uint32_t step = std::max(limits->prescaler.step, 1U);
   for (std::uint64_t prescaler = std::max(limits->prescaler.least, 1U); prescaler <= limits->prescaler.most;
        prescaler += step) {
-    const auto per_quantum = static_cast<std::int64_t>(prescaler) * rate;
-    const std::int64_t quanta = (clock_Hz + per_quantum / 2) / per_quantum;
+    const std::uint64_t per_quantum = prescaler * rate;
+    const std::uint64_t quanta = (clock_Hz + per_quantum / 2) / per_quantum;
     if (quanta < least) break;  // and fewer with each larger one
-    if (quanta <= most_quanta && std::abs(clock_Hz - quanta * per_quantum) * kOneIn <= clock_Hz) return true;
+    if (quanta <= most_quanta && is_near(quanta * per_quantum, clock_Hz)) return true;
   }
   return false;
 }

@@ -10,6 +10,11 @@
 
 namespace plenum::board::drivers {
 
+/// To within half a percent, which leaves the nodes of a bus what they need to stay in step (CiA 301 asks for less than one between any two).
+constexpr bool is_near(std::uint64_t value, std::uint64_t wanted) noexcept {
+  return (value > wanted ? value - wanted : wanted - value) * 200 <= wanted;
+}
+
 /// What a controller makes of its clock: of each bit one quantum, a first and a second segment; a quantum is `prescaler` periods.
 struct BitTimingLimits {
   struct Range {
@@ -31,8 +36,7 @@ struct CanInterface {
       only{};              ///< [bit/s] the rates that it can run at, where its driver states these instead
   std::uint32_t most = 0;  ///< [bit/s] of its transceiver; 0: not stated
 
-  /// Whether the controller can have this rate [bit/s], to within half a percent, which leaves the nodes of a bus what they need to stay in
-  /// step (CiA 301 asks for less than one between any two).
+  /// Whether the controller's clock gives this rate [bit/s], as is_near() has it.
   bool can_run_at(std::uint32_t rate) const noexcept;
 };
 

@@ -32,8 +32,7 @@ constexpr const char* kNoRegularFile = "no regular file";
 
 FileStore::FileStore(const std::filesystem::path& folder) {
   const auto give_up = [&](const std::filesystem::path& path, const char* found) {
-    close_slots(file_);
-    close_slots(held_);
+    close();
     refuse(path, found);
   };
   for (std::size_t slot = 0; slot < kSlots; ++slot) {
@@ -46,17 +45,21 @@ FileStore::FileStore(const std::filesystem::path& folder) {
     // leaves it to the write to say so.
     ::fallocate(file_[slot], 0, 0, static_cast<off_t>(config::kMaxSlotBytes));
   }
-  held_[0] = hold_folder(folder);
-  if (held_[0] < 0)
+  held_ = hold_folder(folder);
+  if (held_ < 0)
     give_up(folder, errno == EWOULDBLOCK ? "another program stores in it" : std::strerror(errno));
   if (!sync_folder(folder)) give_up(folder, std::strerror(errno));
   try {
     worker_.emplace([this] { work(); });
   } catch (const std::runtime_error& error) {
-    close_slots(file_);
-    close_slots(held_);
+    close();
     throw std::runtime_error("store:" + folder.string() + ": " + error.what());
   }
+}
+
+void FileStore::close() noexcept {
+  close_slots(file_);
+  close_slots(std::span(&held_, 1));
 }
 
 void FileStore::look(const std::filesystem::path& folder) {
@@ -77,8 +80,7 @@ void FileStore::look(const std::filesystem::path& folder) {
 
 FileStore::~FileStore() {
   worker_.reset();
-  close_slots(file_);
-  close_slots(held_);
+  close();
 }
 
 bool FileStore::read(std::uint8_t slot, std::size_t offset, std::span<std::uint8_t> bytes) noexcept {

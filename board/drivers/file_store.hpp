@@ -47,6 +47,7 @@ class FileStore final : public ports::ParameterStore {
     bool operator==(const Order& other) const noexcept;
   };
 
+  void close() noexcept;
   ports::StoreResult ask(const Order& order) noexcept;
   bool carry_out() const noexcept;
   void work() noexcept;
@@ -54,8 +55,8 @@ class FileStore final : public ports::ParameterStore {
   enum class State : std::uint8_t { idle, ordered, done, failed };
 
   std::array<int, kSlots> file_{-1, -1};
-  std::array<int, 1> held_{-1};  ///< the folder
-  Order order_;                  ///< these two the worker's while `ordered`, the caller's otherwise
+  int held_ = -1;  ///< the folder
+  Order order_;    ///< these two the worker's while `ordered`, the caller's otherwise
   std::array<std::uint8_t, kMostBytes> bytes_{};  ///< of the order: the worker may outlive whoever gave it
   std::atomic<State> state_{State::idle};
   std::optional<Worker> worker_;

@@ -39,6 +39,9 @@ enum class NmtCommand : std::uint8_t {
   reset_communication = 130,
 };
 
+/// Emergency error code of a consumed heartbeat that is lost; byte 4 of its message is the node (own).
+inline constexpr std::uint16_t kHeartbeatLost = 0x8130;
+
 /// As the heartbeat carries it; `initialising` is the boot-up message.
 enum class NmtState : std::uint8_t { initialising = 0, stopped = 4, operational = 5, pre_operational = 127 };
 

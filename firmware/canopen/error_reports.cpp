@@ -9,12 +9,6 @@ namespace plenum::canopen {
 
 using safety::FaultSet;
 
-namespace {
-
-constexpr std::uint16_t kHeartbeatLost = 0x8130;
-
-}  // namespace
-
 bool ErrorReports::tell(const ErrorState& error, Device& device, TransmitQueue& queue) noexcept {
   const std::uint32_t cob_id = device.communication.emergency_cob_id;
   if ((cob_id & cob::kInvalid) != 0) return true;
@@ -64,13 +58,13 @@ void ErrorReports::step(Device& device, TransmitQueue& queue) noexcept {
     anywhere |= faults[i];
   }
 
-  // The most urgent: when it changes, for each bus-off (the controller may have held the last message when it went off), and when
-  // asked to.
   if ((anywhere & safety::only(safety::Fault::heartbeat_lost)) == 0) told_silent_ = 0;
   const unsigned unnamed = device.communication.heartbeats.silent() & ~unsigned{told_silent_};
-  untold_ = untold_ || (error.code == kHeartbeatLost && unnamed != 0);
+  const bool another_silent = error.code == kHeartbeatLost && unnamed != 0;
+  // The most urgent: when it changes, for each bus-off (the controller may have held the last message when it went off), for each node
+  // that falls silent, and when asked to.
   const bool changed = error.code != reported_.code || error.chamber != reported_.chamber;
-  untold_ = (untold_ || (device.image.bus_off && !off_bus_)) && error.code != 0;
+  untold_ = (untold_ || another_silent || (device.image.bus_off && !off_bus_)) && error.code != 0;
   off_bus_ = device.image.bus_off;
   if (changed || untold_) {
     if (!tell(error, device, queue)) {

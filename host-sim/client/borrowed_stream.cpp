@@ -54,8 +54,7 @@ void require_no_stream(Session& session) {
 }
 
 BorrowedStream::BorrowedStream(Session& session, const StreamConfig& config)
-    : settings_((require_no_stream(session), session),
-                [&config](const SettingId& id) { return is_of_stream(id, config); }),
+    : settings_(session, [&config](const SettingId& id) { return is_of_stream(id, config); }),
       stream_(session.configure_stream(config)) {}
 
 }  // namespace plenum::host::client

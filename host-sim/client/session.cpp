@@ -32,13 +32,12 @@ std::uint8_t low_byte(unsigned value) {
 std::optional<Emergency> decode_emergency(const CanFrame& frame) {
   if (frame.extended || frame.remote || frame.length != 8) return std::nullopt;
   if (frame.id <= cob::kEmergency || frame.id > cob::kEmergency + 127) return std::nullopt;
-  constexpr std::uint16_t kHeartbeatLost = 0x8130;
   const auto code = static_cast<std::uint16_t>(canopen::load_le(std::span(frame.data).first<2>()));
   return Emergency{.node_id = low_byte(frame.id - cob::kEmergency),
                    .code = code,
                    .error_register = frame.data[2],
                    .chamber = frame.data[3],
-                   .lost_node = code == kHeartbeatLost ? frame.data[4] : std::uint8_t{0}};
+                   .lost_node = code == canopen::kHeartbeatLost ? frame.data[4] : std::uint8_t{0}};
 }
 
 Session::Session(Link& link, std::uint8_t node_id, const SessionConfig& config)

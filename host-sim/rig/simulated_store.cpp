@@ -33,8 +33,8 @@ SimulatedStore::SimulatedStore(const std::optional<std::filesystem::path>& folde
   if (::access(folder_->c_str(), W_OK) != 0) {
     throw trace::InputError(folder_->string() + ": cannot be written: " + std::strerror(errno));
   }
-  held_[0] = hold_folder(*folder_);
-  if (held_[0] < 0) {
+  held_ = hold_folder(*folder_);
+  if (held_ < 0) {
     throw trace::InputError(folder_->string() +
                             (errno == EWOULDBLOCK
                                  ? ": another program has this store open, expected one at a time"
@@ -43,8 +43,7 @@ SimulatedStore::SimulatedStore(const std::optional<std::filesystem::path>& folde
   for (std::uint8_t slot = 0; slot < kSlots; ++slot) {
     if (open(slot, 0) || errno == ENOENT) continue;
     const int cause = errno;
-    close_slots(file_);
-    close_slots(held_);
+    close();
     throw trace::InputError(slot_path(*folder_, slot).string() +
                             ": cannot be opened for writing: " + std::strerror(cause));
   }
@@ -55,9 +54,13 @@ bool SimulatedStore::open(std::uint8_t slot, int flags) noexcept {
   return file_[slot] >= 0;
 }
 
-SimulatedStore::~SimulatedStore() {
+void SimulatedStore::close() noexcept {
   close_slots(file_);
-  close_slots(held_);
+  close_slots(std::span(&held_, 1));
+}
+
+SimulatedStore::~SimulatedStore() {
+  close();
 }
 
 bool SimulatedStore::read(std::uint8_t slot, std::size_t offset, std::span<std::uint8_t> bytes) noexcept {

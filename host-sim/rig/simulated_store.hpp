@@ -27,9 +27,10 @@ class SimulatedStore final : public plenum::ports::ParameterStore {
 
  private:
   bool open(std::uint8_t slot, int flags) noexcept;
+  void close() noexcept;
 
   std::optional<std::filesystem::path> folder_;
-  std::array<int, 1> held_{-1};                           ///< the folder
+  int held_ = -1;                                         ///< the folder
   std::array<int, kSlots> file_{-1, -1};                  ///< descriptors; -1: no such file yet
   std::array<std::vector<std::uint8_t>, kSlots> memory_;  ///< without a folder
 };
