@@ -39,8 +39,16 @@ std::string_view name_of(Source source) {
       return "the paper's own equations";
     case Source::kDoubtfulReading:
       return "a doubtful reading of the paper";
+    case Source::kSetToPaper:
+      return "set to the paper's number";
+    case Source::kTwoForms:
+      return "two forms of ours";
   }
   throw std::logic_error("name_of: no such source");
+}
+
+bool by_construction(Source source) {
+  return source == Source::kSetToPaper || source == Source::kTwoForms;
 }
 
 double difference(const Finding& finding) {
@@ -67,6 +75,15 @@ std::map<Verdict, int> verdict_counts(const std::vector<Part>& parts) {
     for (const Finding& finding : part.findings) ++counts[verdict(finding)];
   }
   return counts;
+}
+
+int reproduced_by_construction(const std::vector<Part>& parts) {
+  int count = 0;
+  for (const Part& part : parts) {
+    for (const Finding& finding : part.findings)
+      count += by_construction(finding.source) && verdict(finding) == Verdict::kReproduced ? 1 : 0;
+  }
+  return count;
 }
 
 }  // namespace plenum::host::reproduce

@@ -36,9 +36,13 @@ enum class Source {
   kOurModel,           ///< computed by Plenum's models and methods: a disagreement is ours to explain
   kPapersOwnEquation,  ///< only the paper's equations put to the paper's numbers: a disagreement is its own
   kDoubtfulReading,  ///< the same, to a number that the scan of the paper may have damaged: says nothing of the paper
+  kSetToPaper,  ///< our model, of which a constant was set to this very number: only a slip could make it differ
+  kTwoForms,  ///< two forms of one thing of ours: that they agree shows that we are consistent, no more
 };
-/// "our model", "the paper's own equations", "a doubtful reading of the paper".
+/// "our model", "the paper's own equations", "a doubtful reading of the paper", "set to the paper's number", "two forms of ours".
 std::string_view name_of(Source source);
+/// Agreement was to be expected of such a finding: it is counted apart.
+bool by_construction(Source source);
 
 /// One number of a paper beside ours.
 struct Finding {
@@ -79,5 +83,7 @@ struct Paper {
 
 /// How many findings have each verdict, every verdict listed.
 std::map<Verdict, int> verdict_counts(const std::vector<Part>& parts);
+/// How many are reproduced by construction.
+int reproduced_by_construction(const std::vector<Part>& parts);
 
 }  // namespace plenum::host::reproduce

@@ -37,7 +37,11 @@ Json to_json(const Paper& paper, const std::vector<Part>& parts) {
   }
   Json verdicts = Json::object();
   for (const auto& [which, count] : verdict_counts(parts)) verdicts[std::string(name_of(which))] = count;
-  return {{"number", paper.number}, {"title", paper.title}, {"verdicts", verdicts}, {"parts", listed}};
+  return {{"number", paper.number},
+          {"title", paper.title},
+          {"verdicts", verdicts},
+          {"reproduced_by_construction", reproduced_by_construction(parts)},
+          {"parts", listed}};
 }
 
 }  // namespace plenum::host::reproduce

@@ -71,7 +71,7 @@ void print(const Output& output, const Part& part) {
     output.print(
         "    {:<14} {}{}, ours {}, {}: {}{}\n", "", paper_text(of), unit_text(of), number_text(of.ours),
         within_bound(of) ? "within bound" : fmt::format("difference {}", number_text(difference(of))),
-        name_of(verdict), verdict == Verdict::kReproduced ? "" : fmt::format(". {}", of.why));
+        verdict_text(of), verdict == Verdict::kReproduced ? "" : fmt::format(". {}", of.why));
   }
 }
 

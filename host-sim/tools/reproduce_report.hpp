@@ -25,6 +25,8 @@ std::string paper_text(const reproduce::Finding& finding);
 bool within_bound(const reproduce::Finding& finding);
 /// " kPa", or nothing where the number has no unit.
 std::string unit_text(const reproduce::Finding& finding);
+/// "reproduced", or "reproduced (two forms of ours)": where agreement was to be expected, why.
+std::string verdict_text(const reproduce::Finding& finding);
 /// "34 reproduced, 3 differ, 1 where the paper contradicts itself"
 std::string verdicts_text(const std::vector<reproduce::Part>& parts);
 

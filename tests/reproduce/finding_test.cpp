@@ -61,6 +61,20 @@ TEST(Finding, PapersOwnFiguresThatDisagreeAreItsContradiction) {
   EXPECT_EQ(verdict(finding), Verdict::kReproduced);
 }
 
+TEST(Finding, WhatAgreesByConstructionIsCountedApart) {
+  Finding set = of(0.9, 0.9, 0.01);
+  set.source = Source::kSetToPaper;
+  Finding twice = set;
+  twice.source = Source::kTwoForms;
+  Finding slipped = twice;
+  slipped.ours = 2.0;
+  const Finding found = of(0.9, 0.9, 0.01);
+  const std::vector<Part> parts{{"a", "", {set, found}}, {"b", "", {twice, slipped}}};
+  EXPECT_EQ(reproduced_by_construction(parts), 2);
+  EXPECT_EQ(verdict_counts(parts).at(Verdict::kReproduced), 3);
+  EXPECT_EQ(verdict(slipped), Verdict::kDiffers);
+}
+
 TEST(Finding, VerdictsAreNamedAsThePageSaysThem) {
   EXPECT_EQ(name_of(Verdict::kReproduced), "reproduced");
   EXPECT_EQ(name_of(Verdict::kDiffers), "differs");

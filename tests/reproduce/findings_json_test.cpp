@@ -28,7 +28,7 @@ TEST(FindingsJson, HoldsEachNumberItsVerdictAndTheCounts) {
   lost.why = "(3) against Fig. 1.";
   const Json expected = Json::parse(R"json({
     "number": 7, "title": "On Valves",
-    "verdicts": {"reproduced": 1, "differs": 1, "paper contradicts itself": 1},
+    "verdicts": {"reproduced": 1, "differs": 1, "paper contradicts itself": 1}, "reproduced_by_construction": 0,
     "parts": [{"title": "Flow", "text": "At rest.", "findings": [
       {"item": "(3)", "quantity": "critical ratio", "unit": "", "paper": 0.528, "instead": "", "expect": "near", "tolerance": 0.0005,
        "ours": 0.5285, "source": "our model", "difference": 0.0005, "verdict": "reproduced", "why": ""},
