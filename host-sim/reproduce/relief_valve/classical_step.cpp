@@ -109,6 +109,8 @@ Part classical_step() {
     for (const double psi : response->chamber_psi) least_psi = -greater_of(-least_psi, -psi);
   }
   const Mode printed_mode = least_damped(appendix_a_as_printed());
+  TwoStageConfig with_short_damping = appendix_a_as_printed();
+  with_short_damping.main.damping_length_m *= 0.1;
   TwoStageConfig full_flow_force = appendix_a_as_printed();
   full_flow_force.flow_force_factor = 2.0;
   const Mode full_mode = least_damped(full_flow_force);
@@ -119,28 +121,35 @@ Part classical_step() {
   swing = *std::max_element(late, without_f.pressure_psi.end()) -
           *std::min_element(late, without_f.pressure_psi.end());
 
-  Part part{.title = "Appendix A, Fig. 26: response of the classical two-stage valve to a step of flow",
-            .text = fmt::format(
-                "Six states, stops and positive pressures located as events. With the printed "
-                "numbers, the capillary read as 0.01 in, and what is left blank taken from "
-                "the geometry (A_p = pi/4 D6^2 = 0.0314 in2) or as nothing (B_p = 0), the valve is "
-                "unstable: its mode of {:.1f} Hz grows at {:.0f} /s until the pilot "
-                "beats between seat and stop ({} events in 0.1 s), a limit cycle. (With the flow "
-                "force of the momentum theorem, twice the printed one, that mode is at {:.1f} Hz and "
-                "grows at {:.0f} /s: the paper's 130 Hz lies between.) For a valve that settles the two "
-                "blanks are chosen: A_p = 0.020 in2 and B_p = 0.02 lbf s/in give a damped mode of "
-                "{:.1f} Hz ({:.0f} /s) at every flow, and the capillary is read as 0.04 in, since with "
-                "0.01 in the spool closes at 0.02 in/s and cannot follow an oscillation back. That shows "
-                "that the printed numbers allow 130 Hz, not that they give it. From rest, without "
-                "pressure, this valve too ends in a limit cycle ({:.0f} Hz); the step from 200 to 250 "
-                "in3/s settles, ringing at {:.1f} Hz from 50 to 100 ms. Neither number is a finding, since "
-                "the blanks "
-                "were chosen for 130 Hz. With the capillary's law in place of "
-                "constraint VI.F the latter leaves {:.2f} psi of swing in the last 20 ms.",
-                printed_mode.frequency_Hz, printed_mode.growth_1_s, printed.events, full_mode.frequency_Hz,
-                full_mode.growth_1_s, settling_mode.frequency_Hz, settling_mode.growth_1_s,
-                frequency_Hz(settling_from_rest, 0.03, nan), frequency_Hz(settling, 0.05, rest_psi), swing),
-            .findings = {}};
+  Part part{
+      .title = "Appendix A, Fig. 26: response of the classical two-stage valve to a step of flow",
+      .text = fmt::format(
+          "Six states, stops and positive pressures located as events. With the printed "
+          "numbers, the capillary read as 0.01 in, and what is left blank taken from "
+          "the geometry (A_p = pi/4 D6^2 = 0.0314 in2) or as nothing (B_p = 0), the valve is "
+          "unstable: its mode of {:.1f} Hz grows at {:.0f} /s until the pilot "
+          "beats between seat and stop ({} events in 0.1 s), a limit cycle. (With the flow "
+          "force of the momentum theorem, twice the printed one, that mode is at {:.1f} Hz and "
+          "grows at {:.0f} /s: the paper's 130 Hz lies between.) For a valve that settles the two "
+          "blanks are chosen: A_p = 0.020 in2 and B_p = 0.02 lbf s/in give a damped mode of "
+          "{:.1f} Hz ({:.0f} /s) at every flow, and the capillary is read as 0.04 in, since with "
+          "0.01 in the spool closes at 0.02 in/s and cannot follow an oscillation back. That shows "
+          "that the printed numbers allow 130 Hz, not that they give it. From rest, without "
+          "pressure, this valve too ends in a limit cycle ({:.0f} Hz); the step from 200 to 250 "
+          "in3/s settles, ringing at {:.1f} Hz from 50 to 100 ms. Neither number is a finding, since "
+          "the blanks "
+          "were chosen for 130 Hz. With the capillary's law in place of "
+          "constraint VI.F the latter leaves {:.2f} psi of swing in the last 20 ms. Left out is the part of "
+          "the unsteady flow force in proportion to P', whose formula the scan does not let be read; the "
+          "damping "
+          "lengths of the main spool stand there as 1,0.15 in and are read as 1 and 0.15 (with 0.1 and 0.15 "
+          "the "
+          "mode of the printed numbers would be at {:.1f} Hz).",
+          printed_mode.frequency_Hz, printed_mode.growth_1_s, printed.events, full_mode.frequency_Hz,
+          full_mode.growth_1_s, settling_mode.frequency_Hz, settling_mode.growth_1_s,
+          frequency_Hz(settling_from_rest, 0.03, nan), frequency_Hz(settling, 0.05, rest_psi), swing,
+          least_damped(with_short_damping).frequency_Hz),
+      .findings = {}};
   part.findings = {
       {.item = "Fig. 26",
        .quantity = "frequency of the pressure, printed numbers, blanks from geometry, from rest",

@@ -112,7 +112,12 @@ Part dynamic_equations() {
           "(3.16) is integrated as printed, "
           "with the exact derivative of the flow. The valve is RV-22 of the dynamic tests with a lag "
           "of 20 ms. At a held pressure the lag of (4.3) and the lag k2/P of (4.4), 20 ms at 980 psi, give "
-          "an exponential each: from rest at 980 psi the pressure is raised to 1960 psi.",
+          "an exponential each: from rest at 980 psi the pressure is raised to 1960 psi. The last divisor of "
+          "(4.6) stands in the "
+          "scan as 1/P with a mark above it; it is read as that of (4.3), 1/P. Read as 1/P2 the lag would "
+          "fall with the "
+          "pressure as in (4.4), which on the tests of Table V makes the difference that the row of Table IV "
+          "in the part on Fig. 16 to 23 gives.",
       .findings = {}};
   part.findings = {
       {.item = "(3.16)",

@@ -14,5 +14,6 @@ Part printed_dynamics();
 Part classical_static();
 Part classical_step();
 Part identified_valve();
+Part identified_softer_valve();
 
 }  // namespace plenum::host::reproduce::relief_valve

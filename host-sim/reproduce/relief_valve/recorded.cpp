@@ -22,6 +22,18 @@ const std::vector<FlowChange>& table_v() {
   return rows;
 }
 
+plant::relief_valve::TwoStageConfig softer_valve() {
+  using namespace plant::relief_valve;
+  constexpr double kSettling_N_s_m = 1000.0;
+  TwoStageConfig config = appendix_a_settling();
+  const double area_m2 = 0.2 * kInch2_m2;
+  config.main.preload_m *= area_m2 / config.main_area_m2;
+  config.main_area_m2 = area_m2;
+  config.main_chamber_area_m2 = area_m2;
+  config.main.drag_N_s_m = kSettling_N_s_m;
+  return config;
+}
+
 identify::relief_valve::Transient recorded(const TwoStagePhysics& physics, const FlowChange& change) {
   constexpr double kStep_s = 1e-3;
   constexpr double kBefore_s = 0.02;

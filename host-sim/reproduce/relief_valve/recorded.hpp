@@ -23,6 +23,11 @@ struct FlowChange {
 /// for a comparison with those changes.
 const std::vector<FlowChange>& table_v();
 
+/// The settling valve of appendix A with a main spool of less area, so that its pressure rises with the flow: A1 and A2
+/// 0.2 in2 (those of its seat; printed: 1.436 in2), the preload for the same P1 - P2 at which it opens, and a drag of
+/// 1000 N s/m, with which it settles. Ours, not the paper's.
+plant::relief_valve::TwoStageConfig softer_valve();
+
 /// Pressure and flow at the valve's port, every millisecond, from 20 ms before the supply begins to change.
 identify::relief_valve::Transient recorded(const plant::relief_valve::TwoStagePhysics& valve,
                                            const FlowChange& change);

@@ -76,7 +76,10 @@ Part static_characteristics() {
           "rated flow over the cracking pressure, {:.1f}, {:.1f} and {:.1f} for A, B and C, Fig. 3 bears "
           "the paper out; Fig. 4, {:.1f} and {:.1f} for A and B, does not by either measure. The exponents "
           "of curve B in Fig. 4 are guessed so that it "
-          "cracks where A does; that is therefore not compared.",
+          "cracks where A does; that is therefore not compared. By its list of figures the paper has one "
+          "cracking pressure in Fig. 3, and by Table I k1 is varied there and the cracking pressure kept in "
+          "Fig. 4: "
+          "the numbers of Table I are followed here.",
           over_cracking(kFig3[0]), over_cracking(kFig3[1]), over_cracking(kFig3[2]), over_cracking(kFig4[0]),
           over_cracking(kFig4[1])),
       .findings = {}};

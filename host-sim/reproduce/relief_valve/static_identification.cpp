@@ -9,6 +9,7 @@
 #include "host-sim/reproduce/relief_valve/parts.hpp"
 #include "host-sim/reproduce/relief_valve/printed.hpp"
 #include "host-sim/reproduce/relief_valve/recorded.hpp"
+#include "host-sim/reproduce/samples.hpp"
 
 namespace plenum::host::reproduce::relief_valve {
 namespace {
@@ -26,6 +27,7 @@ constexpr Valve kValves[] = {{"RV-9", {4.24e-7, 3.21e-6, 0.0}},
 
 constexpr int kPoints = 19;           // 10 to 100 l/min
 constexpr double kGaugeError = 0.01;  // of the pressure, one standard deviation
+constexpr double kClaimed = 0.10;     // of the pressure, the largest error
 
 std::vector<StaticPoint> measured(const StaticGreyBox& valve, double gauge_error) {
   plant::Random random(1);
@@ -35,6 +37,13 @@ std::vector<StaticPoint> measured(const StaticGreyBox& valve, double gauge_error
     points.push_back({pressure_Pa(valve, flow) * (1.0 + gauge_error * random.gaussian()), flow});
   }
   return points;
+}
+
+double worst_error_Pa(const StaticGreyBox& valve, const std::vector<StaticPoint>& points) {
+  double worst = 0.0;
+  for (const StaticPoint& point : points)
+    worst = greater_of(worst, std::abs(pressure_Pa(valve, point.flow_m3_s) - point.pressure_Pa));
+  return worst;
 }
 
 }  // namespace
@@ -49,8 +58,12 @@ Part static_identification() {
           "error of 1 % of the pressure (one "
           "standard deviation), and identified from that by (4.1). The paper claims 10 % of the "
           "pressure over this range on its "
-          "real valves. The last valve is the classical two-stage one of appendix A, whose curve "
-          "(3.12) does not know. The range determines the curve but not the cracking pressure, which lies "
+          "real valves; where a constant pressure meets that too, as of a valve that regulates well, the "
+          "error is taken as a share of the rise of pressure over the range instead. The last two valves are "
+          "the "
+          "classical two-stage one of appendix A, whose curve "
+          "(3.12) does not know, and one like it that regulates less well. The range determines the curve "
+          "but not the cracking pressure, which lies "
           "below it.",
       .findings = {}};
   report::XyChart chart{
@@ -59,13 +72,18 @@ Part static_identification() {
       .y = {"Pressure difference", "psi"}};
   const auto add = [&](const char* name, const std::vector<StaticPoint>& points, const StaticGreyBox& found,
                        const std::vector<StaticPoint>& truth) {
+    const double rise_Pa = truth.back().pressure_Pa - truth.front().pressure_Pa;
+    const bool flat = 0.5 * rise_Pa <= kClaimed * truth.front().pressure_Pa;  // of a constant amid the range
+    const double share = flat ? worst_error_Pa(found, truth) / rise_Pa : worst_pressure_error(found, truth);
     part.findings.push_back(
         {.item = "Fig. 8 to 10",
-         .quantity = std::string("largest error of pressure from 10 to 100 % of rated flow, ") + name,
+         .quantity = fmt::format("largest error of pressure from 10 to 100 % of rated flow{}, {}",
+                                 flat ? ", of the rise" : "", name),
          .unit = "%",
-         .paper = 10.0,
-         .ours = 100.0 * worst_pressure_error(found, truth),
+         .paper = 100.0 * kClaimed,
+         .ours = 100.0 * share,
          .expect = Expect::kAtMost,
+         .instead = flat ? "the text's bound, there of the pressure" : "",
          .why = "the fit is worse than the paper's on its valves"});
     report::Curve dots{
         .name = std::string(name) + ", measured", .x = {}, .y = {}, .stroke = report::Stroke::kPoints};
@@ -108,10 +126,13 @@ Part static_identification() {
              "curve is flat a small error of pressure turns the line of the opening far. The paper too found "
              "least squares wanting on RV-22 and solved for three points instead"});
   }
-  const plant::relief_valve::TwoStagePhysics classical(plant::relief_valve::appendix_a_settling());
-  const std::vector<StaticPoint> curve = static_points(classical, 10.0, 100.0, kPoints);
-  add("two-stage valve of appendix A", curve,
-      identify::relief_valve::fit_static(curve, classical.config().density_kg_m3), curve);
+  const auto add_two_stage = [&](const char* name, const plant::relief_valve::TwoStageConfig& config) {
+    const std::vector<StaticPoint> curve =
+        static_points(plant::relief_valve::TwoStagePhysics(config), 10.0, 100.0, kPoints);
+    add(name, curve, identify::relief_valve::fit_static(curve, config.density_kg_m3), curve);
+  };
+  add_two_stage("two-stage valve of appendix A", plant::relief_valve::appendix_a_settling());
+  add_two_stage("two-stage valve that regulates less well", softer_valve());
   part.charts.push_back(std::move(chart));
   return part;
 }

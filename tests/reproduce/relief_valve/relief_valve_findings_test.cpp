@@ -41,21 +41,46 @@ TEST(ReliefValveFindings, WhatIsNotReproducedSaysWhy) {
   }
 }
 
-TEST(ReliefValveFindings, GreyBoxPredictsSuddenChangesWithin15PercentAndEndsWithin5) {
-  for (const Finding& finding : about("largest transient error, test sudden", 3))
-    EXPECT_LE(finding.ours, 15.0) << finding.quantity;
-  for (const Finding& finding : about("error at the end, test sudden", 3))
-    EXPECT_LE(finding.ours, 5.0) << finding.quantity;
+TEST(ReliefValveFindings, ABoundThatAConstantPressureMeetsIsLeftOut) {
+  std::vector<std::string> of_pressure;
+  for (const Part& part : parts()) {
+    for (const Finding& finding : part.findings) {
+      const bool of_tests =
+          finding.item == "summary" || (finding.item == "Table V" && finding.source == Source::kOurModel);
+      if (of_tests && finding.quantity.find("swing") == std::string::npos)
+        of_pressure.push_back(finding.quantity);
+    }
+  }
+  // of appendix A's valve the first two, of the one that regulates less well the rest
+  EXPECT_EQ(of_pressure,
+            (std::vector<std::string>{
+                "error at the end, test 1", "largest transient error, test sudden, 9.3 to 89 l/min",
+                "error at the end, test 1", "error at the end, test 1", "error at the end, test 5",
+                "error at the end, test 5", "error at the end, test 3", "largest transient error, test 6",
+                "largest transient error, test sudden, 9.3 to 89 l/min",
+                "error at the end, test sudden, 9.3 to 89 l/min"}));
 }
 
-TEST(ReliefValveFindings, WhereAConstantPressureMeetsTheBoundThisIsSaid) {
-  std::vector<std::string> misses;
-  for (const Finding& finding : about("largest error of a constant pressure, test sudden", 3)) {
-    if (verdict(finding) == Verdict::kDiffers) misses.push_back(finding.quantity);
+TEST(ReliefValveFindings, WhatAConstantPressureMissesTheModelFollows) {
+  for (const Part& part : parts()) {
+    for (const Finding& finding : part.findings) {
+      const bool of_tests =
+          finding.item == "summary" || (finding.item == "Table V" && finding.source == Source::kOurModel);
+      if (!of_tests || finding.quantity.find("swing") != std::string::npos) continue;
+      EXPECT_EQ(verdict(finding), Verdict::kReproduced)
+          << part.title << ": " << finding.quantity << ", " << finding.ours;
+    }
   }
-  EXPECT_EQ(misses, (std::vector<std::string>{
-                        "largest error of a constant pressure, test sudden, 89 to 60 l/min",
-                        "largest error of a constant pressure, test sudden, 200 to 240 l/min"}));
+}
+
+TEST(ReliefValveFindings, TheLineThroughZeroFlowMissesAValveWhosePilotOpensFirst) {
+  const std::vector<Finding> line = about("through zero flow and 110 l/min", 1);
+  EXPECT_EQ(verdict(line.front()), Verdict::kDiffers);
+  EXPECT_NEAR(line.front().ours, 14.4, 0.1)
+      << "percent, by a solution of the same equations in another program";
+  const std::vector<Finding> cracking = about("cracking pressure of the line fitted", 1);
+  EXPECT_EQ(verdict(cracking.front()), Verdict::kDiffers);
+  EXPECT_NEAR(cracking.front().paper, 100.0 * 0.2 / 0.020, 1e-6) << "K_p y0/A_p [psi]";
 }
 
 TEST(ReliefValveFindings, LeastSquaresDoesNotFindTheCrackingPressureOfAFlatValve) {
@@ -71,12 +96,12 @@ TEST(ReliefValveFindings, BothLagsGiveTheirExponentialAtAHeldPressure) {
     EXPECT_LT(finding.ours, 1e-6) << finding.quantity << " [%]";
 }
 
-TEST(ReliefValveFindings, ErrorsOnTableFiveAreSharesOfTheSwing) {
-  for (const Finding& finding : about("largest transient error of the swing", 7)) {
-    EXPECT_LT(finding.ours, 30.0) << finding.quantity << "; a constant pressure errs by 100 %";
+TEST(ReliefValveFindings, OfTheSwingOfTableFiveTheModelMissesLessThanAThird) {
+  for (const Finding& finding : about("of the swing", 40)) {
     EXPECT_FALSE(finding.instead.empty()) << finding.quantity;
+    if (finding.quantity.find("sudden") != std::string::npos) continue;
+    EXPECT_LT(finding.ours, 30.0) << finding.quantity << "; a constant pressure errs by 100 %";
   }
-  about("error at the end of the swing", 7);
 }
 
 TEST(ReliefValveFindings, TableTwoFollowsFromItsConstantsButForRv9) {
@@ -100,18 +125,6 @@ TEST(ReliefValveFindings, OnlyNumbersThatStandClearlyContradictThePaper) {
     }
   }
   EXPECT_EQ(contradictions, (std::vector<std::string>{"largest error of a transient, RV-22"}));
-}
-
-TEST(ReliefValveFindings, NoTestOfTableFiveIsFollowedLessCloselyThanThePaperFollowedIts) {
-  int compared = 0;
-  for (const Part& part : parts()) {
-    for (const Finding& finding : part.findings) {
-      if (finding.item != "Table V" || finding.source != Source::kOurModel) continue;
-      ++compared;
-      EXPECT_EQ(verdict(finding), Verdict::kReproduced) << finding.quantity;
-    }
-  }
-  EXPECT_EQ(compared, 14) << "seven tests, the largest error and the last one";
 }
 
 TEST(ReliefValveFindings, TheTestsRunAreThoseOfTableFiveInItsOrder) {
