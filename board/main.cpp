@@ -113,6 +113,7 @@ int run(const config::BoardFile& file) {
   for (const std::string& trouble : hardware.troubles()) warn(trouble);
   plenum::Settings settings = file.settings;
   settings.node.identity.software_version = kVersion;
+  settings.node.identity.model_url = file.model_url.c_str();
   settings.node.bit_rates = rates_for_lss(file, interface_now(file.interface));
   const auto board = std::make_unique<plenum::Board>(settings, hardware.drivers());
   board->start();

@@ -26,6 +26,7 @@ using plenum::config::SafeOutput;
 constexpr std::int64_t kAny32 = 0xFFFF'FFFF;
 constexpr unsigned kHighestRate_Hz = 100'000;
 constexpr double kHighestOutput_V = 10.0;
+constexpr std::size_t kLongestUrl = 255;
 
 /// Gathers what is wrong in one part after the other, so that it can be mended at one go.
 class Mistakes {
@@ -143,6 +144,10 @@ void read_can(TomlTable& document, BoardFile& board) {
   node.identity.product_code = read_number32(can, "product_code");
   node.identity.revision = read_number32(can, "revision");
   node.identity.serial = read_number32(can, "serial");
+  board.model_url = can.text("model_url").value_or("");
+  if (board.model_url.size() > kLongestUrl)
+    can.refuse("model_url", fmt::format("has {} characters", board.model_url.size()),
+               fmt::format("at most {}", kLongestUrl));
   can.end();
 }
 

@@ -34,6 +34,7 @@ struct BoardFile {
   std::string text;                              ///< as it was read
   std::string interface;                         ///< of CAN: "can0"
   std::optional<std::uint16_t> bit_rate_kbit{};  ///< of the bus, one of CiA 305; empty: LSS gives it
+  std::string model_url;                         ///< of 6055h, empty unless stated
   drivers::IioInputConfig analog_in;
   drivers::IioOutputConfig analog_out;
   std::array<bool, plenum::config::kChambers>

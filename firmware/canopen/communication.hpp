@@ -28,6 +28,7 @@ struct Identity {
   std::uint32_t serial = 0;
   const char* vendor_name = "Plenum";
   const char* device_name = "Plenum valve board";
+  const char* model_url = "";  ///< of the installer's page about this model
   const char* hardware_version = "simulated";
   const char* software_version = "0.1.0";
 };

@@ -243,6 +243,7 @@ test('as a master of CiA 408 it reads who the board is, and sets ramp, deviation
                                                  await read(index, 3, canopen.DataType.INTEGER8)];
     assert.strictEqual(await read(0x6052, 0, VISIBLE_STRING), String(await read(0x1018, 4, UNSIGNED32)));
     assert.strictEqual(await read(0x6050, 0, VISIBLE_STRING), await read(0x100A, 0, VISIBLE_STRING));
+    await assert.rejects(read(0x6055, 0, VISIBLE_STRING), { code: 0x08000024 }, 'no data: no page about this model is stated');
     await write(0x63B1 + chamber, 1, 4000, UNSIGNED16);
     await write(0x63B4 + chamber, 1, 8000, UNSIGNED16);
     await write(0x63B0 + chamber, 0, 2, canopen.DataType.INTEGER8);

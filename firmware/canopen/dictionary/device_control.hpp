@@ -94,6 +94,7 @@ inline constexpr Entry kDeviceControlRows[] = {
     bytes(0x6053, kOnce, "Device description", visible_string, constant, read_description),
     bytes(0x6054, kOnce, "Device model description", visible_string, constant,
           read_string<&Identity::device_name>),
+    bytes(0x6055, kOnce, "Device model URL", visible_string, read_only, read_string<&Identity::model_url>),
     kept(value(0x6056, 0, kOnce, "Device parameter set code", unsigned32, read_write, no, kAny,
                read_image<&ProcessImage::parameter_set_code>, write_parameter_set_code)),
     bytes(0x6057, kOnce, "Device vendor name", visible_string, constant, read_string<&Identity::vendor_name>),

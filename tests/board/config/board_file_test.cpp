@@ -50,6 +50,7 @@ TEST(BoardFile, TheExampleIsReadWhole) {
   EXPECT_EQ(board.interface, "can0");
   EXPECT_EQ(board.settings.node.node_id, 5);
   EXPECT_EQ(board.settings.node.identity.serial, 1U);
+  EXPECT_EQ(board.model_url, "");
   EXPECT_EQ(board.bit_rate_kbit, std::nullopt);
   EXPECT_EQ(board.settings.node.bit_rates, 0x1DFU) << "LSS offers what CiA 305 has";
   EXPECT_EQ(board.analog_in.rate_Hz, 0U);
@@ -78,6 +79,16 @@ TEST(BoardFile, OfABitRateThatIsStatedLssOffersNoOther) {
       parse_board(with("interface = \"can0\"", "interface = \"can0\"\nbit_rate_kbit = 250"), "board.toml");
   EXPECT_EQ(board.bit_rate_kbit, 250);
   EXPECT_EQ(board.settings.node.bit_rates, 1U << 3) << "row 3 of table 0 of CiA 305";
+}
+
+TEST(BoardFile, SaysWhereThePageAboutItsModelIs) {
+  const auto of = [](const std::string& page) {
+    return with("interface = \"can0\"", "interface = \"can0\"\nmodel_url = \"" + page + "\"");
+  };
+  EXPECT_EQ(parse_board(of("https://example.org/valve-board"), "board.toml").model_url,
+            "https://example.org/valve-board");
+  EXPECT_EQ(refusal(of(std::string(256, 'u'))),
+            "board.toml: line 4: can.model_url has 256 characters, expected at most 255");
 }
 
 TEST(BoardFile, SaysHowAReferenceRampsAndWhatIsWatched) {
@@ -180,7 +191,7 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"interface = \"can0\"", "interface = \"can0\"\nspeed = 1",
                 "board.toml: line 4: can.speed is no key of this file, expected interface, node_id, "
                 "bit_rate_kbit, "
-                "vendor_id, product_code, revision, serial"},
+                "vendor_id, product_code, revision, serial, model_url"},
         Mistake{"rate_Hz = 1000", "rate_Hz = 1001",
                 "board.toml: line 5: analog_input.rate_Hz = 1001, expected a multiple of 100"},
         Mistake{"rate_Hz = 1000", "rate_Hz = 1000.0",
@@ -282,9 +293,9 @@ priority = 99
 [reel_time]
 )"),
       "board.toml: line 4: can.rate is no key of this file, expected interface, node_id, bit_rate_kbit, "
-      "vendor_id, product_code, revision, serial\n"
+      "vendor_id, product_code, revision, serial, model_url\n"
       "board.toml: line 3: can.speed is no key of this file, expected interface, node_id, bit_rate_kbit, "
-      "vendor_id, product_code, revision, serial\n"
+      "vendor_id, product_code, revision, serial, model_url\n"
       "board.toml: line 6: analog_input.rate_Hz is a string, expected a whole number from 0 to 100000\n"
       "board.toml: line 10: chamber[1].over_pressure_kPa is a string, expected a number from 0 to 2000\n"
       "board.toml: line 9: chamber[1].null_V = 11, expected a number from 0 to 10\n"

@@ -85,6 +85,8 @@ TEST(DeviceIdentity, GivesTheNumbersOf1018hInWords) {
   EXPECT_EQ(master.text(0x6051), std::to_string(master.read(0x1018, 2)));
   EXPECT_EQ(master.text(0x6052), std::to_string(master.read(0x1018, 4)));
   EXPECT_EQ(master.text(0x6053), "Regulates the pressure of eight pneumatic chambers");
+  EXPECT_EQ(master.exchange(0x40, 0x6055, 0, 0), "585 80 55 60 00 24 00 00 08")
+      << "no data: no page is stated";
   EXPECT_EQ(master.read(0x605F, 0), 0b11000U) << "control modes 3 and 4";
 }
 
