@@ -60,7 +60,7 @@ Part influence_of_noise(const Progress& progress) {
   const double all = static_cast<double>(std::size(kNoises_Pa) + std::size(kHolds_s) - 1);  // they share one
   double done = 0.0;
   const auto both = [&](double noise_Pa, double hold_s) {
-    const auto recording = record_staircase(noise_Pa, kSeed, hold_s);
+    const auto recording = record_staircase(noise_Pa, kSeed, {.hold_s = hold_s});
     UpAndDown identified{identify_branch(recording, id::Direction::kRising, kSeed),
                          identify_branch(recording, id::Direction::kFalling, kSeed)};
     if (progress) progress(++done / all);

@@ -1,9 +1,11 @@
 #include "host-sim/reproduce/regulator_valve/reproduce_regulator_valve.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstddef>
+#include <string>
 #include <string_view>
 #include <variant>
 #include <vector>
@@ -91,10 +93,37 @@ TEST(ReproduceRegulatorValve, TheSimulatedExperimentBearsOutTable4AndNotTable2) 
     EXPECT_GE(finding.ours, 0.0) << finding.quantity;
   }
   EXPECT_EQ(table4.findings.size(), 6U);
+  EXPECT_EQ(those_of(table4, "PSO less LS, exhaustion, steps held for 5 s").size(), 1U);
   const Part inside = recovered_parameters(campaign);
   expect_verdicts(those_of(inside, "k_me/A_d"), 2, Verdict::kReproduced);
   for (const std::string_view name : {"m_e", "k_me id", "k_mc", "A_d"})
     expect_verdicts(those_of(inside, name), 1, Verdict::kDiffers);
+}
+
+TEST(ReproduceRegulatorValve, OnAnotherStaircaseTheClaimHoldsForSmallStepsAndNotForLargeOrShortOnes) {
+  const Part part = other_staircases(measure_campaign(1, {}));
+  EXPECT_EQ(part.findings.size(), 24U);
+  for (const Finding& finding : part.findings) {
+    EXPECT_EQ(finding.paper, finding.unit == "%" ? 90.0 : 0.0) << finding.quantity;
+    EXPECT_EQ(finding.tolerance, 0.0) << finding.quantity;
+    EXPECT_EQ(finding.expect, Expect::kAtLeast) << finding.quantity;
+  }
+  for (const std::string_view method : {"LS", "PSO"}) {
+    const auto on = [&](std::string_view condition, std::string_view staircase) {
+      return those_of(part, fmt::format("fit of {}, {}, on steps of {}", method, condition, staircase));
+    };
+    for (const std::string_view condition : {"pressurisation", "exhaustion"}) {
+      expect_verdicts(on(condition, "0.125 mm, 5 s"), 1, Verdict::kReproduced);
+      expect_verdicts(on(condition, "0.25 mm, 10 s"), 1, Verdict::kReproduced);
+    }
+    for (const std::string_view staircase : {"0.5 mm, 5 s", "0.25 mm, 2.5 s"}) {
+      const std::vector<Finding> low = on("exhaustion", staircase);
+      expect_verdicts(low, 1, Verdict::kDiffers);
+      EXPECT_NE(low.front().why.find(fmt::format("identified on this very one {} has", method)),
+                std::string::npos)
+          << low.front().why;
+    }
+  }
 }
 
 void expect_drawable(const report::Chart& chart) {
@@ -118,7 +147,7 @@ TEST(ReproduceRegulatorValve, TheWholePaperSaysWhyWhereItIsNotReproducedAndCanBe
     last = done;
   });
   EXPECT_DOUBLE_EQ(last, 1.0);
-  EXPECT_EQ(parts.size(), 13U);
+  EXPECT_EQ(parts.size(), 14U);
   for (const Part& part : parts) {
     EXPECT_FALSE(part.text.empty()) << part.title;
     EXPECT_FALSE(part.findings.empty()) << part.title;
@@ -127,7 +156,9 @@ TEST(ReproduceRegulatorValve, TheWholePaperSaysWhyWhereItIsNotReproducedAndCanBe
           << finding.item << ", " << finding.quantity << ": " << finding.ours;
     }
     for (const report::Chart& chart : part.charts) expect_drawable(chart);
-    for (const Finding& finding : those_of(part, "cases with PSO below LS")) EXPECT_EQ(finding.ours, 0.0);
+    for (const Finding& finding : those_of(part, "cases with PSO below LS")) {
+      EXPECT_EQ(finding.ours, 0.0);
+    }
   }
 }
 
