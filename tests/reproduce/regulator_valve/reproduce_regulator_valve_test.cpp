@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <string>
@@ -126,6 +127,41 @@ TEST(ReproduceRegulatorValve, OnAnotherStaircaseTheClaimHoldsForSmallStepsAndNot
   }
 }
 
+TEST(ReproduceRegulatorValve, NoneOfThePrintedCoefficientsComesOutToItsDigits) {
+  const Part part = printed_coefficients(measure_campaign(2, {}));
+  expect_verdicts(those_of(part, "(34)"), 8, Verdict::kDiffers);
+  expect_verdicts(those_of(part, "(38)"), 8, Verdict::kDiffers);
+  for (const Finding& finding : those_of(part, "b_")) EXPECT_EQ(finding.tolerance, 0.05);
+  for (const Finding& finding : those_of(part, "a_")) {
+    EXPECT_EQ(finding.tolerance, 0.5e-4);
+    if (finding.item == "(34)") {
+      EXPECT_NEAR(finding.ours, -1.0 / 3.0, 0.05) << finding.quantity;
+    }
+  }
+  // Without noise: 1 + a_1 + a_2 + a_3 is small and b small with it, poles near 1.
+  EXPECT_NE(those_of(part, "b_0, LS").front().why.find("b 22976, a -2.882, 2.771, -0.889"),
+            std::string::npos);
+}
+
+// The text says from which hold on the claim is kept; the curves of the chart say so too.
+void expect_holds_as_told(const Part& noise) {
+  for (const report::Chart& chart : noise.charts) {
+    const auto* shown = std::get_if<report::XyChart>(&chart);
+    if (shown == nullptr || shown->title != "Fit (39) over the hold") continue;
+    const std::vector<double>& holds_s = shown->curves.front().x;
+    std::size_t from = holds_s.size();
+    const auto kept = [&](std::size_t i) {
+      return std::all_of(shown->curves.begin(), shown->curves.end(),
+                         [i](const report::Curve& curve) { return curve.y[i] >= 90.0; });
+    };
+    while (from > 0 && kept(from - 1)) --from;
+    ASSERT_LT(from, holds_s.size());
+    EXPECT_NE(noise.text.find(fmt::format("from {:g} s on", holds_s[from])), std::string::npos) << noise.text;
+    return;
+  }
+  FAIL() << "no chart of the holds";
+}
+
 void expect_drawable(const report::Chart& chart) {
   std::visit(
       [](const auto& shown) {
@@ -147,7 +183,7 @@ TEST(ReproduceRegulatorValve, TheWholePaperSaysWhyWhereItIsNotReproducedAndCanBe
     last = done;
   });
   EXPECT_DOUBLE_EQ(last, 1.0);
-  EXPECT_EQ(parts.size(), 14U);
+  EXPECT_EQ(parts.size(), 15U);
   for (const Part& part : parts) {
     EXPECT_FALSE(part.text.empty()) << part.title;
     EXPECT_FALSE(part.findings.empty()) << part.title;
@@ -158,6 +194,8 @@ TEST(ReproduceRegulatorValve, TheWholePaperSaysWhyWhereItIsNotReproducedAndCanBe
     for (const report::Chart& chart : part.charts) expect_drawable(chart);
     for (const Finding& finding : those_of(part, "cases with PSO below LS")) {
       EXPECT_EQ(finding.ours, 0.0);
+      expect_holds_as_told(part);
+      expect_verdicts(those_of(part, "(34)"), 4, Verdict::kDiffers);
     }
   }
 }
