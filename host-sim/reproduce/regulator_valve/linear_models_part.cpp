@@ -89,17 +89,17 @@ Part linear_models() {
       .title = "(17)-(29): force balance and linear models",
       .text =
           "The nonlinear valve (both conditions, blocked and subsonic ports, contact of plunger and spool) "
-          "answers a step of "
-          "the screw, beside the transfer functions with the coefficients of the same constants. "
-          "Pressurisation is linear in "
-          "the paper's own range, exhaustion is linearised, so its difference must go with the square of the "
-          "step.",
+          "answers a step of the screw, beside the transfer functions with the coefficients of the same "
+          "constants. Pressurisation is linear in the paper's own range, exhaustion is linearised, so its "
+          "difference must go with the square of the step. That the pressure settles at (26) shows the "
+          "force balance at rest alone: A_d is set to the slope of section 4.",
       .findings = {{.item = "(26)",
                     .quantity = "settled pressure for each mm of the screw, pressurisation",
                     .unit = "Pa/mm",
                     .paper = 1e-3 * kPrintedSlope_Pa_m,
                     .ours = 1e-3 * up.plant.y.back() / kTurn_m,
                     .tolerance = 0.005e5,
+                    .source = Source::kSetToPaper,
                     .why = "the force balance does not settle at k_me x_p/A_d"},
                    {.item = "(28)",
                     .quantity = "0.25 mm up: largest distance of the nonlinear valve from (28), of the step",

@@ -64,6 +64,7 @@ Part time_constant() {
                         .paper = kPrintedTimeConstant_s,
                         .ours = t63_s - kPrintedDelay_s,
                         .tolerance = 0.005,
+                        .source = Source::kSetToPaper,
                         .why = "the bench is not set as it says"},
                        {.item = "Fig. 5",
                         .quantity = "delay, by two points",
@@ -71,6 +72,7 @@ Part time_constant() {
                         .paper = kPrintedDelay_s,
                         .ours = t63_s - 1.5 * (t63_s - t28_s),
                         .tolerance = 0.05,
+                        .source = Source::kSetToPaper,
                         .why = "the bench is not set as it says"},
                        {.item = "section 4",
                         .quantity = "pressure for each mm of the screw",
@@ -78,6 +80,7 @@ Part time_constant() {
                         .paper = 1e-3 * kPrintedSlope_Pa_m,
                         .ours = 1e-3 * (quiet.pressure_Pa.back() - quiet.pressure_Pa.front()) / kTurn_m,
                         .tolerance = 0.005e5,
+                        .source = Source::kSetToPaper,
                         .why = "the bench is not set as it says"}},
           .charts = {report::LineChart{
               .title = "Fig. 5: a quarter turn",

@@ -184,6 +184,7 @@ TEST(ReproduceRegulatorValve, TheWholePaperSaysWhyWhereItIsNotReproducedAndCanBe
   });
   EXPECT_DOUBLE_EQ(last, 1.0);
   EXPECT_EQ(parts.size(), 15U);
+  EXPECT_EQ(reproduced_by_construction(parts), 10);
   for (const Part& part : parts) {
     EXPECT_FALSE(part.text.empty()) << part.title;
     EXPECT_FALSE(part.findings.empty()) << part.title;
