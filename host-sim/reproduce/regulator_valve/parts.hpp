@@ -15,6 +15,7 @@ Part time_constant();
 Part step_experiment(const Campaign& campaign);
 Part printed_models();
 Part printed_coefficients(const Campaign& campaign);
+Part methods(const Campaign& campaign);
 Part accuracy(const Campaign& campaign);
 Part other_staircases(const Campaign& campaign);
 Part influence_of_noise(const Progress& progress);

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "host-sim/identify/regulator_valve/discrete_model.hpp"
-#include "host-sim/identify/swarm/swarm.hpp"
 #include "host-sim/reproduce/regulator_valve/parts.hpp"
 #include "host-sim/reproduce/regulator_valve/printed.hpp"
 
@@ -40,11 +39,10 @@ report::Curve step_curve(const PrintedModels& printed, const DiscreteModel& mode
 
 Part printed_models() {
   Part part{.title = "(34), (38): the printed models",
-            .text = fmt::format("The models that the paper prints, run as they stand. 1 + a_1 + a_2 + a_3 is "
-                                "what remains of numbers of order one: their four "
-                                "decimals leave it known to 1.5e-4, which is the tolerance here. The paper's "
-                                "constriction (37) with its settings is {:.4f}.",
-                                identify::swarm::constriction_factor(4.1)),
+            .text =
+                "The models that the paper prints, run as they stand. 1 + a_1 + a_2 + a_3 is what remains "
+                "of numbers of order one: their four decimals leave it known to 1.5e-4, which is the "
+                "tolerance here.",
             .findings = {}};
   report::LineChart chart{.title = "(34), (38): 0.25 mm put to the printed models",
                           .caption = "Fig. 5 reads 0.1 s of delay and 0.15 s, and 39 kPa.",

@@ -22,6 +22,7 @@ std::vector<Part> reproduce_regulator_valve(const Progress& progress) {
                           step_experiment(campaign),
                           printed_models(),
                           printed_coefficients(campaign),
+                          methods(campaign),
                           accuracy(campaign),
                           other_staircases(campaign),
                           influence_of_noise(from_to(kCampaignShare, 1.0)),

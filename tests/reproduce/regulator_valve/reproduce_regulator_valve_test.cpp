@@ -143,6 +143,16 @@ TEST(ReproduceRegulatorValve, NoneOfThePrintedCoefficientsComesOutToItsDigits) {
             std::string::npos);
 }
 
+TEST(ReproduceRegulatorValve, TheMethodsAreThoseOfTheirEquations) {
+  Campaign campaign = measure_campaign(1, {});
+  const Part part = methods(campaign);
+  expect_all(part, Verdict::kReproduced);
+  EXPECT_EQ(part.findings.size(), 5U);
+  EXPECT_LT(those_of(part, "drawn towards").front().tolerance, 0.02);
+  campaign.runs.front().rising.least_squares.b_Pa_m *= 1.0 + 1e-6;
+  EXPECT_EQ(verdict(those_of(methods(campaign), "(33)").front()), Verdict::kDiffers);
+}
+
 // The text says from which hold on the claim is kept; the curves of the chart say so too.
 void expect_holds_as_told(const Part& noise) {
   for (const report::Chart& chart : noise.charts) {
@@ -183,7 +193,7 @@ TEST(ReproduceRegulatorValve, TheWholePaperSaysWhyWhereItIsNotReproducedAndCanBe
     last = done;
   });
   EXPECT_DOUBLE_EQ(last, 1.0);
-  EXPECT_EQ(parts.size(), 15U);
+  EXPECT_EQ(parts.size(), 16U);
   EXPECT_EQ(reproduced_by_construction(parts), 10);
   for (const Part& part : parts) {
     EXPECT_FALSE(part.text.empty()) << part.title;
