@@ -157,9 +157,16 @@ Fitted scored(const char* method, const DiscreteModel& model, const valve::Model
   Fitted fitted{.method = method, .model = model, .error = error};
   fitted.fit_percent =
       fit_of(side.fitted, valve::free_run(model, side.fitted.screw_m, side.fitted.pressure_Pa));
-  fitted.held_out_Pa = valve::free_run(model, side.held_out.screw_m, side.held_out.pressure_Pa);
-  fitted.held_out_percent = fit_of(side.held_out, fitted.held_out_Pa);
   return fitted;
+}
+
+void score_held_out(Side& side, const Named& judged) {
+  told_of(fmt::format("{}: {} branch, held out", judged.name, side.name()), [&] {
+    for (Fitted& of : side.models) {
+      of.held_out_Pa = valve::free_run(of.model, side.held_out.screw_m, side.held_out.pressure_Pa);
+      of.held_out_percent = fit_of(side.held_out, of.held_out_Pa);
+    }
+  });
 }
 
 void fit(Side& side, const Named& log, const Options& options) {
@@ -212,7 +219,8 @@ Whole run_whole(const Side& rising, const Side& falling, const Named& log, const
     measured.push_back(p);
     predicted.push_back(whole.gauge_Pa[k]);
   }
-  whole.fit_percent = valve::fit_percent(measured, predicted);
+  told_of(fmt::format("{}: rows in the range", judged.name),
+          [&] { whole.fit_percent = valve::fit_percent(measured, predicted); });
   return whole;
 }
 
@@ -295,7 +303,10 @@ Answer identified(const Options& options) {
     throw identify::CannotIdentify(fmt::format("{}: {}; {}; gauge, see --pressure-low and --pressure-high",
                                                answer.log.name, answer.missing[0], answer.missing[1]));
   }
-  for (Side& side : answer.sides) fit(side, answer.log, options);
+  for (Side& side : answer.sides) {
+    fit(side, answer.log, options);
+    score_held_out(side, answer.judged());
+  }
   if (answer.missing.empty()) {
     answer.whole = run_whole(answer.sides[0], answer.sides[1], answer.log, answer.judged(), range);
     if (options.internal) answer.inside = inside(answer.sides[0], answer.sides[1], options);

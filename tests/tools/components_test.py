@@ -79,6 +79,15 @@ class Regulator(Component):
         steps = self.staircase("stuck.csv", lambda k: 1e-3 * (k // 200), lambda k: 3e5)
         self.refused(3, "regulator", steps, says=["stuck.csv", "rising branch", "pressure never changes"])
 
+    def test_a_held_out_part_that_never_changes_is_exit_3_and_named(self):
+        screw_m = lambda k: 2e-4 * (k // 100)
+        moving = lambda k: 2e5 + 1e4 * (k // 100) + 3e3 * math.sin(k * k)
+        late = self.staircase("late.csv", screw_m, lambda k: moving(k) if k < 500 else 2.6e5)
+        self.refused(3, "regulator", "--method", "ls", late, says=["late.csv: rising branch, held out", "never changes"])
+        self.refused(3, "regulator", "--method", "ls", self.staircase("moving.csv", screw_m, moving),
+                     "--heldout", self.staircase("stuck.csv", screw_m, lambda k: 2.6e5),
+                     says=["stuck.csv: rising branch, held out", "never changes"])
+
     def test_bad_input_is_one_line_of_what_where_and_what_was_expected(self):
         self.refused(2, "regulator", "missing.csv", says=["missing.csv", "No such file"])
         step = lambda k: 1e-3 * (k // 200)

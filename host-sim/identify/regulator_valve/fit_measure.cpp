@@ -5,6 +5,8 @@
 #include <Eigen/Core>
 #include <stdexcept>
 
+#include "host-sim/identify/cannot_identify.hpp"
+
 namespace plenum::host::identify::regulator_valve {
 
 double fit_percent(const std::vector<double>& measured, const std::vector<double>& estimated) {
@@ -16,10 +18,9 @@ double fit_percent(const std::vector<double>& measured, const std::vector<double
   const auto count = static_cast<Eigen::Index>(measured.size());
   const Eigen::Map<const Eigen::ArrayXd> y(measured.data(), count);
   const Eigen::Map<const Eigen::ArrayXd> estimate(estimated.data(), count);
-  const double spread = (y - y.mean()).matrix().norm();
-  if (!(spread > 0.0))
-    throw std::invalid_argument("fit_percent: the measurement never changes, expected a change");
-  return 100.0 * (1.0 - (estimate - y).matrix().norm() / spread);
+  // not by the spread, which rounding of the mean leaves above 0
+  if (y.minCoeff() == y.maxCoeff()) throw CannotIdentify("fit (39): the measurement never changes");
+  return 100.0 * (1.0 - (estimate - y).matrix().norm() / (y - y.mean()).matrix().norm());
 }
 
 }  // namespace plenum::host::identify::regulator_valve

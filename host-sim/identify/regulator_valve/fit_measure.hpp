@@ -9,7 +9,8 @@
 
 namespace plenum::host::identify::regulator_valve {
 
-/// (39) [%]. Throws std::invalid_argument for unequal or no lengths and for a measurement that never changes.
+/// (39) [%]. Throws std::invalid_argument for unequal or no lengths, CannotIdentify for a measurement that never
+/// changes.
 double fit_percent(const std::vector<double>& measured, const std::vector<double>& estimated);
 
 }  // namespace plenum::host::identify::regulator_valve

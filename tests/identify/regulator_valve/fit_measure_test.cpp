@@ -4,6 +4,8 @@
 
 #include <stdexcept>
 
+#include "host-sim/identify/cannot_identify.hpp"
+
 namespace plenum::host::identify::regulator_valve {
 namespace {
 
@@ -22,8 +24,13 @@ TEST(FitMeasure, DoesNotDependOnTheUnitNorTheOrigin) {
   EXPECT_NEAR(fit_percent({1010.0, 1040.0, 1020.0}, {1012.0, 1035.0, 1022.0}), plain, 1e-10);
 }
 
-TEST(FitMeasure, RefusesWhatHasNoSpread) {
-  EXPECT_THROW(fit_percent({2.0, 2.0}, {2.0, 1.0}), std::invalid_argument);
+TEST(FitMeasure, CannotTellOfAMeasurementThatNeverChanges) {
+  EXPECT_THROW(fit_percent({2.0, 2.0}, {2.0, 1.0}), CannotIdentify);
+  // the mean of three is not 0.1 to the last bit
+  EXPECT_THROW(fit_percent({0.1, 0.1, 0.1}, {0.1, 0.2, 0.1}), CannotIdentify);
+}
+
+TEST(FitMeasure, RefusesUnequalOrNoLengths) {
   EXPECT_THROW(fit_percent({2.0, 1.0}, {2.0}), std::invalid_argument);
   EXPECT_THROW(fit_percent({}, {}), std::invalid_argument);
 }
