@@ -27,8 +27,8 @@ std::string why_of_least_squares(const Condition& condition) {
       id::fit_least_squares(id::branch_of(record_staircase(0.0, 1), condition.direction));
   return fmt::format(
       "noise in the three past pressures pulls the three a of (33) to their average, -1/3 each, and b with "
-      "them, since the static gain stays: without noise LS has {} on this bench. The coefficients tell more "
-      "of the noise, which the paper does not print, than of the valve, which is another",
+      "them, since the static gain stays; without noise LS has {} on this bench, so they tell more of the "
+      "noise, which the paper does not print, than of the valve, which is another",
       as_text(quiet));
 }
 
@@ -44,7 +44,7 @@ std::string why_of_swarm(const Condition& condition, const Campaign& campaign,
     moved = std::max(moved, std::abs(printed.a[i] - printed_least_squares.a[i]));
   return fmt::format(
       "the free run tells the static gain and the slowest pole, and under noise hardly the other two: over "
-      "{} staircases of one valve our {} lies anywhere from {:.2f} to {:.2f}. The paper's is another valve, "
+      "{} staircases of one valve our {} lies anywhere from {:.2f} to {:.2f}; the paper's is another valve, "
       "and its swarm stays within {:.4f} of the a of (34)",
       campaign.runs.size(), condition.direction == id::Direction::kRising ? "a_1" : "a_4", first_a(*least),
       first_a(*most), moved);

@@ -58,9 +58,9 @@ std::string why_below(const char* method, double own) {
                        method, own);
   }
   return fmt::format(
-      "it is the staircase more than the model: identified on this very one {} has {:.1f} %. What a model "
-      "does wrong it does while the pressure moves; (39) spreads that over the range and over the rests "
-      "between the steps, so large steps and short holds score low",
+      "it is the staircase more than the model, since identified on this very one {} has {:.1f} %: what a "
+      "model does wrong it does while the pressure moves, and (39) spreads that over the range and over the "
+      "rests between the steps, so large steps and short holds score low",
       method, own);
 }
 
@@ -101,6 +101,7 @@ std::vector<Finding> findings_of(const Staircase& staircase, double noise_Pa, co
         .paper = bound,
         .ours = ours,
         .expect = Expect::kAtLeast,
+        .instead = "the claim",
         .why = std::move(why)};
   };
   return {finding("fit of LS", "%", kClaim, least.least_squares, why_below("LS", own.least_squares)),
