@@ -17,6 +17,7 @@ Part steady_state();
 Part proposed_model();
 Part volume_rate(const Study& study);
 Part identified_curves(const Study& study);
+Part identified_ports(const Study& study);
 Part parameters(const Study& study);
 Part convergence(const Study& study, const Progress& progress);
 Part pressure_change(const Study& study);

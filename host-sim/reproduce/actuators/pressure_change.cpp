@@ -1,7 +1,6 @@
 // Fig. 11: the change of pressure within a tick, measured and predicted from the measured pressure.
-#include <cmath>
-
 #include "host-sim/identify/ticks.hpp"
+#include "host-sim/reproduce/actuators/curve_figures.hpp"
 #include "host-sim/reproduce/actuators/parts.hpp"
 #include "host-sim/reproduce/samples.hpp"
 
@@ -26,16 +25,9 @@ Changes changes_of(const Identified& chamber) {
 }
 
 /// Share of the variance of the measured change that the prediction explains [%].
-double explained_percent(const Identified& chamber) {
+double change_explained_percent(const Identified& chamber) {
   const Changes changes = changes_of(chamber);
-  const double centre = mean(changes.measured);
-  double residual = 0.0;
-  double variance = 0.0;
-  for (std::size_t i = 0; i < changes.measured.size(); ++i) {
-    residual += std::pow(changes.predicted[i] - changes.measured[i], 2);
-    variance += std::pow(changes.measured[i] - centre, 2);
-  }
-  return 100.0 * (1.0 - residual / variance);
+  return explained_percent(changes.predicted, changes.measured);
 }
 
 report::LineChart chart_of(const Identified& chamber, const char* title, std::size_t from, std::size_t rows) {
@@ -66,8 +58,8 @@ Part pressure_change(const Study& study) {
       .findings = {}};
   const Identified& at_rest_one = study.at_rest[place_of_typical(study.at_rest)];
   const Identified& moving_one = study.moving[place_of_typical(study.moving)];
-  const std::vector<double> at_rest = over(study.at_rest, explained_percent);
-  const std::vector<double> moving = over(study.moving, explained_percent);
+  const std::vector<double> at_rest = over(study.at_rest, change_explained_percent);
+  const std::vector<double> moving = over(study.moving, change_explained_percent);
   const auto explained = [&](const char* quantity, double ours) {
     part.findings.push_back(
         {.item = "Fig. 11",
@@ -79,9 +71,11 @@ Part pressure_change(const Study& study) {
          .instead = "our reading of \"the main features\"",
          .why = "the one-step fit of this chamber does not describe its pressure change"});
   };
-  explained("variance of the change explained, typical chamber, moving", explained_percent(moving_one));
+  explained("variance of the change explained, typical chamber, moving",
+            change_explained_percent(moving_one));
   explained("variance of the change explained, the least of all chambers, moving", percentile(moving, 1e-9));
-  explained("variance of the change explained, typical chamber at rest", explained_percent(at_rest_one));
+  explained("variance of the change explained, typical chamber at rest",
+            change_explained_percent(at_rest_one));
   explained("variance of the change explained, the least of all chambers, at rest",
             percentile(at_rest, 1e-9));
   part.charts = {chart_of(moving_one, "Fig. 11: pressure change, 20 s of a typical chamber", 2000, 2000),

@@ -15,6 +15,7 @@ std::vector<Part> parts_of(const Study& study, const Progress& progress) {
                           proposed_model(),
                           volume_rate(study),
                           identified_curves(study),
+                          identified_ports(study),
                           parameters(study),
                           convergence(study, progress),
                           pressure_change(study),

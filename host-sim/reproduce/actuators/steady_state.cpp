@@ -5,6 +5,7 @@
 
 #include "host-sim/plant/chamber.hpp"
 #include "host-sim/plant/reach.hpp"
+#include "host-sim/reproduce/actuators/curve_figures.hpp"
 #include "host-sim/reproduce/actuators/illustrated.hpp"
 #include "host-sim/reproduce/actuators/parts.hpp"
 #include "host-sim/reproduce/samples.hpp"
@@ -22,15 +23,6 @@ double rest_kPa(const plant::ThinPlateValveConfig& valve, double u) {
 std::vector<double> rests_kPa(const plant::ThinPlateValveConfig& valve,
                               const std::vector<double>& command_V) {
   return over(command_V, [&](double u) { return rest_kPa(valve, u); });
-}
-
-/// Slope at mid-command over the steepest anywhere.
-double flatness(const plant::ThinPlateValveConfig& valve) {
-  const double step_V = 1e-3;
-  const auto slope = [&](double u) { return rest_kPa(valve, u + step_V) - rest_kPa(valve, u - step_V); };
-  double steepest = 0.0;
-  for (const double u : evenly(kLow_V, kHigh_V, 801)) steepest = greater_of(steepest, slope(u));
-  return slope(5.0) / steepest;
 }
 
 /// A locked cylinder of 100 mL while the command creeps from 3 to 7 V.
@@ -105,7 +97,7 @@ Part steady_state() {
            "\"a flat kink at the origin\" (below half of the steepest): slope there over the steepest, "
            "spool wider than the ports",
        .paper = 0.5,
-       .ours = flatness(wide),
+       .ours = slope_at_null_over_steepest([&](double u) { return rest_kPa(wide, u); }, 5.0),
        .expect = Expect::kAtMost,
        .instead = "our reading of \"a flat kink\"",
        .why = "the transition of our guess is too wide for its sealed region"});

@@ -3,6 +3,7 @@
 
 #include "host-sim/plant/mpye_tables.hpp"
 #include "host-sim/reproduce/actuators/by_differences.hpp"
+#include "host-sim/reproduce/actuators/curve_figures.hpp"
 #include "host-sim/reproduce/actuators/illustrated.hpp"
 #include "host-sim/reproduce/actuators/parts.hpp"
 #include "host-sim/reproduce/actuators/printed.hpp"
@@ -98,18 +99,6 @@ MeasuredPort fitted_port(const plant::MpyeTable& table, bool to_room) {
   return port;
 }
 
-/// Share of the variance of the measured areas that (3) explains [%].
-double explained_percent(const MeasuredPort& port) {
-  const double centre = mean(port.area_mm2);
-  double residual = 0.0;
-  double variance = 0.0;
-  for (std::size_t i = 0; i < port.area_mm2.size(); ++i) {
-    residual += std::pow(port.fitted_mm2[i] - port.area_mm2[i], 2);
-    variance += std::pow(port.area_mm2[i] - centre, 2);
-  }
-  return 100.0 * (1.0 - residual / variance);
-}
-
 report::XyChart chart_of_measured(const MeasuredPort& inlet, const MeasuredPort& exhaust) {
   return {.title = "Beside Fig. 9: measured areas of an MPYE valve, and (3) fitted to them",
           .caption =
@@ -198,7 +187,8 @@ Part valve_areas() {
            "areas of an MPYE valve, 3 to 7 V, the lesser of both ports",
        .unit = "%",
        .paper = 50.0,
-       .ours = -greater_of(-explained_percent(inlet), -explained_percent(exhaust)),
+       .ours = -greater_of(-explained_percent(inlet.fitted_mm2, inlet.area_mm2),
+                           -explained_percent(exhaust.fitted_mm2, exhaust.area_mm2)),
        .expect = Expect::kAtLeast,
        .instead = "our reading of \"the principal features\"",
        .why = "the measured areas do not have the shape of (3)"});

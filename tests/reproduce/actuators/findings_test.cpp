@@ -108,6 +108,36 @@ TEST(ReproduceActuators, IdentifiedRateOverPressureStandsBesideThePlants) {
   EXPECT_EQ(verdict(finding(part, "rate of the pressure over the pressure")), Verdict::kDiffers);
 }
 
+// A line through s = P_c has (P_c - P_r)/(P_c - P_c/theta) at P_r, of what it has at the choked limit.
+TEST(ReproduceActuators, IdentifiedFlowOfAFillingPortHasNoChokedLimit) {
+  const Part part = identified_ports(study_population(kChambers, {}));
+  const Finding gain = finding(part, "independent of the downstream pressure");
+  EXPECT_NEAR(gain.ours, (620.0 - 101.325) / (620.0 * (1.0 - 1.0 / std::pow(1.2, 3.5))), 1e-3);
+  EXPECT_NEAR(gain.paper, 1.0, 0.1);
+  EXPECT_EQ(verdict(gain), Verdict::kDiffers);
+  EXPECT_EQ(verdict(finding(part, "flow of a filling port, p_d from")), Verdict::kDiffers);
+  EXPECT_EQ(verdict(finding(part, "flow of an emptying port")), Verdict::kReproduced);
+}
+
+TEST(ReproduceActuators, IdentifiedModelHasTheAreaOfTheExhaustAndNotOfTheSupply) {
+  const Part part = identified_ports(study_population(kChambers, {}));
+  EXPECT_EQ(verdict(finding(part, "identified a_r by the choked ends")), Verdict::kReproduced);
+  EXPECT_EQ(verdict(finding(part, "identified a_c by the choked ends")), Verdict::kDiffers);
+  EXPECT_EQ(verdict(finding(part, "areas by the slope at rest")), Verdict::kDiffers);
+  EXPECT_EQ(verdict(finding(part, "falling steps of a_c and rising steps of a_r by the choked ends")),
+            Verdict::kDiffers);
+  ASSERT_EQ(part.charts.size(), 2U);
+  EXPECT_EQ(std::get<report::XyChart>(part.charts[0]).curves.size(), 4U);
+  EXPECT_EQ(std::get<report::XyChart>(part.charts[1]).curves.size(), 6U);
+}
+
+TEST(ReproduceActuators, IdentifiedSigmoidLosesTheFlatKinkOfThePlants) {
+  const Part part = identified_curves(study_population(2 * kChambers, {}));
+  EXPECT_EQ(verdict(finding(part, "slope of the identified s at c_1")), Verdict::kDiffers);
+  EXPECT_EQ(verdict(finding(part, "the same, refined on free runs")), Verdict::kReproduced);
+  EXPECT_EQ(verdict(finding(part, "s fitted straight to the plant's steady states")), Verdict::kDiffers);
+}
+
 TEST(ReproduceActuators, ProgressRisesToOne) {
   std::vector<double> seen;
   const Study study = study_population(1, [&](double done) { seen.push_back(done); });
