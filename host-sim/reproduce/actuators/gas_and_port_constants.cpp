@@ -14,23 +14,23 @@ namespace {
 
 /// d/dx of sqrt(x^(2/kappa) - x^((kappa+1)/kappa)), the shape of (1c), at the choked limit x = 1/theta.
 double slope_of_shape_when_choked(double kappa) {
-  const double x = 1.0 / plant::thin_plate_constants({.kappa = kappa}).theta;
+  const double x = 1.0 / printed::theta(kappa);
   const double square = std::pow(x, 2.0 / kappa) - std::pow(x, (kappa + 1.0) / kappa);
   return (2.0 / kappa * std::pow(x, 2.0 / kappa - 1.0) - (kappa + 1.0) / kappa * std::pow(x, 1.0 / kappa)) /
          (2.0 * std::sqrt(square));
 }
 
-/// Largest difference of the plant's flow from (1), of the choked flow, outside of its laminar neighbourhood
-/// of equal pressures.
+/// Largest difference of the plant's flow from (1) with (11)-(13), of the choked flow, outside of its laminar
+/// neighbourhood of equal pressures.
 double largest_difference_of_plant(const plant::ThinPlateConstants& constants) {
   const plant::ThinPlate plate(constants);
   double most = 0.0;
   for (const double ratio : evenly(0.05, 8.0, 4001)) {
     if (std::abs(ratio - 1.0) < 2.0 * plant::kLaminarBelow) continue;
     const double p_u = ratio * kAmbient_Pa;
-    const double choked = constants.beta_s_m * std::max(p_u, kAmbient_Pa);
-    most = greater_of(
-        most, std::abs(plate.phi(p_u, kAmbient_Pa) - printed::phi(p_u, kAmbient_Pa, constants)) / choked);
+    const double choked = printed::beta({}) * std::max(p_u, kAmbient_Pa);
+    most =
+        greater_of(most, std::abs(plate.phi(p_u, kAmbient_Pa) - printed::phi(p_u, kAmbient_Pa, {})) / choked);
   }
   return most;
 }
@@ -43,55 +43,69 @@ Part gas_and_port_constants() {
   Part part{.title = "(11)-(13) and Table II: the constants of the thin-plate port",
             .text =
                 "The gas of the plant, and alpha, beta, theta from it. Table II leaves the temperature "
-                "open; ours is 20 degC. The paper prints no value of alpha, beta, theta, so what it says "
-                "of the function they make is checked: the two branches of (1c) and their slopes meet at "
-                "theta, for every kappa.",
+                "open; ours is 20 degC. The paper prints no value of alpha, beta, theta: the plant's stand "
+                "beside (11)-(13) written a second time, letter by letter, and what the paper says of the "
+                "function they make is put to it: the two branches of (1c) and their slopes meet at theta, "
+                "for every kappa. The one printed number that depends on their size is the scale of Fig. 3 "
+                "and 4 (see Fig. 4).",
             .findings = {}};
-  part.findings = {
-      {.item = "Table II",
-       .quantity = "M, molar mass",
-       .unit = "kg/mol",
-       .paper = 0.029,
-       .ours = gas.molar_mass_kg_mol},
-      {.item = "Table II",
-       .quantity = "R, universal gas constant",
-       .unit = "Pa m3/(mol K)",
-       .paper = 8.31,
-       .ours = gas.universal_gas_constant_J_mol_K},
-      {.item = "Table II",
-       .quantity = "C, discharge coefficient",
-       .paper = 0.72,
-       .ours = plant::ThinPlateValveConfig{}.discharge_coefficient},
-      {.item = "Table II", .quantity = "Z, compressibility", .paper = 0.99, .ours = gas.compressibility},
-      {.item = "Table II", .quantity = "kappa, ratio of specific heats", .paper = 1.4, .ours = gas.kappa}};
+  const auto set_to = [&](const char* quantity, const char* unit, double paper, double ours) {
+    part.findings.push_back({.item = "Table II",
+                             .quantity = quantity,
+                             .unit = unit,
+                             .paper = paper,
+                             .ours = ours});
+  };
+  const printed::TableTwo table;
+  set_to("M, molar mass", "kg/mol", table.M, gas.molar_mass_kg_mol);
+  set_to("R, universal gas constant", "Pa m3/(mol K)", table.R, gas.universal_gas_constant_J_mol_K);
+  set_to("C, discharge coefficient", "", table.C, plant::ThinPlateValveConfig{}.discharge_coefficient);
+  set_to("Z, compressibility", "", table.Z, gas.compressibility);
+  set_to("kappa, ratio of specific heats", "", table.kappa, gas.kappa);
+
+  const auto constant = [&](const char* item, const char* quantity, const char* unit, double paper,
+                            double ours) {
+    part.findings.push_back({.item = item,
+                             .quantity = quantity,
+                             .unit = unit,
+                             .paper = paper,
+                             .ours = ours,
+                             .tolerance = 1e-12 * paper,
+                             .instead = "the equation with Table II, 20 degC",
+                             .why = "the plant does not compute what the equation says"});
+  };
+  constant("(11)", "alpha of the plant", "s/m", printed::alpha(table), air.alpha_s_m);
+  constant("(12)", "beta of the plant", "s/m", printed::beta(table), air.beta_s_m);
+  constant("(13)", "theta of the plant", "", printed::theta(table.kappa), air.theta);
 
   double jump = 0.0;
   double slope = 0.0;
   for (const double kappa : evenly(1.05, 1.67, 32)) {
-    const plant::ThinPlateConstants c = plant::thin_plate_constants({.kappa = kappa});
-    const double below = printed::z(c.theta * (1.0 - 1e-15), 1.0, c);
-    jump = greater_of(jump, std::abs(below / (c.beta_s_m * c.theta) - 1.0));
+    const printed::TableTwo other{.kappa = kappa};
+    const double theta = printed::theta(kappa);
+    const double below = printed::z(theta * (1.0 - 1e-15), 1.0, other);
+    jump = greater_of(jump, std::abs(below / (printed::beta(other) * theta) - 1.0));
     slope = greater_of(slope, std::abs(slope_of_shape_when_choked(kappa)));
   }
-  part.findings.push_back(
-      {.item = "(1c), (11)-(13)",
-       .quantity = "jump of the flow at p_u/p_d = theta, of the flow there, kappa 1.05 to 1.67",
-       .paper = 0.0,
-       .ours = jump,
-       .tolerance = 1e-12});
-  part.findings.push_back({.item = "(1c), (11)-(13)",
-                           .quantity = "slope of the subsonic shape by p_d/p_u at theta, kappa 1.05 to 1.67",
-                           .paper = 0.0,
-                           .ours = slope,
-                           .tolerance = 1e-12});
+  const auto meets = [&](const char* quantity, double ours) {
+    part.findings.push_back({.item = "(1c), (11)-(13)",
+                             .quantity = quantity,
+                             .paper = 0.0,
+                             .ours = ours,
+                             .tolerance = 1e-12,
+                             .source = Source::kPapersOwnEquation,
+                             .why = "alpha, beta and theta of (11)-(13) do not join the branches of (1c)"});
+  };
+  meets("jump of the flow at p_u/p_d = theta, of the flow there, kappa 1.05 to 1.67", jump);
+  meets("slope of the subsonic shape by p_d/p_u at theta, kappa 1.05 to 1.67", slope);
   part.findings.push_back(
       {.item = "(1)",
-       .quantity = "largest difference of the plant's flow from (1) as printed, of choked flow",
+       .quantity = "largest difference of the plant's flow from (1), (11)-(13) as printed, of choked flow",
        .paper = 0.0,
        .ours = largest_difference_of_plant(air),
        .tolerance = 1e-12});
   const auto chord = [&](double off) {
-    return printed::phi(kAmbient_Pa * (1.0 + off), kAmbient_Pa, air) / (kAmbient_Pa * off);
+    return printed::phi(kAmbient_Pa * (1.0 + off), kAmbient_Pa, table) / (kAmbient_Pa * off);
   };
   part.findings.push_back(
       {.item = "II.A.1",
@@ -107,8 +121,8 @@ Part gas_and_port_constants() {
   part.findings.push_back({.item = "(4a), Table II",
                            .quantity = "R that (4a) needs so that it is the same gas as in (11)",
                            .unit = "J/(kg K)",
-                           .paper = 8.31,
-                           .ours = 0.99 * 8.31 / 0.029,
+                           .paper = table.R,
+                           .ours = table.Z * table.R / table.M,
                            .tolerance = 0.005,
                            .source = Source::kPapersOwnEquation,
                            .why = "(4a) multiplies R T/v with a mass flow in kg/s, so its R is Z R/M of "

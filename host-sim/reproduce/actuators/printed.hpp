@@ -1,24 +1,50 @@
 // The paper's equations letter by letter, for what is asked of the paper itself rather than of our plant.
-// Source: "Modeling and Identification of Pneumatic Actuators" (1), (3), (8), (9), (10).
+// Source: "Modeling and Identification of Pneumatic Actuators" (1), (3), (8)-(13), Table II.
 #pragma once
 
 #include <array>
 #include <cmath>
 
-#include "host-sim/plant/gas.hpp"
-
 namespace plenum::host::reproduce::actuators::printed {
 
+/// Table II: M [kg/mol], R [Pa m3/(mol K)], C, Z, kappa [-]. It leaves T [K] open; ours is 20 degC.
+struct TableTwo {
+  double M = 0.029;
+  double R = 8.31;
+  double C = 0.72;
+  double Z = 0.99;
+  double kappa = 1.4;
+  double T = 293.15;
+};
+
+/// (11) [s/m].
+inline double alpha(const TableTwo& of) {
+  const auto& [M, R, C, Z, kappa, T] = of;
+  return C * std::sqrt(2.0 * M / (Z * R * T) * kappa / (kappa - 1.0));
+}
+
+/// (12) [s/m].
+inline double beta(const TableTwo& of) {
+  const auto& [M, R, C, Z, kappa, T] = of;
+  return C *
+         std::sqrt(kappa * M / (Z * R * T) * std::pow(2.0 / (kappa + 1.0), (kappa + 1.0) / (kappa - 1.0)));
+}
+
+/// (13) [-].
+inline double theta(double kappa) {
+  return std::pow((kappa + 1.0) / 2.0, kappa / (kappa - 1.0));
+}
+
 /// (1c) [kg/(s m2)]; pressures [Pa].
-inline double z(double p_u, double p_d, const plant::ThinPlateConstants& c) {
-  if (p_u / p_d > c.theta) return c.beta_s_m * p_u;
+inline double z(double p_u, double p_d, const TableTwo& of) {
+  if (p_u / p_d > theta(of.kappa)) return beta(of) * p_u;
   const double x = p_d / p_u;
-  return c.alpha_s_m * p_u * std::sqrt(std::pow(x, 2.0 / c.kappa) - std::pow(x, (c.kappa + 1.0) / c.kappa));
+  return alpha(of) * p_u * std::sqrt(std::pow(x, 2.0 / of.kappa) - std::pow(x, (of.kappa + 1.0) / of.kappa));
 }
 
 /// (1b) [kg/(s m2)].
-inline double phi(double p_u, double p_d, const plant::ThinPlateConstants& c) {
-  return p_u >= p_d ? z(p_u, p_d, c) : -z(p_d, p_u, c);
+inline double phi(double p_u, double p_d, const TableTwo& of) {
+  return p_u >= p_d ? z(p_u, p_d, of) : -z(p_d, p_u, of);
 }
 
 /// The smooth max(x, 0) of (3).

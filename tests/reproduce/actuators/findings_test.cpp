@@ -53,6 +53,20 @@ TEST(ReproduceActuators, BothBranchesOfThePortMeetAtTheChokedLimit) {
   EXPECT_EQ(verdict(finding(part, "slope of the subsonic shape")), Verdict::kReproduced);
 }
 
+// By hand: 0.72 sqrt(2 * 0.029/(0.99 * 8.31 * 293.15) * 3.5), 0.72 sqrt(1.4 * 0.029/(...) (2/2.4)^6), 1.2^3.5.
+TEST(ReproduceActuators, PlantHasTheConstantsOfTheAppendix) {
+  const Part part = gas_and_port_constants();
+  const auto is = [&](const char* words, double by_hand, double half_digit) {
+    const Finding one = finding(part, words);
+    EXPECT_NEAR(one.paper, by_hand, half_digit) << words;
+    EXPECT_EQ(verdict(one), Verdict::kReproduced) << words;
+    EXPECT_FALSE(by_construction(one.source)) << words;
+  };
+  is("alpha of the plant", 6.606e-3, 0.0005e-3);
+  is("beta of the plant", 1.7096e-3, 0.00005e-3);
+  is("theta of the plant", 1.89293, 0.000005);
+}
+
 TEST(ReproduceActuators, PaperCountsSeventyEightPairsOnSeventySixValves) {
   EXPECT_EQ(verdict(finding(numbers_of_the_text(), "valve-chamber pairs")), Verdict::kPaperContradictsItself);
 }
