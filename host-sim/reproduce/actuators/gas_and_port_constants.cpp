@@ -54,7 +54,8 @@ Part gas_and_port_constants() {
                              .quantity = quantity,
                              .unit = unit,
                              .paper = paper,
-                             .ours = ours});
+                             .ours = ours,
+                             .source = Source::kSetToPaper});
   };
   const printed::TableTwo table;
   set_to("M, molar mass", "kg/mol", table.M, gas.molar_mass_kg_mol);

@@ -272,10 +272,12 @@ Part identified_curves(const Study& study) {
     tilts.push_back(study.at_rest[i].one_step.model.c[7]);
   }
   const auto [least_tilt, most_tilt] = std::minmax_element(tilts.begin(), tilts.end());
-  part.findings.push_back({.item = "III.A, (10c)",
-                           .quantity = "falling steps of the identified s(u), 76 chambers",
-                           .paper = 0.0,
-                           .ours = static_cast<double>(falls)});
+  part.findings.push_back(
+      {.item = "III.A, (10c)",
+       .quantity = "falling steps of the identified s(u), 76 chambers: our fit's own bound",
+       .paper = 0.0,
+       .ours = static_cast<double>(falls),
+       .source = Source::kSetToPaper});
   add_kinks(part, study.at_rest);
   const char* const kWhy =
       "g of (8) is odd about (P_c + P_r)/2, the roots of (2) are not; the fit pays where the record seldom "

@@ -12,9 +12,12 @@ constexpr double kPascalPerPsi = 6894.757;
 }  // namespace
 
 Part numbers_of_the_text() {
-  Part part{.title = "Sections I and V: the numbers of the text",
-            .text = "What the text states as a number and what follows from its other numbers.",
-            .findings = {}};
+  Part part{
+      .title = "Sections I and V: the numbers of the text",
+      .text =
+          "What the text states as a number and what follows from its other numbers. Nothing of ours is "
+          "in it: where the two are apart, the paper contradicts itself.",
+      .findings = {}};
   const double area_m2 = std::numbers::pi * 0.025 * 0.025;
   const auto own = [&](Finding finding) {
     finding.source = Source::kPapersOwnEquation;

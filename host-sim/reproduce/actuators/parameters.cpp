@@ -59,16 +59,19 @@ Part parameters(const Study& study) {
       .findings = {}};
   part.findings.push_back(
       {.item = "Table I",
-       .quantity = "fits outside of 2 < c_1 < 8, -1 < c_3, -1 < c_8 < 1, 0 < c_9, of 304",
+       .quantity =
+           "fits outside of 2 < c_1 < 8, -1 < c_3, -1 < c_8 < 1, 0 < c_9, of 304: our fit's own bounds",
        .paper = 0.0,
        .ours = outside(study.moving, &Identified::one_step) + outside(study.moving, &Identified::free_run) +
                outside(study.at_rest, &Identified::one_step) + outside(study.at_rest, &Identified::free_run),
+       .source = Source::kSetToPaper,
        .why = "the fits ended outside of Table I"});
   part.findings.push_back({.item = "Table I",
                            .quantity = "c_gamma",
                            .unit = "V",
                            .paper = 0.1,
-                           .ours = study.at_rest.front().one_step.model.c_gamma_V});
+                           .ours = study.at_rest.front().one_step.model.c_gamma_V,
+                           .source = Source::kSetToPaper});
   const auto off_middle = [](const Identified& chamber) {
     return c1_V(chamber) - middle_V(chamber.truth.valve);
   };

