@@ -8,8 +8,8 @@ namespace plenum::host::reproduce::servo {
 Part spool_part();                             ///< (1), Fig. 2
 Part orifice_part();                           ///< (2), (3)
 Part bipolynomial_part();                      ///< (4), (5)
-Part chambers_part();                          ///< (6)-(19)
-Part cylinder_part();                          ///< (20)-(22), Fig. 1
+Part chambers_part();                          ///< (6)-(21)
+Part cylinder_part();                          ///< (22), Fig. 1
 Part friction_part();                          ///< (23)
 Part measured_friction_part();                 ///< (23) on measured pulls
 Part linear_part();                            ///< (24)-(28)

@@ -108,7 +108,8 @@ Part training_part() {
   part.findings.push_back({.item = "Fig. 4",
                            .quantity = "order of the ARX model in the weights",
                            .paper = 3,
-                           .ours = static_cast<double>(weights.outputs.size())});
+                           .ours = static_cast<double>(weights.outputs.size()),
+                           .source = Source::kSetToPaper});
   part.findings.push_back({.item = "Fig. 4",
                            .quantity = "a of the ARX model from the weights against least squares, relative",
                            .paper = 0.0,

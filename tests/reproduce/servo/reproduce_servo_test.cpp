@@ -11,7 +11,7 @@
 namespace plenum::host::reproduce::servo {
 namespace {
 
-const Finding& finding(const Part& part, const std::string& item, const std::string& quantity) {
+Finding finding(const Part& part, const std::string& item, const std::string& quantity) {
   const auto found = std::find_if(part.findings.begin(), part.findings.end(), [&](const Finding& f) {
     return f.item == item && f.quantity.find(quantity) != std::string::npos;
   });
@@ -49,10 +49,37 @@ TEST(ReproduceServo, PrintedOrificeConstantsAreAirsOwnAndNotTheUniversalGasConst
 
 TEST(ReproduceServo, ChamberLawsAgreeInTheirLimitsAndThePrintedSignsDoNot) {
   const Part part = chambers_part();
-  for (const char* item : {"(15)", "(18)", "(15), (18)", "(16), (17)", "(13), (14)", "(11)"})
+  for (const char* item : {"(10), (15)", "(10), (18)", "(13)-(15)", "(15), (18)", "(13), (14)", "(13), (18)",
+                           "(17)", "(8), (12)", "(11)"})
     EXPECT_EQ(verdict(finding(part, item, "")), Verdict::kReproduced) << item;
-  for (const char* item : {"(10)", "(12)", "(21)"})
+  EXPECT_EQ(verdict(finding(part, "(10)", "filled and pressed there")), Verdict::kReproduced);
+  EXPECT_EQ(verdict(finding(part, "(10)", "upper sign")), Verdict::kPaperContradictsItself);
+  for (const char* item : {"(9)", "(12)", "(21)"})
     EXPECT_EQ(verdict(finding(part, item, "")), Verdict::kPaperContradictsItself) << item;
+}
+
+// (10) with the printed sign is the negative of what (6), (7), (20) give; a piston of 804.2 mm2 in mid-stroke
+// of 200 mm with 20 mL: 1.2 * 500 kPa * 804.2 / 100420 mm3 = 4805 kPa for each mm/ms.
+TEST(ReproduceServo, PrintedPistonTermsAreThoseOfTheirEquations) {
+  const Part part = chambers_part();
+  EXPECT_NEAR(finding(part, "(10)", "upper sign").paper, 4805.0, 0.1);
+  EXPECT_NEAR(finding(part, "(10)", "upper sign").ours, -4805.0, 0.1);
+  EXPECT_NEAR(finding(part, "(12)", "").paper, -5429.1, 0.1);
+  EXPECT_NEAR(finding(part, "(21)", "").paper, -5429.1, 0.1);
+}
+
+// By hand: 691.2 mm2 (100 - 30 mm) + 20 mL and - 20 mL.
+TEST(ReproduceServo, DeadVolumeOfChamberTwoIsTakenOffInNine) {
+  const Finding nine = finding(chambers_part(), "(9)", "chamber 2");
+  EXPECT_NEAR(nine.ours, 68.384, 1e-6);
+  EXPECT_NEAR(nine.paper, 28.384, 1e-6);
+}
+
+TEST(ReproduceServo, WhatAgreesByConstructionSaysSo) {
+  const Part chambers = chambers_part();
+  for (const char* quantity : {"alpha = k", "alpha = 1 against"})
+    EXPECT_EQ(finding(chambers, "(19)", quantity).source, Source::kTwoForms) << quantity;
+  EXPECT_EQ(finding(training_part(), "Fig. 4", "order").source, Source::kSetToPaper);
 }
 
 TEST(ReproduceServo, StuckPistonDoesNotCreepAndFreeOneGoes) {
