@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <stdexcept>
 #include <string>
+#include <variant>
 
 #include "host-sim/reproduce/servo/parts.hpp"
 
@@ -96,6 +97,27 @@ TEST(ReproduceServo, ShutChambersKeepTheirPolytrope) {
   const Finding kept = finding(cylinder_part(), "(6), (7)", "P V^n");
   EXPECT_EQ(verdict(kept), Verdict::kReproduced);
   EXPECT_GT(kept.ours, 0.0);
+}
+
+TEST(ReproduceServo, ErrorOfTheSamplesStandsBesideThatOfTheirMeansAndSetsTheTolerance) {
+  const Part part = measured_friction_part();
+  const double means = finding(part, "(23)", "RMS error of the means").ours;
+  const double samples = finding(part, "(23)", "RMS error of the samples").ours;
+  EXPECT_GT(samples, 1.3 * means);
+  EXPECT_NEAR(finding(part, "(23)", "at 7 bar over").tolerance, 0.02 * samples, 1e-12);
+}
+
+TEST(ReproduceServo, PlantsFrictionIsComparedWithTheMeasuredOneThroughAReversalAtEachPressure) {
+  const Part part = measured_friction_part();
+  for (const char* pressure : {"1 bar", "3 bar", "5 bar", "7 bar"}) {
+    const Finding f = finding(part, "(22), (23)", std::string("reversal at ") + pressure);
+    EXPECT_EQ(verdict(f), Verdict::kDiffers) << pressure;
+    EXPECT_LT(f.ours, 25.0) << pressure;
+    EXPECT_TRUE(std::any_of(part.charts.begin(), part.charts.end(), [&](const report::Chart& chart) {
+      const auto* line = std::get_if<report::LineChart>(&chart);
+      return line && line->title == std::string("Friction through a reversal at ") + pressure;
+    })) << pressure;
+  }
 }
 
 TEST(ReproduceServo, LinearModelIsTheJacobianAndThePrintedOneIsNot) {
