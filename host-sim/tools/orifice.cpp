@@ -3,6 +3,7 @@
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,7 @@
 #include "host-sim/tools/output.hpp"
 #include "host-sim/tools/report_file.hpp"
 #include "host-sim/tools/vessel_input.hpp"
+#include "host-sim/trace/input_error.hpp"
 
 namespace plenum::host::tools {
 namespace {
@@ -47,6 +49,21 @@ struct Found {
   std::string at_command() const { return log.command_V ? fmt::format(" at {:.4g} V", *log.command_V) : ""; }
 };
 
+/// The fit, whose refusals name the file, and the way out where there is one.
+OrificeFit fitted(const VesselLog& of, const orifice::Vessel& vessel, const orifice::OrificeFitOptions& how,
+                  bool shape_held) {
+  try {
+    return orifice::fit_orifice(of.record, vessel, how);
+  } catch (const orifice::ShapeNotSeen& why) {
+    throw identify::CannotIdentify(fmt::format("{}: {}{}", of.name, why.what(),
+                                               shape_held ? "" : "; --thin-plate holds the flow's shape"));
+  } catch (const identify::CannotIdentify& why) {
+    throw identify::CannotIdentify(fmt::format("{}: {}", of.name, why.what()));
+  } catch (const std::invalid_argument& why) {
+    throw trace::InputError(fmt::format("{}: {}", of.name, why.what()));
+  }
+}
+
 Found find(const VesselLog& of, const trace::RigDescription& rig, const Options& options) {
   Found found{.log = of};
   orifice::OrificeFitOptions how;
@@ -56,12 +73,7 @@ Found find(const VesselLog& of, const trace::RigDescription& rig, const Options&
   orifice::Vessel vessel{.volume_m3 = of.volume_m3, .flow_exponent = options.exponent};
   const double reference_K = vessel.gas.temperature_K;
   vessel.gas.temperature_K = rig.gas.temperature_K;
-  try {
-    found.fit = orifice::fit_orifice(of.record, vessel, how);
-  } catch (const identify::CannotIdentify& why) {
-    throw identify::CannotIdentify(fmt::format(
-        "{}: {}{}", of.name, why.what(), options.thin_plate ? "" : "; --thin-plate holds the flow's shape"));
-  }
+  found.fit = fitted(of, vessel, how, options.thin_plate);
   if (!of.volume_m3) return found;
   const double per_rate =
       1e3 * *of.volume_m3 / options.exponent * std::sqrt(reference_K / rig.gas.temperature_K);
@@ -192,6 +204,7 @@ int run(const Options& options) {
   const trace::RigDescription rig = options.input.rig();
   std::vector<Found> all;
   for (const VesselLog& of : options.input.read(rig)) all.push_back(find(of, rig, options));
+  for (const Found& found : all) options.input.tell(found.log);
   options.input.print_assumed(options.output);
   Json results = Json::array();
   for (const Found& found : all) {

@@ -162,8 +162,8 @@ VesselLog VesselInput::of_sealed(const std::string& file, const trace::RigDescri
   const Part part = asked_part(log.name, record.time_s, from_s_, to_s_);
   VesselLog found{.name = log.name, .record = orifice::rows_of(record, part.first, part.last)};
   if (const std::optional<double> held_s = held_until_s(found.record)) {
-    logs_.tell({fmt::format("{}: hardly falls at first; --from {:g} leaves out what is before its leak",
-                            log.name, *held_s)});
+    found.notices.push_back(fmt::format(
+        "{}: hardly falls at first; --from {:g} leaves out what is before its leak", log.name, *held_s));
   }
   const std::vector<double>& t_s = found.record.time_s;
   found.period_s = (t_s.back() - t_s.front()) / static_cast<double>(t_s.size() - 1);

@@ -19,8 +19,9 @@ struct VesselLog {
   std::string name;
   identify::orifice::VesselRecord record;
   double period_s = 0.0;
-  std::optional<double> command_V{};  ///< none: a sealed vessel has no valve
-  std::optional<double> volume_m3{};  ///< none: neither the file nor --volume tells it
+  std::optional<double> command_V{};   ///< none: a sealed vessel has no valve
+  std::optional<double> volume_m3{};   ///< none: neither the file nor --volume tells it
+  std::vector<std::string> notices{};  ///< what may be wrong with it; to be told once it is fitted
 };
 
 class VesselInput {
@@ -30,6 +31,8 @@ class VesselInput {
 
   trace::RigDescription rig() const { return logs_.rig(); }
   void print_assumed(const Output& output) const { logs_.print_assumed(output); }
+  /// Tells its notices on standard error.
+  void tell(const VesselLog& log) const { logs_.tell(log.notices); }
 
   /// Each file from --from to --to, logs of chambers before sealed vessels. Which kind it is, its header says: `t_s` and `p_bar`
   /// (gauge) are a sealed vessel's, whose far side is the ambient pressure. Of a log, the first row is left out where its pressure

@@ -118,6 +118,24 @@ class Orifice(CommandTest):
         together = json.loads(self.done("orifice", "--thin-plate", "--json", "-", "sealed.csv", "chamber.csv"))["orifices"]
         self.assertEqual([of["file"] for of in together], ["chamber.csv", "sealed.csv"])
 
+    def bar(self, name, rows, at):
+        """A sealed vessel at 10 Hz, gauge pressure in bar."""
+        return self.write(name, "t_s,p_bar\n" + "".join(f"{0.1 * k:.1f},{at(k):.5f}\n" for k in range(rows)))
+
+    def test_too_few_rows_are_refused_in_one_line_that_names_the_file(self):
+        # it also seems to be held at first, which is no second line
+        short = self.bar("short.csv", 8, lambda k: 5 * math.exp(-0.1 * k))
+        self.refused(2, "orifice", short, says=["short.csv: vessel record: 8 rows, expected 21 or more\n"])
+
+    def test_the_shape_is_held_only_where_that_helps(self):
+        helps = "; --thin-plate holds the flow's shape"
+        tight = self.bar("tight.csv", 200, lambda k: 5 * math.exp(-0.0003 * k))
+        self.refused(3, "orifice", tight, says=["tight.csv", "pressure ratios from", helps])
+        rising = self.bar("rising.csv", 100, lambda k: 1 + 0.04 * k)
+        at_rest = self.bar("at-rest.csv", 100, lambda k: 5 + 0.002 * (-1) ** k - 1e-5 * k)
+        self.refused(3, "orifice", rising, says=["rising.csv", "the vessel's pressure rises by 360 kPa\n"])
+        self.refused(3, "orifice", at_rest, says=["at-rest.csv", "no excitation", "less than 10 times\n"])
+
     def test_measured_leaks_are_taken_as_they_were_recorded(self):
         porous = json.loads(self.done("orifice", "--from", "5.204", "--exponent", 1, "--most-subsonic-index", 10, "--json", "-",
                                       self.LEAKS / "Ultimaker_020.csv"))["orifices"][0]

@@ -93,10 +93,13 @@ Span ratios(const VesselRecord& record) {
   return span;
 }
 
+bool shape_held(const OrificeFitOptions& options) {
+  return options.critical_ratio && options.subsonic_index && options.cracking_ratio;
+}
+
 void require_span(const Span& span, const OrificeFitOptions& options) {
-  const bool shape_held = options.critical_ratio && options.subsonic_index && options.cracking_ratio;
-  if (shape_held || span.greatest - span.least >= kLeastSpan) return;
-  throw CannotIdentify(fmt::format(
+  if (shape_held(options) || span.greatest - span.least >= kLeastSpan) return;
+  throw ShapeNotSeen(fmt::format(
       "fit_orifice: pressure ratios from {:.4f} to {:.4f} do not show a flow shape; hold critical_ratio, "
       "subsonic_index and cracking_ratio, or record more of the curve",
       span.least, span.greatest));
@@ -207,6 +210,15 @@ OrificeParameter parameter(const SquaresMinimum& minimum, Variable which, bool h
   return p;
 }
 
+void require_rate(const OrificeParameter& log_rate, const Span& span, const OrificeFitOptions& options) {
+  if (log_rate.identified) return;
+  const std::string why =
+      fmt::format("fit_orifice: the choked rate is not fixed by pressure ratios from {:.3f} to {:.3f} ({})",
+                  span.least, span.greatest, log_rate.why_not);
+  if (log_rate.at_bound != Bound::none || shape_held(options)) throw CannotIdentify(why);
+  throw ShapeNotSeen(why + "; hold critical_ratio and subsonic_index, or record more of the curve");
+}
+
 OrificeParameter times(OrificeParameter log_value, double factor) {
   log_value.value = factor * std::exp(log_value.value);
   log_value.standard_error *= log_value.value;
@@ -243,12 +255,7 @@ OrificeFit fit_orifice(const VesselRecord& record, const Vessel& vessel, const O
   fit.least_ratio = span.least;
   fit.greatest_ratio = span.greatest;
   const OrificeParameter log_rate = parameter(minimum, kLogRate, false, 1.0);
-  if (!log_rate.identified)
-    throw CannotIdentify(
-        fmt::format("fit_orifice: the choked rate is not fixed by pressure ratios from {:.3f} to {:.3f} "
-                    "({}); hold critical_ratio "
-                    "and subsonic_index, or record more of the curve",
-                    span.least, span.greatest, log_rate.why_not));
+  require_rate(log_rate, span, options);
   fit.choked_rate_1_s = times(log_rate, 1.0);
   if (rate_of_area) fit.area_m2 = times(log_rate, 1.0 / *rate_of_area);
   fit.critical_ratio =

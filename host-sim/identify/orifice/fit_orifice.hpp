@@ -24,6 +24,12 @@
 
 namespace plenum::host::identify::orifice {
 
+/// The record does not show the flow's shape: with b, a and beta held the rest may be fitted.
+class ShapeNotSeen : public CannotIdentify {
+ public:
+  using CannotIdentify::CannotIdentify;
+};
+
 /// The defaults are the paper's: window and bounds.
 struct OrificeFitOptions {
   std::size_t moving_average_rows = 10;  ///< of the rate fit; 1: none
