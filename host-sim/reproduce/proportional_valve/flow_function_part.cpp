@@ -120,7 +120,7 @@ Part flow_function_part() {
       "1/2 reproduce the "
       "ISO function, as the text says, a quarter of an ellipse. Everything else here uses that reading.";
   part.findings = {
-      {.item = "(2)",
+      {.item = "(2), Table 1",
        .quantity = "psi_max",
        .paper = kPrintedPsiMax,
        .ours = plant::choked_flow_function(kGamma),
@@ -140,7 +140,8 @@ Part flow_function_part() {
        .quantity = "C rho_0 over the choked flow of (4)",
        .paper = 1.0,
        .ours = conductance_over_choked_flow(),
-       .tolerance = 1e-12},
+       .tolerance = 1e-12,
+       .source = Source::kTwoForms},
       {.item = "(6) as read",
        .quantity = "greatest distance to the ISO ellipse at beta = 1/2, of psi_max",
        .paper = 0.0,

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <string>
 
-#include "host-sim/plant/orifice.hpp"
+#include "host-sim/plant/gas.hpp"
 #include "host-sim/reproduce/proportional_valve/parts.hpp"
 #include "host-sim/reproduce/samples.hpp"
 
@@ -15,8 +15,11 @@ namespace {
 
 using identify::orifice::Flow;
 
-constexpr double kPrintedArea_m2 = 7.85e-5;  // A_max
-constexpr double kBore_m = 0.01;             // D_h
+constexpr double kPrintedArea_m2 = 7.85e-5;       // A_max
+constexpr double kBore_m = 0.01;                  // D_h
+constexpr double kPrintedDensity_kg_m3 = 1.185;   // rho_0
+constexpr double kPrintedTemperature_K = 293.15;  // T_0
+constexpr double kDryAir_J_kg_K = 287.05;
 constexpr double kPrintedNeutral_V = 5.1;
 constexpr double kPrintedCriticalRatio = 0.528;
 
@@ -117,11 +120,25 @@ void add_table_1(Part& part) {
                            .paper = kPrintedArea_m2,
                            .ours = 0.25 * std::numbers::pi * kBore_m * kBore_m,
                            .tolerance = 5e-8});
+  const plant::Gas reference = plant::reference_atmosphere();
+  const double R = reference.specific_gas_constant_J_kg_K();
   part.findings.push_back({.item = "Table 1",
-                           .quantity = "psi_max",
-                           .paper = 0.484,
-                           .ours = plant::choked_flow_function(1.4),
-                           .tolerance = 0.0005});
+                           .quantity = "rho_0 of the plant's reference atmosphere, P_a / (R T_0)",
+                           .unit = "kg/m3",
+                           .paper = kPrintedDensity_kg_m3,
+                           .ours = kAmbient_Pa / (R * reference.temperature_K),
+                           .tolerance = 0.0005,
+                           .source = Source::kSetToPaper});
+  const double from_table_1 = kAmbient_Pa / (kPrintedDensity_kg_m3 * kPrintedTemperature_K);
+  part.findings.push_back({.item = "Table 1",
+                           .quantity = "R = P_a / (rho_0 T_0), against dry air's",
+                           .unit = "J/(kg K)",
+                           .paper = kDryAir_J_kg_K,
+                           .ours = from_table_1,
+                           .tolerance = 0.0005 / kPrintedDensity_kg_m3 * from_table_1,
+                           .instead = "dry air",
+                           .why = "1.185 kg/m3 is the density of the reference atmosphere of ISO 6358, whose "
+                                  "air is moist; dry air has 1.188 kg/m3 at 1 bar and 20 degC."});
 }
 
 void add_bounds(Part& part) {

@@ -7,6 +7,7 @@
 #include <complex>
 #include <numbers>
 
+#include "host-sim/plant/servo/cylinder.hpp"
 #include "host-sim/plant/servo/linear_servo.hpp"
 #include "host-sim/reproduce/samples.hpp"
 #include "host-sim/reproduce/servo/parts.hpp"
@@ -103,6 +104,41 @@ void responses(Part& part, const LinearServo& servo, const NumericalLinearisatio
            "is nowhere defined and taken as 1 here, and the one area of the print is that of chamber 1."});
 }
 
+// The nonlinear cylinder at rest, after `kSmallStep_s` of a small step of command, of force, or of both [m].
+constexpr double kSmallStep_s = 0.2;
+constexpr double kSmall_V = 1e-3;
+constexpr double kSmall_N = 0.1;
+double moved_m(const OperatingPoint& point, double step_V, double step_N) {
+  ServoCylinderConfig c = smooth();
+  c.initial_position_m = point.position_m;
+  c.initial_pressure_1_Pa = point.pressure_1_Pa;
+  c.initial_pressure_2_Pa = point.pressure_2_Pa;
+  c.external_force_N = step_N;
+  c.tolerance = 1e-11;
+  ServoCylinder cylinder(valve(), c);
+  cylinder.advance(five_three_commands_V(point.command_V + step_V), kSmallStep_s);
+  return cylinder.position_m() - point.position_m;
+}
+
+void superposition(Part& part, const OperatingPoint& point) {
+  const double rest_m = moved_m(point, 0.0, 0.0);
+  const double command_m = moved_m(point, kSmall_V, 0.0) - rest_m;
+  const double force_m = moved_m(point, 0.0, kSmall_N) - rest_m;
+  const double both_m = moved_m(point, kSmall_V, kSmall_N) - rest_m;
+  part.findings.push_back(
+      {.item = "(25)",
+       .quantity = "way of the nonlinear cylinder by 1 mV and 0.1 N together, over the sum of both ways",
+       .paper = 1.0,
+       .ours = both_m / (command_m + force_m),
+       .tolerance = 1e-3});
+  part.findings.push_back({.item = "(25)",
+                           .quantity = "way by 0.1 N of F_d: against +x",
+                           .unit = "um",
+                           .paper = 0.0,
+                           .ours = 1e6 * force_m,
+                           .expect = Expect::kAtMost});
+}
+
 // The power p for which `f` grows as x^p, from two values a decade apart.
 double power_of(double at_one, double at_ten) {
   return std::log10(at_ten / at_one);
@@ -183,6 +219,7 @@ Part linear_part() {
                            .ours = pole_difference(servo, numerical),
                            .tolerance = 1e-5});
   responses(part, servo, numerical);
+  superposition(part, point);
   printed_forms(part, servo);
   return part;
 }

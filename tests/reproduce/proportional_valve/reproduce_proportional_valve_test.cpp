@@ -134,6 +134,19 @@ TEST(ProportionalValve, ATightVesselIsHeldToItsOwnLossToo) {
   EXPECT_EQ(verdict(finding(part, "Abstract", "lost, on Aluminium")), Verdict::kDiffers);
 }
 
+TEST(ProportionalValve, WhatAgreesByConstructionSaysSo) {
+  EXPECT_EQ(finding(flow_function_part(), "(5)", "C rho_0").source, Source::kTwoForms);
+  EXPECT_EQ(finding(vessel_part(), "(7), (4)", "choked rate").source, Source::kTwoForms);
+  EXPECT_EQ(finding(tables_part(), "Table 1", "rho_0 of the plant").source, Source::kSetToPaper);
+}
+
+// By hand: 1e5 / (1.185 * 293.15) = 287.87.
+TEST(ProportionalValve, DensityOfTableOneGivesTheGasConstantOfMoistAir) {
+  const Finding R = finding(tables_part(), "Table 1", "R = P_a");
+  EXPECT_NEAR(R.ours, 287.87, 0.005);
+  EXPECT_EQ(verdict(R), Verdict::kDiffers);
+}
+
 // One run of the whole, because it takes seconds.
 TEST(ProportionalValve, TablesComeBackErrorsStayBelowTheirLimitsAndEveryDisagreementSaysWhy) {
   double latest = 0.0;

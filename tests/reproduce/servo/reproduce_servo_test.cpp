@@ -131,6 +131,8 @@ TEST(ReproduceServo, LinearModelIsTheJacobianAndThePrintedOneIsNot) {
   EXPECT_NEAR(finding(part, "(28)", "power").paper, 3.0, 1e-3);
   EXPECT_NEAR(finding(part, "(28)", "power").ours, 2.0, 1e-3);
   EXPECT_NEAR(finding(part, "(24), (26)", "C_f2").ours, -1.0, 1e-9);
+  EXPECT_EQ(verdict(finding(part, "(25)", "together")), Verdict::kReproduced);
+  EXPECT_LT(finding(part, "(25)", "against +x").ours, 0.0);
 }
 
 TEST(ReproduceServo, WeightsOfTheLinearNetworkAreTheLeastSquaresModel) {
