@@ -2,10 +2,13 @@
 
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
+#include <variant>
 
 #include "host-sim/identify/orifice/filter.hpp"
 #include "host-sim/plant/chamber.hpp"
 #include "host-sim/plant/converter.hpp"
+#include "host-sim/reproduce/proportional_valve/walled_vessel.hpp"
 
 namespace plenum::host::reproduce::proportional_valve {
 namespace {
@@ -51,18 +54,44 @@ double plant_command(MpyeChannel channel, double command_V) {
   return channel == MpyeChannel::a ? command_V : 10.0 - command_V;
 }
 
-plant::ChamberPlant plant_at_rest(MpyeChannel channel, double start_Pa, double command_V,
-                                  const RigOptions& options) {
-  plant::ChamberConfig config;
-  config.gas = plant::reference_atmosphere();
-  config.supply_Pa = kSupply_Pa;
-  config.ambient_Pa = kAmbient_Pa;
-  config.initial_pressure_Pa = start_Pa;
-  config.initial_command_V = plant_command(channel, command_V);
-  config.spool = options.spool;
-  config.tolerance_Pa = 0.5;
-  return {plant::MpyeValve(channel, config.gas), config, plant::VolumeMotion(kVessel_m3)};
-}
+// The rig's vessel, of either kind.
+class RigVessel {
+ public:
+  RigVessel(MpyeChannel channel, double start_Pa, double command_V, const RigOptions& options)
+      : channel_(channel), vessel_(made(channel, start_Pa, command_V, options)) {}
+
+  // `command_V` as the tables print it.
+  void advance(double command_V, double duration_s) {
+    std::visit([&](auto& vessel) { vessel.advance(plant_command(channel_, command_V), duration_s); },
+               vessel_);
+  }
+  double pressure_Pa() const {
+    return std::visit([](const auto& vessel) { return vessel.pressure_Pa(); }, vessel_);
+  }
+
+ private:
+  using AnyVessel = std::variant<plant::ChamberPlant, WalledVessel>;
+
+  static AnyVessel made(MpyeChannel channel, double start_Pa, double command_V, const RigOptions& options) {
+    const plant::Gas gas = plant::reference_atmosphere();
+    const plant::MpyeValve valve(channel, gas);
+    if (options.wall && options.spool)
+      throw std::invalid_argument("rig options: a wall and a spool, expected one of them");
+    if (options.wall) return WalledVessel(valve, gas, start_Pa, *options.wall);
+    plant::ChamberConfig config;
+    config.gas = gas;
+    config.supply_Pa = kSupply_Pa;
+    config.ambient_Pa = kAmbient_Pa;
+    config.initial_pressure_Pa = start_Pa;
+    config.initial_command_V = plant_command(channel, command_V);
+    config.spool = options.spool;
+    config.tolerance_Pa = 0.5;
+    return plant::ChamberPlant(valve, config, plant::VolumeMotion(kVessel_m3));
+  }
+
+  MpyeChannel channel_;
+  AnyVessel vessel_;
+};
 
 std::uint64_t stream_of(MpyeChannel channel, Flow flow, double command_V) {
   return static_cast<std::uint64_t>(std::lround(command_V * 10.0)) * 8 + (channel == MpyeChannel::a ? 0 : 4) +
@@ -93,20 +122,22 @@ std::vector<Row> measured_rows(const Series& series) {
 Experiment measure(const Series& series, double command_V, const RigOptions& options) {
   const bool charge = series.flow == Flow::kCharge;
   const bool opposite_is_high = charge == (series.channel == MpyeChannel::b_mirrored);
-  const double reset_V = plant_command(series.channel, opposite_is_high ? 10.0 : 0.0);
-  plant::ChamberPlant plant = plant_at_rest(series.channel, charge ? kAmbient_Pa : kSupply_Pa,
-                                            opposite_is_high ? 10.0 : 0.0, options);
-  plant.advance(plant_command(series.channel, command_V), kReset_s);
-  plant.advance(reset_V, kReset_s);
+  const double reset_V = opposite_is_high ? 10.0 : 0.0;
+  RigVessel vessel(series.channel, charge ? kAmbient_Pa : kSupply_Pa, reset_V, options);
+  // full and as warm as its wall is how a walled vessel is made: its heat need not be waited for
+  if (charge || !options.wall) {
+    vessel.advance(command_V, kReset_s);
+    vessel.advance(reset_V, kReset_s);
+  }
 
   Experiment experiment;
   const auto window = static_cast<std::size_t>(std::lround(kRestWindow_s / kSample_s));
   std::vector<double>& truth = experiment.vessel_truth_Pa;
   for (double t = 0.0; t < options.most_s; t += kSample_s) {
     experiment.record.time_s.push_back(t);
-    truth.push_back(plant.pressure_Pa());
+    truth.push_back(vessel.pressure_Pa());
     if (t > kLeast_s && std::abs(truth.back() - truth[truth.size() - 1 - window]) < kAtRest_Pa) break;
-    plant.advance(plant_command(series.channel, command_V), kSample_s);
+    vessel.advance(command_V, kSample_s);
   }
   const std::uint64_t stream = stream_of(series.channel, series.flow, command_V);
   experiment.record.flow = series.flow;
@@ -119,7 +150,7 @@ Experiment measure(const Series& series, double command_V, const RigOptions& opt
 
 SineExperiment measure_sine(MpyeChannel channel, const RigOptions& options) {
   SineExperiment experiment;
-  plant::ChamberPlant plant = plant_at_rest(channel, 4e5, kSineMean_V, options);
+  RigVessel vessel(channel, 4e5, kSineMean_V, options);
   constexpr int kSettlingPeriods = 10;
   const int period = static_cast<int>(std::lround(1.0 / (kSine_Hz * kSample_s)));
   std::vector<double> truth;
@@ -129,9 +160,9 @@ SineExperiment measure_sine(MpyeChannel channel, const RigOptions& options) {
     if (i >= kSettlingPeriods * period) {
       experiment.time_s.push_back(t - kSettlingPeriods * period * kSample_s);
       experiment.command_V.push_back(command_V);
-      truth.push_back(plant.pressure_Pa());
+      truth.push_back(vessel.pressure_Pa());
     }
-    plant.advance(plant_command(channel, command_V), kSample_s);
+    vessel.advance(command_V, kSample_s);
   }
   experiment.vessel_Pa = recorded(truth, options, 1000);
   experiment.supply_Pa = recorded(std::vector<double>(truth.size(), kSupply_Pa), options, 1001);

@@ -8,7 +8,9 @@
 //
 // Stated by the paper: volume, supply, transducer 9.9 mV/kPa, 16 bits, 1 kHz, 10 cycles. Not stated, and
 // ours: +-10 V range of the card, white noise of 2 mV (0.2 kPa), periodic noise of 1 mV at 100 Hz with a
-// phase of its own in every cycle, constant supply, ambient at the paper's P_a.
+// phase of its own in every cycle, constant supply, ambient at the paper's P_a. The vessel's gas obeys (7) with
+// the alpha of the direction, as the paper's model of it does; or it exchanges heat with a wall
+// (walled_vessel.hpp), which leaves alpha to the gas.
 #pragma once
 
 #include <cstdint>
@@ -17,6 +19,7 @@
 
 #include "host-sim/identify/orifice/vessel.hpp"
 #include "host-sim/plant/mpye_tables.hpp"
+#include "host-sim/plant/servo/chamber_law.hpp"
 #include "host-sim/plant/spool.hpp"
 #include "host-sim/plant/valve.hpp"
 
@@ -47,6 +50,8 @@ std::vector<Row> measured_rows(const Series& series);
 
 struct RigOptions {
   std::optional<plant::SpoolConfig> spool{};  ///< none: the paper's assumption
+  /// None: (7) with the paper's alpha. With a wall the spool follows at once.
+  std::optional<plant::servo::EnergyBalance> wall{};
   double white_V = 2e-3;
   double periodic_V = 1e-3;
   std::uint64_t seed = 5;
@@ -58,6 +63,7 @@ struct Experiment {
   identify::orifice::VesselRecord record;  ///< from the switch to the set point to rest
   std::vector<double> vessel_truth_Pa;     ///< without noise, at the same times
 };
+/// Throws std::invalid_argument where `options` ask for a wall and a spool.
 Experiment measure(const Series& series, double command_V, const RigOptions& options = {});
 
 /// The same vessel under 5 + 2.5 sin(2 pi 2 t) V, one settled period.

@@ -5,7 +5,7 @@
 namespace plenum::host::reproduce::proportional_valve {
 
 std::vector<Part> reproduce_proportional_valve(const Progress& progress) {
-  constexpr double kSetPoints = 208.0;  // 104, on two rigs
+  constexpr double kSetPoints = 416.0;  // 104, on four rigs
   constexpr double kFits = 0.9;         // of the time
   double done = 0.0;
   const auto row_done = [&] {
@@ -13,9 +13,12 @@ std::vector<Part> reproduce_proportional_valve(const Progress& progress) {
     if (progress) progress(kFits * done / kSetPoints);
   };
   IdentifiedValve valve;
+  for (const double conductance_W_K : kWalls_W_K) valve.walled.push_back({conductance_W_K, {}});
   for (const Series& series : all_series()) {
     valve.prompt.push_back(identify_series(series, {}, row_done));
     valve.lagging.push_back(identify_series(series, rig_with_spool(), row_done));
+    for (WalledRig& rig : valve.walled)
+      rig.series.push_back(identify_series(series, rig_with_wall(rig.conductance_W_K), row_done));
   }
   std::vector<Part> parts = {flow_function_part(), vessel_part(),
                              tables_part(),        cracking_part(),

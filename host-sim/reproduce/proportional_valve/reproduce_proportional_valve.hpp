@@ -8,7 +8,7 @@
 
 namespace plenum::host::reproduce::proportional_valve {
 
-/// Takes about 5 s: 104 set points, measured and fitted without and with the spool's lag.
+/// Takes about 10 s: 104 set points, measured and fitted on four rigs.
 std::vector<Part> reproduce_proportional_valve(const Progress& progress);
 
 }  // namespace plenum::host::reproduce::proportional_valve

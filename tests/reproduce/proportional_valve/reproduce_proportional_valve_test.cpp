@@ -157,22 +157,35 @@ TEST(ProportionalValve, TablesComeBackErrorsStayBelowTheirLimitsAndEveryDisagree
   });
   EXPECT_TRUE(rises);
   EXPECT_EQ(latest, 1.0);
+  int of_the_wall = 0;
   for (const Part& part : parts) {
+    for (const Finding& f : part.findings) of_the_wall += f.quantity.find("wall of") != std::string::npos;
     EXPECT_FALSE(part.text.empty()) << part.title;
     EXPECT_FALSE(part.findings.empty()) << part.title;
     for (const Finding& f : part.findings) {
       if (verdict(f) != Verdict::kReproduced) {
         EXPECT_FALSE(f.why.empty()) << f.item << ": " << f.quantity;
       }
-      if (part.title == "Tables 2 to 5: identified from the pressure itself" || f.item == "Fig. 9(c)") {
+      const bool walled = f.quantity.find("wall of") != std::string::npos;
+      // a fast discharge is adiabatic, gamma where the fit takes 1; a wall that conducts well changes alpha midway
+      if (walled && f.quantity.find("greatest error of A") != std::string::npos) {
+        EXPECT_GT(f.ours, 30.0) << f.quantity;
+        EXPECT_LT(f.ours, 40.0) << f.quantity;
+      }
+      if (f.quantity.find("medium and large openings, paper's method, wall of 3 W/K") != std::string::npos) {
+        EXPECT_EQ(verdict(f), Verdict::kDiffers) << f.ours;
+      }
+      if (part.title == "Tables 2 to 5: identified from the pressure itself" ||
+          (f.item == "Fig. 9(c)" && !walled)) {
         EXPECT_EQ(verdict(f), Verdict::kReproduced) << f.item << ": " << f.quantity << ", " << f.ours;
       }
       if (f.quantity.find("greatest MAE") != std::string::npos &&
-          f.quantity.find("spool") == std::string::npos) {
+          f.quantity.find("spool") == std::string::npos && !walled) {
         EXPECT_EQ(verdict(f), Verdict::kReproduced) << f.item << ": " << f.quantity << ", " << f.ours;
       }
     }
   }
+  EXPECT_EQ(of_the_wall, 2 * 4);  // the MAE everywhere and wide open, A, and the sine
 }
 
 }  // namespace
