@@ -110,8 +110,9 @@ void add_reversals(Part& part, const FrictionFit& fit) {
          .unit = "%",
          .paper = 0.0,
          .ours = 100.0 * driven.rms_N() / driven.span_N(),
-         .why = "The measured force takes a tenth of a second and some tenths of a millimetre to turn, as "
-                "the seal and the bench give way; (23) turns with the sign of the velocity."});
+         .why = "The measured force takes one to two tenths of a second and up to a millimetre to turn, as "
+                "the seal and the bench give way, and it differs along the stroke; (23) turns with the sign "
+                "of the velocity."});
     part.charts.push_back(
         report::LineChart{.title = fmt::format("Friction through a reversal at {} bar", kPulledAt_bar[r]),
                           .caption = "The plant's piston, with stick and slip, follows the measured motion.",
