@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "host-sim/diagnose/other_reading.hpp"
 #include "host-sim/identify/sign_of_command.hpp"
 #include "host-sim/trace/input_error.hpp"
 
@@ -17,10 +18,8 @@ using identify::chamber::Fit;
 using identify::chamber::Record;
 using identify::chamber::Scene;
 
-/// Of the noise: who errs by less is not asked.
+/// Of the noise: what a mirror image that looks like a lag has to come to.
 constexpr double kNearNoise = 5.0;
-/// Of the squares that the log's own command leaves: a machine's effects change what an altered command leaves by less.
-constexpr double kFarBetter = 0.25;
 constexpr std::size_t kMostRowsLate = 2;
 
 template <class Alter>
@@ -32,8 +31,8 @@ double rms_Pa_of(Scene scene, Alter&& alter) {
 }  // namespace
 
 void require_acting_command(const Scene& scene, const Fit& recalibrated) {
+  if (!errs_far_beyond_noise(scene, recalibrated)) return;
   const double as_logged_Pa = recalibrated.rms_Pa();
-  if (as_logged_Pa < kNearNoise * scene.noise_Pa) return;
   struct Found {
     double rms_Pa;
     std::string what, expected;
@@ -66,7 +65,7 @@ void require_acting_command(const Scene& scene, const Fit& recalibrated) {
     take({rms_Pa, fmt::format("to be {} late: {} earlier", rows, rows),
           "in each row the command held from its time to the next row's"});
   }
-  if (best.rms_Pa * best.rms_Pa > kFarBetter * as_logged_Pa * as_logged_Pa) return;
+  if (!far_better(best.rms_Pa, as_logged_Pa)) return;
   throw trace::InputError(fmt::format(
       "{}: column command_V seems {} the valve recalibrated errs by {:.3g} kPa, as logged by {:.3g} kPa; "
       "expected {}",

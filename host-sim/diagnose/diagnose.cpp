@@ -17,6 +17,7 @@
 #include "host-sim/diagnose/found_rig.hpp"
 #include "host-sim/diagnose/latent.hpp"
 #include "host-sim/diagnose/next_experiment.hpp"
+#include "host-sim/diagnose/reference_check.hpp"
 #include "host-sim/diagnose/search.hpp"
 #include "host-sim/diagnose/trust.hpp"
 #include "host-sim/diagnose/verdict.hpp"
@@ -178,7 +179,10 @@ class Diagnosis {
     fitted_.records.insert(fitted_.records.end(), baseline_.begin(), baseline_.end());
     Trial base = recalibrated(fitted_, heldout_);
     lower_noise(base);
-    if (before == nullptr) require_acting_command(scene_, base.fit);
+    if (before == nullptr) {
+      require_acting_command(scene_, base.fit);
+      require_absolute_pressures(scene_, base.fit);
+    }
     search_ = search(fitted_, heldout_, std::move(base),
                      {.struck = struck,
                       .threads = options.threads,

@@ -372,33 +372,69 @@ bool runs_in(const std::vector<double>& pressure_Pa, std::size_t row, double lea
   return last_Pa > least_step_Pa && last_Pa > 0.45 * std::abs(pressure_Pa[row - 2] - pressure_Pa[row - 4]);
 }
 
-/// Rows at `level_Pa` to the last bit, after running into it: a sensor at the end of its range.
-std::ptrdiff_t clipped_rows(const trace::Log& log, double level_Pa, double least_step_Pa) {
-  const auto& p = log.pressure_Pa;
-  const auto at_level = [&](double one) { return one == level_Pa; };
-  std::ptrdiff_t rows = 0;
-  auto from = std::find_if(p.begin(), p.end(), at_level);
-  while (from != p.end()) {
-    const auto to = std::find_if_not(from, p.end(), at_level);
+/// The end of a sensor's range, as a log may show it.
+struct RangeEnd {
+  double level_Pa;  ///< the greatest reading, or the least
+  bool upper;
+  double near_Pa;  ///< of it: what noise makes of the end, where noise comes after what is cut off
+};
+
+/// Whether the sensor may be at the end of its range at this row: there to the last bit, or, where noise comes after what is cut off,
+/// near it although a port is open that takes the pressure farther.
+bool at_end(const trace::Log& log, std::size_t row, const RangeEnd& end, const RigDescription& rig) {
+  const double p = log.pressure_Pa[row];
+  if (p == end.level_Pa) return true;
+  const bool driven = end.upper ? log.command_V[row] > rig.valve.open_above_V + kOpen_V
+                                : log.command_V[row] < rig.valve.exhaust_below_V - kOpen_V;
+  return driven && std::abs(p - end.level_Pa) < end.near_Pa;
+}
+
+/// Rows at the end, after running into it.
+std::size_t clipped_rows(const trace::Log& log, const RangeEnd& end, const RigDescription& rig) {
+  const double least_step_Pa = 0.005 * span_Pa(rig);
+  std::size_t rows = 0;
+  for (std::size_t from = 0, to = 0; from < log.size(); from = to + 1) {
+    for (to = from; to < log.size() && at_end(log, to, end, rig);) ++to;
     const bool long_enough = static_cast<double>(to - from) * log.period_s >= kRateOver_s;
-    if (long_enough && runs_in(p, static_cast<std::size_t>(from - p.begin()), least_step_Pa))
-      rows += to - from;
-    from = std::find_if(to, p.end(), at_level);
+    if (long_enough && runs_in(log.pressure_Pa, from, least_step_Pa)) rows += to - from;
   }
   return rows;
 }
 
+/// Whether a reading comes twice in a row only by chance, since noise moves it by more than its digits are apart: away from the
+/// greatest and the least, which are looked at.
+bool is_dithered(const std::vector<double>& values) {
+  constexpr double kByChance = 0.02;
+  const double low = least(values), high = greatest(values);
+  std::size_t steps = 0, still = 0;
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    if (values[i] == low || values[i] == high) continue;
+    ++steps;
+    still += values[i] == values[i - 1] ? 1U : 0U;
+  }
+  return static_cast<double>(still) < kByChance * static_cast<double>(steps);
+}
+
 void require_unclipped(const NamedLog& of, const RigDescription& rig) {
-  const double near_Pa = 0.03 * span_Pa(rig);
-  const auto is_near = [&](double one, double other) { return std::abs(one - other) < near_Pa; };
-  for (const double level_Pa : {greatest(of.log.pressure_Pa), least(of.log.pressure_Pa)}) {
-    if (is_near(level_Pa, rig.supply.pressure_Pa) || is_near(level_Pa, rig.ambient.pressure_Pa)) continue;
-    const std::ptrdiff_t rows = clipped_rows(of.log, level_Pa, 0.005 * span_Pa(rig));
-    if (!many(rows, of.log)) continue;
+  constexpr double kNoises = 6.0;  // from the greatest of many to the least
+  const double near_rest_Pa = 0.03 * span_Pa(rig);
+  const auto is_near = [&](double one, double other) { return std::abs(one - other) < near_rest_Pa; };
+  const double least_Pa = least(of.log.pressure_Pa);
+  const double greatest_Pa = greatest(of.log.pressure_Pa);
+  // of readings that hardly leave their noise a hundredth tells
+  const double near_Pa = std::min(kNoises * rig.sensor.pressure_noise_Pa, 0.01 * (greatest_Pa - least_Pa));
+  const bool dithered = is_dithered(of.log.pressure_Pa);
+  for (RangeEnd end : {RangeEnd{greatest_Pa, true, near_Pa}, RangeEnd{least_Pa, false, near_Pa}}) {
+    if (is_near(end.level_Pa, rig.supply.pressure_Pa) || is_near(end.level_Pa, rig.ambient.pressure_Pa)) {
+      if (!dithered) continue;  // a chamber may rest there, of which digits make one reading
+      end.near_Pa = 0.0;
+    }
+    const std::size_t rows = clipped_rows(of.log, end, rig);
+    if (!many(static_cast<std::ptrdiff_t>(rows), of.log)) continue;
     throw CannotDiagnose(fmt::format(
         "{}: saturated: column pressure_Pa is cut off at {:.6g} in {:.1f} % of the rows, expected a "
         "sensor within its range",
-        of.name, level_Pa, 100.0 * static_cast<double>(rows) / static_cast<double>(of.log.size())));
+        of.name, end.level_Pa, 100.0 * static_cast<double>(rows) / static_cast<double>(of.log.size())));
   }
 }
 

@@ -447,5 +447,33 @@ TEST(LogCheck, FindsASensorThatClipsAtEitherEnd) {
   expect_refusal(3, log, {"saturated", "cut off at 200000"});
 }
 
+TEST(LogCheck, FindsASensorThatClipsJustBelowTheSupply) {
+  Log log = recorded({.swing = 0.3}, [](double t) { return std::fmod(t, 1.0) < 0.4 ? 6.5 : 4.5; });
+  for (double& p : log.pressure_Pa) p = std::min(p, 690e3);
+  expect_refusal(3, log, {"saturated", "cut off at 690000"});
+  for (double& p : log.pressure_Pa) p = 1e3 * std::round(1e-3 * p);
+  EXPECT_EQ(answer(log), "") << "of so few digits a chamber at rest reads the same";
+}
+
+TEST(LogCheck, FindsASensorThatClipsBeforeItsNoise) {
+  const auto cut_off = [](double least_Pa, double greatest_Pa) {
+    std::mt19937 random(2);
+    std::normal_distribution<double> noise(0.0, 50.0);
+    Log log = excited();
+    for (double& p : log.pressure_Pa) p = std::clamp(p, least_Pa, greatest_Pa) + noise(random);
+    return log;
+  };
+  expect_refusal(3, cut_off(0.0, 350e3), {"saturated", "cut off at 350"});
+  expect_refusal(3, cut_off(0.0, 500e3), {"saturated", "cut off at 500"});
+  expect_refusal(3, cut_off(200e3, 1e6), {"saturated", "cut off at 199"});
+}
+
+TEST(LogCheck, TakesAChamberThatComesToRestAtASupplyBelowTheRigs) {
+  const Command long_fills = [](double t) { return std::fmod(t, 4.0) < 3.0 ? 6.0 : 4.0; };
+  Log log = recorded({.supply_Pa = 600e3}, long_fills);
+  ASSERT_NEAR(*std::max_element(log.pressure_Pa.begin(), log.pressure_Pa.end()), 600e3, 1e3);
+  EXPECT_EQ(answer(log), "");
+}
+
 }  // namespace
 }  // namespace plenum::host::diagnose

@@ -1,0 +1,72 @@
+#include "host-sim/diagnose/reference_check.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+
+#include "host-sim/diagnose/other_reading.hpp"
+#include "host-sim/trace/input_error.hpp"
+
+namespace plenum::host::diagnose {
+namespace {
+
+using identify::chamber::Fit;
+using identify::chamber::Record;
+using identify::chamber::Scene;
+
+/// Of the supply: a sensor may read so much more of it.
+constexpr double kAboveSupply = 0.05;
+
+/// What would be in gauge pressure.
+struct Reading {
+  bool log, supply;
+  std::string_view what;
+};
+constexpr std::array<Reading, 3> kReadings{
+    {{true, false, "column pressure_Pa seems"},
+     {false, true, "the rig's supply.pressure_Pa seems"},
+     {true, true, "column pressure_Pa and the rig's supply.pressure_Pa seem"}}};
+
+Scene in_absolute(Scene scene, const Reading& reading) {
+  const double ambient_Pa = scene.around.ambient_Pa;
+  if (reading.supply) scene.around.supply_Pa += ambient_Pa;
+  if (!reading.log) return scene;
+  for (Record& record : scene.records) {
+    for (double& p : record.measured_Pa) p += ambient_Pa;
+  }
+  return scene;
+}
+
+bool within_supply(const Scene& scene) {
+  return std::ranges::all_of(scene.records, [&](const Record& record) {
+    return std::ranges::max(record.measured_Pa) <= (1.0 + kAboveSupply) * scene.around.supply_Pa;
+  });
+}
+
+}  // namespace
+
+void require_absolute_pressures(const Scene& scene, const Fit& recalibrated) {
+  if (!errs_far_beyond_noise(scene, recalibrated)) return;
+  const double as_written_Pa = recalibrated.rms_Pa();
+  double least_Pa = as_written_Pa;
+  const Reading* best = nullptr;
+  for (const Reading& reading : kReadings) {
+    const Scene absolute = in_absolute(scene, reading);
+    if (reading.log && !within_supply(absolute)) continue;
+    const double rms_Pa = fit(absolute, 0, absolute.nominal, {}).rms_Pa();
+    if (!far_better(rms_Pa, as_written_Pa) || rms_Pa >= least_Pa) continue;
+    least_Pa = rms_Pa;
+    best = &reading;
+  }
+  if (best == nullptr) return;
+  throw trace::InputError(
+      fmt::format("{}: {} to be gauge pressure: with ambient added the valve recalibrated errs by {:.3g} "
+                  "kPa, as written by "
+                  "{:.3g} kPa; expected absolute pressure in Pa, ambient is {:.6g}",
+                  scene.records.front().name, best->what, 1e-3 * least_Pa, 1e-3 * as_written_Pa,
+                  scene.around.ambient_Pa));
+}
+
+}  // namespace plenum::host::diagnose

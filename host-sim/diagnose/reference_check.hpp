@@ -1,0 +1,15 @@
+// Whether pressures count from vacuum. A log that never comes near ambient does not show by its range that it is in gauge pressure, and
+// neither does a supply; the error would be named an offset of the sensor, with confidence.
+#pragma once
+
+#include "host-sim/identify/chamber/fit.hpp"
+
+namespace plenum::host::diagnose {
+
+/// `recalibrated`: of the scene's records, without effects. Throws trace::InputError naming the log, and the column or the rig's key, where
+/// the valve's figures explain the pressures far better with ambient pressure added to them, to the supply, or to both. A column that
+/// would come above the supply with it is not gauge pressure. Does nothing where the recalibrated model is near the noise.
+void require_absolute_pressures(const identify::chamber::Scene& scene,
+                                const identify::chamber::Fit& recalibrated);
+
+}  // namespace plenum::host::diagnose
