@@ -188,6 +188,7 @@ class Diagnosis {
                       .threads = options.threads,
                       .noise_Pa = report_.noise_floor_Pa,
                       .progress = options.progress});
+    if (before == nullptr) require_no_offset_of_ambient(scene_, search_.best.fit);
     lower_noise(search_.best);
     recalibrated_evidence_ = search_.recalibrated.evidence(search_.correlated_rows);
     if (!baseline_.empty()) valve_changed();

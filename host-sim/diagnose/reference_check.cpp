@@ -19,6 +19,11 @@ using identify::chamber::Scene;
 /// Of the supply: a sensor may read so much more of it.
 constexpr double kAboveSupply = 0.05;
 
+/// Of ambient: beside a gain error the offset of a log in gauge pressure comes to a little less.
+constexpr double kNearAmbient = 0.8;
+constexpr std::size_t kOffset = effects::kFirstFigure[effects::kIdSensorBias];
+static_assert(effects::kSensorBiasParameters[0].name == "offset_kPa");
+
 /// What would be in gauge pressure.
 struct Reading {
   bool log, supply;
@@ -67,6 +72,17 @@ void require_absolute_pressures(const Scene& scene, const Fit& recalibrated) {
                   "{:.3g} kPa; expected absolute pressure in Pa, ambient is {:.6g}",
                   scene.records.front().name, best->what, 1e-3 * least_Pa, 1e-3 * as_written_Pa,
                   scene.around.ambient_Pa));
+}
+
+void require_no_offset_of_ambient(const Scene& scene, const Fit& found) {
+  if ((found.on & effects::EffectSet{1} << effects::kIdSensorBias) == 0) return;
+  const double offset_Pa = 1e3 * found.figures[kOffset];
+  if (offset_Pa > -kNearAmbient * scene.around.ambient_Pa) return;
+  throw trace::InputError(
+      fmt::format("{}: column pressure_Pa seems to be gauge pressure: the sensor would read {:.3g} kPa less "
+                  "than the chamber has; "
+                  "expected absolute pressure in Pa, ambient is {:.6g}",
+                  scene.records.front().name, -1e-3 * offset_Pa, scene.around.ambient_Pa));
 }
 
 }  // namespace plenum::host::diagnose

@@ -12,4 +12,8 @@ namespace plenum::host::diagnose {
 void require_absolute_pressures(const identify::chamber::Scene& scene,
                                 const identify::chamber::Fit& recalibrated);
 
+/// The same of a log in gauge pressure whose machine has an effect besides, so that recalibration alone does not tell: where `found` has a
+/// sensor that reads less by nearly ambient pressure, as no sensor does. Throws trace::InputError.
+void require_no_offset_of_ambient(const identify::chamber::Scene& scene, const identify::chamber::Fit& found);
+
 }  // namespace plenum::host::diagnose

@@ -94,6 +94,30 @@ TEST(AbsolutePressures, BothInGaugePressureAreRefused) {
   EXPECT_TRUE(says(said, "seem")) << said;
 }
 
+TEST(AbsolutePressures, ASensorThatReadsLessByNearlyAmbientIsRefused) {
+  const Scene scene = recorded();
+  const auto answer = [&](double offset_kPa, effects::EffectSet on) -> std::string {
+    Fit found;
+    found.on = on;
+    found.figures = scene.nominal;
+    found.figures[effects::kFirstFigure[effects::kIdSensorBias]] = offset_kPa;
+    try {
+      require_no_offset_of_ambient(scene, found);
+    } catch (const trace::InputError& error) {
+      return error.what();
+    }
+    return {};
+  };
+  constexpr effects::EffectSet kBias = effects::EffectSet{1} << effects::kIdSensorBias;
+  const std::string said = answer(-100.0, kBias);
+  EXPECT_TRUE(
+      says(said, "chamber: column pressure_Pa seems to be gauge pressure: the sensor would read 100 kPa"))
+      << said;
+  EXPECT_EQ(answer(-100.0, 0), "") << "not named";
+  EXPECT_EQ(answer(-50.0, kBias), "");
+  EXPECT_EQ(answer(100.0, kBias), "");
+}
+
 TEST(AbsolutePressures, ALogThatWouldComeAboveTheSupplyIsNotBlamed) {
   Scene scene = recorded(jumping_V(2000));
   ASSERT_GT(std::ranges::max(scene.records[0].measured_Pa), scene.around.supply_Pa - 0.5 * ambient_Pa(scene));
