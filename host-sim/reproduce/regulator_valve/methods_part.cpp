@@ -15,7 +15,6 @@
 namespace plenum::host::reproduce::regulator_valve {
 namespace {
 
-namespace id = identify::regulator_valve;
 namespace swarm = identify::swarm;
 
 // eps times the condition of Psi, some 1e3 of scaled columns, with room for the sums over thousands of rows.
