@@ -38,6 +38,10 @@ double greater_of(double a, double b) {
   return std::isnan(a) || a >= b ? a : b;
 }
 
+double lesser_of(double a, double b) {
+  return std::isnan(a) || a <= b ? a : b;
+}
+
 double largest(const std::vector<double>& values) {
   return std::accumulate(values.begin() + 1, values.end(), values.front(), greater_of);
 }

@@ -24,6 +24,8 @@ std::size_t rising_steps(const std::vector<double>& values);
 
 /// The greater of two; NaN where either is one, unlike std::max, so that a value that is none never passes for small.
 double greater_of(double a, double b);
+/// The lesser of two; NaN where either is one, unlike std::min.
+double lesser_of(double a, double b);
 /// The greatest of one or more; NaN where one is.
 double largest(const std::vector<double>& values);
 double mean(const std::vector<double>& values);

@@ -50,13 +50,12 @@ struct Found {
 };
 
 /// The fit, whose refusals name the file, and the way out where there is one.
-OrificeFit fitted(const VesselLog& of, const orifice::Vessel& vessel, const orifice::OrificeFitOptions& how,
-                  bool shape_held) {
+OrificeFit fitted(const VesselLog& of, const orifice::Vessel& vessel, const orifice::OrificeFitOptions& how) {
   try {
     return orifice::fit_orifice(of.record, vessel, how);
   } catch (const orifice::ShapeNotSeen& why) {
-    throw identify::CannotIdentify(fmt::format("{}: {}{}", of.name, why.what(),
-                                               shape_held ? "" : "; --thin-plate holds the flow's shape"));
+    throw identify::CannotIdentify(
+        fmt::format("{}: {}; --thin-plate holds the flow's shape", of.name, why.what()));
   } catch (const identify::CannotIdentify& why) {
     throw identify::CannotIdentify(fmt::format("{}: {}", of.name, why.what()));
   } catch (const std::invalid_argument& why) {
@@ -73,7 +72,7 @@ Found find(const VesselLog& of, const trace::RigDescription& rig, const Options&
   orifice::Vessel vessel{.volume_m3 = of.volume_m3, .flow_exponent = options.exponent};
   const double reference_K = vessel.gas.temperature_K;
   vessel.gas.temperature_K = rig.gas.temperature_K;
-  found.fit = fitted(of, vessel, how, options.thin_plate);
+  found.fit = fitted(of, vessel, how);
   if (!of.volume_m3) return found;
   const double per_rate =
       1e3 * *of.volume_m3 / options.exponent * std::sqrt(reference_K / rig.gas.temperature_K);

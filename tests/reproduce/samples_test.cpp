@@ -38,6 +38,10 @@ TEST(Samples, WhatIsNoNumberIsNeverLost) {
   EXPECT_TRUE(std::isnan(greater_of(none, 1.0)));
   EXPECT_TRUE(std::isnan(greater_of(1.0, none)));
   EXPECT_EQ(greater_of(1.0, 2.0), 2.0);
+  EXPECT_TRUE(std::isnan(lesser_of(none, 1.0)));
+  EXPECT_TRUE(std::isnan(lesser_of(1.0, none)));
+  EXPECT_EQ(lesser_of(1.0, 2.0), 1.0);
+  EXPECT_EQ(lesser_of(2.0, 1.0), 1.0);
   EXPECT_EQ(largest({-3.0, -1.0, -2.0}), -1.0);
   EXPECT_TRUE(std::isnan(largest({1.0, none, 2.0})));
 }

@@ -33,5 +33,7 @@ double slope_at_null_over_steepest(const Sigmoid& s, double null_V) {
   for (const double u : evenly(kLow_V, kHigh_V, 801)) steepest = greater_of(steepest, slope(u));
   return at_null / steepest;
 }
+/// Our reading of III.A's "flat kink": slope_at_null_over_steepest() is this at most.
+inline constexpr double kFlatKink = 0.5;
 
 }  // namespace plenum::host::reproduce::actuators

@@ -214,8 +214,6 @@ report::XyChart rate_chart(const Identified& at_rest, const Identified& moving) 
       .bands = {true_rates(at_rest)}};
 }
 
-constexpr double kFlatKink = 0.5;  // the slope at the null over the steepest
-
 /// III.A: "a sigmoid with a flat kink", of those chambers whose plant has one.
 void add_kinks(Part& part, const std::vector<Identified>& chambers) {
   std::vector<double> plants, one_step, free_run, to_roots;
@@ -330,7 +328,7 @@ Part identified_curves(const Study& study) {
            "identified model, median at rest, the least of the three",
        .unit = "%",
        .paper = 50.0,
-       .ours = -greater_of(-explained[0], greater_of(-explained[1], -explained[2])),
+       .ours = lesser_of(explained[0], lesser_of(explained[1], explained[2])),
        .expect = Expect::kAtLeast,
        .instead = "our reading of \"the main features ... are captured\"",
        .why = fmt::format(

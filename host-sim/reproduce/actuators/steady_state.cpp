@@ -59,7 +59,7 @@ Part steady_state() {
     report::Curve roots{.name = one.name, .x = evenly(kLow_V, kHigh_V, 401), .y = {}};
     roots.y = rests_kPa(one.valve, roots.x);
     falls += falling_steps(roots.y);
-    lowest_kPa = -greater_of(-lowest_kPa, -roots.y.front());
+    lowest_kPa = lesser_of(lowest_kPa, roots.y.front());
     highest_kPa = greater_of(highest_kPa, roots.y.back());
     const report::Curve ramp = slow_ramp(one.valve);
     const std::vector<double> at_ramp = rests_kPa(one.valve, ramp.x);
@@ -96,7 +96,7 @@ Part steady_state() {
        .quantity =
            "\"a flat kink at the origin\" (below half of the steepest): slope there over the steepest, "
            "spool wider than the ports",
-       .paper = 0.5,
+       .paper = kFlatKink,
        .ours = slope_at_null_over_steepest([&](double u) { return rest_kPa(wide, u); }, 5.0),
        .expect = Expect::kAtMost,
        .instead = "our reading of \"a flat kink\"",

@@ -187,8 +187,8 @@ Part valve_areas() {
            "areas of an MPYE valve, 3 to 7 V, the lesser of both ports",
        .unit = "%",
        .paper = 50.0,
-       .ours = -greater_of(-explained_percent(inlet.fitted_mm2, inlet.area_mm2),
-                           -explained_percent(exhaust.fitted_mm2, exhaust.area_mm2)),
+       .ours = lesser_of(explained_percent(inlet.fitted_mm2, inlet.area_mm2),
+                         explained_percent(exhaust.fitted_mm2, exhaust.area_mm2)),
        .expect = Expect::kAtLeast,
        .instead = "our reading of \"the principal features\"",
        .why = "the measured areas do not have the shape of (3)"});

@@ -14,7 +14,6 @@ namespace {
 
 namespace id = identify::regulator_valve;
 
-constexpr double kClaim = 90.0;    // "more than 90 % of accuracy", section 6
 constexpr std::size_t kEvery = 4;  // sample of a chart
 
 report::LineChart validation_chart(const Run& run, const Condition& condition) {

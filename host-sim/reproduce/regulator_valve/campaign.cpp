@@ -17,10 +17,6 @@ using identify::regulator_valve::DiscreteModel;
 constexpr std::uint64_t kValidation = 1000;  // its seeds come after those of the identification
 constexpr double kWhole = 1e-9;              // of a step: so much more than a whole number of them is one
 
-double lesser(double a, double b) {
-  return -greater_of(-a, -b);
-}
-
 }  // namespace
 
 bench::Recording record_staircase(double noise_Pa, std::uint64_t seed, const Staircase& staircase) {
@@ -68,7 +64,8 @@ Fits fits_on(const Branch& branch, const Identified& identified) {
 }
 
 Fits lesser_of(const Fits& a, const Fits& b) {
-  return {lesser(a.least_squares, b.least_squares), lesser(a.swarm, b.swarm), lesser(a.lead, b.lead)};
+  return {reproduce::lesser_of(a.least_squares, b.least_squares), reproduce::lesser_of(a.swarm, b.swarm),
+          reproduce::lesser_of(a.lead, b.lead)};
 }
 
 }  // namespace plenum::host::reproduce::regulator_valve

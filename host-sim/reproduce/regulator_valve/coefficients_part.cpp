@@ -87,10 +87,11 @@ Part printed_coefficients(const Campaign& campaign) {
     const PrintedModels& printed = swarm ? kPrintedSwarm : kPrintedLeastSquares;
     for (const Condition& condition : kConditions) {
       const bool rising = condition.direction == id::Direction::kRising;
-      const auto of = [rising](const PrintedModels& both) { return rising ? both.rising : both.falling; };
+      const id::DiscreteModel& stated_model = printed.of(condition.direction);
       const Identified& identified = campaign.runs.front().*condition.identified;
       const id::DiscreteModel& ours = swarm ? identified.swarm.model : identified.least_squares;
-      const std::string why = swarm ? why_of_swarm(condition, campaign, of(printed), of(kPrintedLeastSquares))
+      const std::string why = swarm ? why_of_swarm(condition, campaign, stated_model,
+                                                   kPrintedLeastSquares.of(condition.direction))
                                     : why_of_least_squares(condition);
       const auto add = [&](const std::string& name, const char* unit, double stated, double found,
                            double tolerance) {
@@ -102,19 +103,18 @@ Part printed_coefficients(const Campaign& campaign) {
                                  .tolerance = tolerance,
                                  .why = why});
       };
-      add(rising ? "b_0" : "b_1", "Pa/m", of(printed).b_Pa_m, ours.b_Pa_m, kLastOfB_Pa_m);
+      add(rising ? "b_0" : "b_1", "Pa/m", stated_model.b_Pa_m, ours.b_Pa_m, kLastOfB_Pa_m);
       for (std::size_t i = 0; i < 3; ++i) {
-        add(fmt::format("a_{}", i + (rising ? 1 : 4)), "", of(printed).a[i], ours.a[i], kLastOfA);
+        add(fmt::format("a_{}", i + (rising ? 1 : 4)), "", stated_model.a[i], ours.a[i], kLastOfA);
       }
     }
   }
   for (const Condition& condition : kConditions) {
-    const bool rising = condition.direction == id::Direction::kRising;
     const Identified& identified = campaign.runs.front().*condition.identified;
     report::XyChart chart = poles_chart(condition);
     for (const PrintedModels* printed : {&kPrintedLeastSquares, &kPrintedSwarm}) {
       chart.curves.push_back(
-          poles_of(rising ? printed->rising : printed->falling, fmt::format("{}, paper", printed->method)));
+          poles_of(printed->of(condition.direction), fmt::format("{}, paper", printed->method)));
     }
     chart.curves.push_back(poles_of(identified.least_squares, "LS, ours"));
     chart.curves.push_back(poles_of(identified.swarm.model, "PSO, ours"));

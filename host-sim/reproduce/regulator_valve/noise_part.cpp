@@ -19,7 +19,6 @@ namespace id = identify::regulator_valve;
 
 constexpr double kNoises_Pa[] = {1.0, 3.0, 10.0, 50.0, 200.0, 1000.0, 3000.0};
 constexpr double kHolds_s[] = {2.0, 3.0, 4.0, kHold_s, 6.0, 8.0};
-constexpr double kClaim = 90.0;  // "more than 90 % of accuracy", section 6
 constexpr std::uint64_t kSeed = 77;
 
 struct UpAndDown {

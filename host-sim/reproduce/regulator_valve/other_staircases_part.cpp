@@ -14,7 +14,6 @@ namespace {
 
 namespace id = identify::regulator_valve;
 
-constexpr double kClaim = 90.0;  // "more than 90 % of accuracy", section 6
 // Half and twice the steps, half and twice the holds, of what the models are identified on.
 constexpr Staircase kOthers[] = {{.step_m = 0.5 * kTurn_m},
                                  {.step_m = 2.0 * kTurn_m},

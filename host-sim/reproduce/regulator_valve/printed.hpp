@@ -1,6 +1,7 @@
 // The numbers that the paper prints of its valve.
 #pragma once
 
+#include "host-sim/identify/regulator_valve/branch.hpp"
 #include "host-sim/identify/regulator_valve/discrete_model.hpp"
 #include "host-sim/identify/regulator_valve/internal_parameters.hpp"
 
@@ -11,6 +12,10 @@ struct PrintedModels {
   const char* method;
   identify::regulator_valve::DiscreteModel rising;   ///< b_0, a_1, a_2, a_3
   identify::regulator_valve::DiscreteModel falling;  ///< b_1, a_4, a_5, a_6
+
+  const identify::regulator_valve::DiscreteModel& of(identify::regulator_valve::Direction direction) const {
+    return direction == identify::regulator_valve::Direction::kRising ? rising : falling;
+  }
 };
 
 /// (34)

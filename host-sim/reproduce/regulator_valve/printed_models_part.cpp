@@ -50,12 +50,11 @@ Part printed_models() {
                           .marks = {{report::Mark::On::kY, kPrintedSlope_Pa_m * kTurn_m, "1.56e5 Pa/mm"}}};
   for (const PrintedModels* printed : {&kPrintedLeastSquares, &kPrintedSwarm}) {
     const char* const equation = printed == &kPrintedSwarm ? "(38)" : "(34)";
-    for (const bool rising : {true, false}) {
-      const DiscreteModel& model = rising ? printed->rising : printed->falling;
-      const char* const condition = rising ? "pressurisation" : "exhaustion";
+    for (const Condition& condition : kConditions) {
+      const DiscreteModel& model = printed->of(condition.direction);
       part.findings.push_back(
           {.item = equation,
-           .quantity = fmt::format("largest pole modulus, {}, to be stable below", condition),
+           .quantity = fmt::format("largest pole modulus, {}, to be stable below", condition.name),
            .paper = 1.0,
            .ours = std::abs(identify::regulator_valve::poles(model)[0]),
            .expect = Expect::kAtMost,
@@ -64,7 +63,7 @@ Part printed_models() {
            .why = "the printed model is not stable"});
       part.findings.push_back(
           {.item = fmt::format("{}, section 4", equation),
-           .quantity = fmt::format("settled pressure for each mm, {}", condition),
+           .quantity = fmt::format("settled pressure for each mm, {}", condition.name),
            .unit = "Pa/mm",
            .paper = 1e-3 * kPrintedSlope_Pa_m,
            .ours = 1e-3 * model.static_gain_Pa_m(),
@@ -74,7 +73,7 @@ Part printed_models() {
                               "than the printed decimals allow; a model identified from another recording "
                               "need not have it",
                               equation)});
-      chart.curves.push_back(step_curve(*printed, model, condition));
+      chart.curves.push_back(step_curve(*printed, model, condition.name));
     }
     const auto rise_with = [&](double residue) {  // at the same static gain
       DiscreteModel model = printed->rising;

@@ -105,8 +105,8 @@ Part classical_step() {
   const Response without_f = step_response(capillary_throughout, 200.0, 0.1);
   double least_psi = 0.0;
   for (const Response* response : {&printed, &settling_from_rest, &settling}) {
-    for (const double psi : response->pressure_psi) least_psi = -greater_of(-least_psi, -psi);
-    for (const double psi : response->chamber_psi) least_psi = -greater_of(-least_psi, -psi);
+    for (const double psi : response->pressure_psi) least_psi = lesser_of(least_psi, psi);
+    for (const double psi : response->chamber_psi) least_psi = lesser_of(least_psi, psi);
   }
   const Mode printed_mode = least_damped(appendix_a_as_printed());
   TwoStageConfig with_short_damping = appendix_a_as_printed();

@@ -30,7 +30,6 @@ struct Test {
   Transient record;
   std::vector<double> predicted_Pa;
   PredictionError error, static_error, constant_error;
-  double swing_psi;       ///< of the record
   double worst_of_swing;  ///< largest |P model - P|, of the swing
   double final_of_swing;  ///< P model - P of the last tenth of the record, of the swing
 };
@@ -44,7 +43,6 @@ Test tried(const TwoStagePhysics& physics, const FlowChange& change, const GreyB
             .error = {},
             .static_error = {},
             .constant_error = {},
-            .swing_psi = 0.0,
             .worst_of_swing = 0.0,
             .final_of_swing = 0.0};
   test.predicted_Pa = predict_pressure(valve, test.record);
@@ -56,7 +54,6 @@ Test tried(const TwoStagePhysics& physics, const FlowChange& change, const GreyB
   test.constant_error = prediction_error(constant, test.record);
   const auto [least, most] =
       std::minmax_element(test.record.pressure_Pa.begin(), test.record.pressure_Pa.end());
-  test.swing_psi = (*most - *least) / kPsi_Pa;
   const std::size_t rows = test.predicted_Pa.size();
   const std::size_t tail = std::max<std::size_t>(1, rows / 10);
   for (std::size_t k = 0; k < rows; ++k) {
@@ -271,13 +268,25 @@ Finding table_iv(const TwoStagePhysics& physics) {
       .why = "the two damping laws differ by more than in the paper"};
 }
 
+/// A classical valve, the grey-box model identified on it, and the tests of the model.
+struct Study {
+  TwoStagePhysics physics;
+  std::vector<StaticPoint> points;  ///< stage one's
+  GreyBoxConfig valve;
+  std::vector<Test> tests;
+};
+
+Study study_of(const TwoStageConfig& config) {
+  const TwoStagePhysics physics(config);
+  const std::vector<StaticPoint> points = tested_range(physics);
+  const GreyBoxConfig valve = identified_in_two_stages(physics, points);
+  return {.physics = physics, .points = points, .valve = valve, .tests = all_tried(physics, valve)};
+}
+
 }  // namespace
 
 Part identified_valve() {
-  const TwoStagePhysics physics(appendix_a_settling());
-  const std::vector<StaticPoint> points = tested_range(physics);
-  const GreyBoxConfig valve = identified_in_two_stages(physics, points);
-  const std::vector<Test> tests = all_tried(physics, valve);
+  const auto [physics, points, valve, tests] = study_of(appendix_a_settling());
   Part part{
       .title = "Two-stage identification of the classical valve, Fig. 16 to 23",
       .text =
@@ -292,10 +301,7 @@ Part identified_valve() {
 }
 
 Part identified_softer_valve() {
-  const TwoStagePhysics physics(softer_valve());
-  const std::vector<StaticPoint> points = tested_range(physics);
-  const GreyBoxConfig valve = identified_in_two_stages(physics, points);
-  const std::vector<Test> tests = all_tried(physics, valve);
+  const auto [physics, points, valve, tests] = study_of(softer_valve());
   return {
       .title = "The same of a valve that regulates less well",
       .text =
