@@ -15,6 +15,7 @@
 #include "host-sim/diagnose/aliases.hpp"
 #include "host-sim/diagnose/command_check.hpp"
 #include "host-sim/diagnose/found_rig.hpp"
+#include "host-sim/diagnose/gap_beyond_noise.hpp"
 #include "host-sim/diagnose/latent.hpp"
 #include "host-sim/diagnose/next_experiment.hpp"
 #include "host-sim/diagnose/reference_check.hpp"
@@ -35,7 +36,6 @@ using effects::kEffects;
 using identify::chamber::kValveFigures;
 using identify::chamber::make_record;
 using identify::chamber::make_scene;
-using identify::chamber::probability_of_noise;
 using identify::chamber::Variable;
 using identify::chamber::white_noise;
 
@@ -156,6 +156,7 @@ class Diagnosis {
     double sum = 0.0;
     for (const NamedLog& of : logs) {
       add_record(scene_, make_record(of.name, of.log, heldout.empty() ? kFittedShare : 1.0));
+      logs_from_s_.push_back(of.log.time_s.front());
       sum += white_noise(of.log.pressure_Pa) / static_cast<double>(logs.size());
     }
     set_noise(sum > 0.0 ? sum : scene_.noise_Pa);
@@ -166,6 +167,7 @@ class Diagnosis {
     } else {
       for (const NamedLog& of : heldout) {
         heldout_.push_back({make_record(of.name, of.log, 1.0), 1, -1});
+        heldout_from_s_.push_back(of.log.time_s.front());
         reach_end_of(scene_, heldout_.back().record);
       }
     }
@@ -178,6 +180,7 @@ class Diagnosis {
     fitted_ = scene_;
     fitted_.records.insert(fitted_.records.end(), baseline_.begin(), baseline_.end());
     Trial base = recalibrated(fitted_, heldout_);
+    calibrate_to_all(base);
     lower_noise(base);
     if (before == nullptr) {
       require_acting_command(scene_, base.fit);
@@ -188,7 +191,10 @@ class Diagnosis {
                       .threads = options.threads,
                       .noise_Pa = report_.noise_floor_Pa,
                       .progress = options.progress});
-    if (before == nullptr) require_no_offset_of_ambient(scene_, search_.best.fit);
+    if (before == nullptr) {
+      require_no_offset_of_ambient(scene_, search_.best.fit);
+      require_absolute_pressures(scene_, search_.best.fit);
+    }
     lower_noise(search_.best);
     recalibrated_evidence_ = search_.recalibrated.evidence(search_.correlated_rows);
     if (!baseline_.empty()) valve_changed();
@@ -214,13 +220,6 @@ class Diagnosis {
     report_.noise_floor_Pa = std::max(noise_Pa, before_Pa_);
   }
 
-  static void append_error(std::vector<double>& error, const Record& record,
-                           const std::vector<double>& reading, std::size_t first, std::size_t last) {
-    for (std::size_t row = std::max(first, record.settled_rows); row < last; ++row) {
-      error.push_back(reading[row] - record.measured_Pa[row]);
-    }
-  }
-
   /// Under a command that never rests the pressure is not smooth, and what third differences leave of it is no noise: what they
   /// leave of a model's error is less.
   void lower_noise(const Trial& of) {
@@ -233,6 +232,12 @@ class Diagnosis {
       sum += white_noise(error) / static_cast<double>(scene_.records.size());
     }
     if (sum > 0.0 && sum < kNoSmoothPressure * scene_.noise_Pa) set_noise(sum);
+  }
+
+  /// What fits all rows is no worse explained by the valve alone than the search is to believe.
+  void calibrate_to_all(Trial& base) {
+    to_all_ = calibrated_to_all(fitted_, heldout_, base.fit);
+    base.joint_squares = std::min(base.joint_squares, to_all_.fit.squares);
   }
 
   /// The other hypothesis of what has changed since the baseline: the valve's figures, all of them, and no effect. Both
@@ -252,6 +257,7 @@ class Diagnosis {
     if (closed || evidence <= search_.best.evidence(search_.correlated_rows)) return;
     recalibrated_evidence_ = evidence;
     fitted_ = scene_;
+    calibrate_to_all(changed);
     search_.recalibrated = changed;
     search_.best = std::move(changed);
     search_.rivals.clear();
@@ -273,40 +279,7 @@ class Diagnosis {
     report_.as_configured_Pa = sum.rms_Pa();
     report_.recalibrated_Pa = search_.recalibrated.heldout_Pa();
     report_.with_effects_Pa = search_.best.heldout_Pa();
-    report_.gap_p_value = gap_p_value();
-  }
-
-  /// Whether the valve's figures, fitted to the held-out rows too, err more there than the best explanation does on the fitted
-  /// rows: what the fitted rows leave unknown of the figures is no gap, and a supply's ripple is noise.
-  double gap_p_value() const {
-    std::vector<double> noise;
-    const Fit& best = search_.best.fit;
-    for (std::size_t i = 0; i < scene_.records.size(); ++i) {
-      const Record& record = scene_.records[i];
-      append_error(noise, record, run(scene_, record, best.on, best.figures, best.start[i]), 0,
-                   record.fitted_rows);
-    }
-    Scene all = fitted_;
-    std::vector<effects::Start> start = search_.recalibrated.fit.start;
-    std::vector<std::size_t> place;
-    for (const HeldOut& held : heldout_) {
-      if (held.continues >= 0) {
-        place.push_back(static_cast<std::size_t>(held.continues));
-        all.records[place.back()].fitted_rows = held.record.rows();
-      } else {
-        place.push_back(all.records.size());
-        all.records.push_back(held.record);
-        start.push_back(heldout_start(scene_, held, search_.recalibrated.fit));
-      }
-    }
-    const Fit both = fit(all, 0, search_.recalibrated.fit.figures, start);
-    std::vector<double> error;
-    for (std::size_t i = 0; i < heldout_.size(); ++i) {
-      const Record& record = all.records[place[i]];
-      append_error(error, record, run(all, record, 0, both.figures, both.start[place[i]]), heldout_[i].first,
-                   record.rows());
-    }
-    return probability_of_noise(error, noise, report_.noise_floor_Pa, kAtFloor * report_.noise_floor_Pa);
+    report_.gap_p_value = gap_p_value(to_all_, heldout_, scene_, search_.best.fit, report_.noise_floor_Pa);
   }
 
   void candidates() {
@@ -527,13 +500,14 @@ class Diagnosis {
   }
 
   void traces() {
-    const auto trace_of = [&](const Record& record, std::size_t first, const std::vector<double>& configured,
-                              const std::vector<double>& recalibrated, const std::vector<double>& with) {
+    const auto trace_of = [&](const Record& record, double from_s, std::size_t first,
+                              const std::vector<double>& configured, const std::vector<double>& recalibrated,
+                              const std::vector<double>& with) {
       Trace trace;
       trace.name = record.name;
       trace.heldout_from = first;
       for (std::size_t row = 0; row < record.rows(); ++row) {
-        trace.time_s.push_back(static_cast<double>(row) * record.drive.timing.tick_s);
+        trace.time_s.push_back(from_s + static_cast<double>(row) * record.drive.timing.tick_s);
       }
       trace.command_V = record.drive.command_V;
       trace.measured_Pa = record.measured_Pa;
@@ -548,12 +522,12 @@ class Diagnosis {
     };
     for (std::size_t i = 0; i < scene_.records.size(); ++i) {
       const Record& record = scene_.records[i];
-      trace_of(record, record.fitted_rows, of(record, nominal_, i), of(record, search_.recalibrated.fit, i),
-               of(record, used_->fit, i));
+      trace_of(record, logs_from_s_[i], record.fitted_rows, of(record, nominal_, i),
+               of(record, search_.recalibrated.fit, i), of(record, used_->fit, i));
     }
-    for (const HeldOut& held : heldout_) {
-      if (held.continues >= 0) continue;
-      trace_of(held.record, 0, heldout_reading(scene_, held, nominal_),
+    for (std::size_t i = 0; i < heldout_from_s_.size(); ++i) {
+      const HeldOut& held = heldout_[i];
+      trace_of(held.record, heldout_from_s_[i], 0, heldout_reading(scene_, held, nominal_),
                heldout_reading(scene_, held, search_.recalibrated.fit),
                heldout_reading(scene_, held, used_->fit));
     }
@@ -569,9 +543,12 @@ class Diagnosis {
   Scene scene_;  ///< the logs to be explained
   unsigned threads_;
   std::vector<HeldOut> heldout_;
+  std::vector<double> logs_from_s_,
+      heldout_from_s_;            ///< time of the first row; of the logs held out where there are any
   std::vector<Record> baseline_;  ///< of the machine as it was: the search's fits answer for them, too
   Scene fitted_;  ///< the records that search_.recalibrated has starts of: scene_'s, then the baseline's
   double before_Pa_ = 0.0;  ///< left of the baseline with what was found there; 0: there is none
+  CalibratedToAll to_all_;
   Search search_;
   double recalibrated_evidence_ = 0.0;
   const Trial* used_ = &search_.best;

@@ -5,11 +5,10 @@
 
 namespace plenum::host::diagnose {
 
-/// Of the recalibrated model's error: near the noise nothing is asked.
-inline bool errs_far_beyond_noise(const identify::chamber::Scene& scene,
-                                  const identify::chamber::Fit& recalibrated) {
+/// Whether a model's error is near the sensor's noise.
+inline bool is_near_noise(double rms_Pa, const identify::chamber::Scene& scene) {
   constexpr double kNearNoise = 5.0;
-  return recalibrated.rms_Pa() >= kNearNoise * scene.noise_Pa;
+  return rms_Pa < kNearNoise * scene.noise_Pa;
 }
 
 /// Whether another reading leaves a quarter of the squares at most: a machine's effects change what it leaves by less.

@@ -6,13 +6,13 @@
 
 namespace plenum::host::diagnose {
 
-/// `recalibrated`: of the scene's records, without effects. Throws trace::InputError naming the log, and the column or the rig's key, where
-/// the valve's figures explain the pressures far better with ambient pressure added to them, to the supply, or to both. A column that
-/// would come above the supply with it is not gauge pressure. Does nothing where the recalibrated model is near the noise.
-void require_absolute_pressures(const identify::chamber::Scene& scene,
-                                const identify::chamber::Fit& recalibrated);
+/// `found`: the fit of the valve's figures to the scene's records, and of the effects that are on. Throws trace::InputError naming the log,
+/// and the column or the rig's key, where the same figures explain the pressures far better with ambient pressure added to them, to the
+/// supply, or to both. A column that would come above the supply with it is not gauge pressure. Does nothing where `found` is near the
+/// noise.
+void require_absolute_pressures(const identify::chamber::Scene& scene, const identify::chamber::Fit& found);
 
-/// The same of a log in gauge pressure whose machine has an effect besides, so that recalibration alone does not tell: where `found` has a
+/// The same of a log in gauge pressure whose machine has an effect besides, so that no fit tells: where `found` has a
 /// sensor that reads less by nearly ambient pressure, as no sensor does. Throws trace::InputError.
 void require_no_offset_of_ambient(const identify::chamber::Scene& scene, const identify::chamber::Fit& found);
 

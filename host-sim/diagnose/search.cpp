@@ -16,7 +16,7 @@ using effects::kEffects;
 
 constexpr std::size_t kBeam = 2;      ///< sets of a size that are enlarged
 constexpr std::size_t kFinished = 6;  ///< of the effects looked at beside a set, those whose fit is finished
-constexpr int kMostSwaps = 1;         ///< of one effect of a set for another that does better
+constexpr int kMostSwaps = 4;         ///< of one effect of a set for another that does better
 /// Of the noise: while more than this is left, sets are enlarged although the last effect did not pay; three can explain
 /// what no two of them do. That they do is known by their leaving no more than this: of a machine far beyond the catalogue
 /// three explain a little, too.

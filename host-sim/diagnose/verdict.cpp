@@ -11,6 +11,8 @@ constexpr double kExplainsSome = 0.35;
 constexpr double kExplainsAll = 0.9;
 constexpr double kRest = 2.0;
 
+/// From here on an error as large is likely without any gap: then no effect is named, however much less it leaves.
+constexpr double kGapUnlikely = 0.05;
 /// Of effectless blind logs two in a hundred are below it; each of those of no catalogue is at the least of the test, 0.001.
 constexpr double kGapCertain = 0.01;
 
@@ -33,6 +35,7 @@ double closed_fraction(const GapErrors& errors) {
 
 Verdict verdict_of(const GapErrors& errors, Best best) {
   if (errors.as_configured_Pa < kAtFloor * errors.noise_floor_Pa) return Verdict::none;
+  if (errors.gap_p_value >= kGapUnlikely) return Verdict::calibration;
   const double closed = closed_fraction(errors);
   if (best == Best::no_effect || closed < kExplainsSome) {
     return calibrated(errors) ? Verdict::calibration : Verdict::unexplained;

@@ -153,8 +153,9 @@ int run(const Options& options) {
   const auto heldout = options.input.read(options.heldout, rig);
   const auto baseline = options.input.read(options.baseline, rig);
   diagnose::require_diagnosable(logs, rig);
-  if (!baseline.empty()) diagnose::require_diagnosable(baseline, rig);
-  diagnose::require_rate(heldout, rig);
+  for (const auto& others : {baseline, heldout}) {
+    if (!others.empty()) diagnose::require_diagnosable(others, rig);
+  }
   options.input.print_assumed(options.output);
   if (heldout.empty()) options.input.tell(diagnose::notices_of_rests(logs, diagnose::kFittedShare));
 

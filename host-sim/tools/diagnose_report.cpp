@@ -58,16 +58,19 @@ std::string title_of(const GapReport& report) {
 }
 
 void add_tiles(Page& page, const GapReport& report) {
-  page.tiles(
-      {{"As configured", in_kPa(report.as_configured_Pa), "kPa", {}, "figures of the data sheet"},
-       {"Recalibrated", in_kPa(report.recalibrated_Pa), "kPa", {}, "valve's figures fitted, no effect"},
-       {"With effects", in_kPa(report.with_effects_Pa), "kPa", {}, "what is named below, added"},
-       {report.baseline ? "Floor" : "Noise floor",
-        in_kPa(report.noise_floor_Pa),
-        "kPa",
-        {},
-        report.baseline ? "left of the baseline" : "no model does better"},
-       {"Closed", in_percent(report.closed_fraction), "%", {}, "of what was above the floor"}});
+  std::vector<report::Tile> tiles{
+      {"As configured", in_kPa(report.as_configured_Pa), "kPa", {}, "figures of the data sheet"},
+      {"Recalibrated", in_kPa(report.recalibrated_Pa), "kPa", {}, "valve's figures fitted, no effect"},
+      {"With effects", in_kPa(report.with_effects_Pa), "kPa", {}, "what is named below, added"},
+      {report.baseline ? "Floor" : "Noise floor",
+       in_kPa(report.noise_floor_Pa),
+       "kPa",
+       {},
+       report.baseline ? "left of the baseline" : "no model does better"}};
+  if (!report.effects.empty()) {
+    tiles.push_back({"Closed", in_percent(report.closed_fraction), "%", {}, "of what was above the floor"});
+  }
+  page.tiles(tiles);
 }
 
 // ---- how far
@@ -368,6 +371,8 @@ void add_trace(Page& page, const GapReport& report, const Trace& trace) {
                  {"recalibrated", trace.time_s, scaled(trace.recalibrated_Pa, 1e-3)}},
       .marks = heldout,
       .group = trace.name};
+  pressure.marks.push_back({Mark::On::kY, in_kPa(report.found.supply.pressure_Pa), "supply"});
+  pressure.marks.push_back({Mark::On::kY, in_kPa(report.found.ambient.pressure_Pa), "ambient"});
   LineChart error{.title = fmt::format("Error, {}", trace.name),
                   .caption = "Model minus measured.",
                   .x = time_axis(trace),

@@ -62,7 +62,10 @@ std::vector<trace::NamedLog> LogInput::read(const std::vector<std::string>& file
   std::vector<trace::NamedLog> logs;
   logs.reserve(files.size());
   for (const std::string& file : files) {
-    logs.push_back({std::filesystem::path(file).filename().string(), log_of(file, rig)});
+    const std::filesystem::path path(file);
+    const std::filesystem::path name = path.filename();
+    const bool first = names_.insert(name.string()).second;
+    logs.push_back({(first ? name : path.parent_path().filename() / name).string(), log_of(file, rig)});
   }
   if (!logs.empty()) diagnose::require_units(logs, rig);
   const std::vector<std::string> of_logs = diagnose::notices(logs, rig);

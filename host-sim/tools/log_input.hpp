@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -24,7 +25,7 @@ class LogInput {
   bool has_rig() const { return !rig_file_.empty(); }
   bool of_ventilator() const;
 
-  /// Each file as a log, with its name but not its folder: a page holds no path. Once they are accepted, standard error
+  /// Each file as a log, with its name, and the last of its folders where an earlier one has the same name: a page holds no path. Once they are accepted, standard error
   /// tells what columns and rows are ignored, a supply that is not the rig's, and names of several chambers: a refusal is one line. Throws trace::InputError, also for other units than those of the columns' names.
   std::vector<trace::NamedLog> read(const std::vector<std::string>& files,
                                     const trace::RigDescription& rig) const;
@@ -41,6 +42,7 @@ class LogInput {
   std::string command_;
   std::string format_ = "csv";
   std::string rig_file_;
+  mutable std::set<std::string> names_;       ///< of logs that have been read
   mutable std::vector<std::string> notices_;  ///< to be told
   mutable std::vector<std::string> assumed_;
 };

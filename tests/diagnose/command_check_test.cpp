@@ -1,6 +1,7 @@
 // A command column that is not what acted, and effects that must not be taken for one.
 #include "host-sim/diagnose/command_check.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,6 +19,7 @@ namespace {
 using identify::chamber::chamber_scene;
 using identify::chamber::jumping_V;
 using identify::chamber::Scene;
+using testing::HasSubstr;
 
 std::string refusal(const Scene& scene) {
   try {
@@ -26,10 +28,6 @@ std::string refusal(const Scene& scene) {
     return error.what();
   }
   return {};
-}
-
-bool says(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
 }
 
 /// A chamber of 2000 rows whose readings its own commands have made.
@@ -46,8 +44,7 @@ TEST(ActingCommand, IsTakenAsItIsLogged) {
 TEST(ActingCommand, OfAnotherSignIsRefused) {
   Scene scene = recorded();
   for (double& u : scene.records[0].drive.command_V) u = 10.0 - u;
-  const std::string said = refusal(scene);
-  EXPECT_TRUE(says(said, "chamber: column command_V seems to have the other sign")) << said;
+  EXPECT_THAT(refusal(scene), HasSubstr("chamber: column command_V seems to have the other sign"));
 }
 
 TEST(ActingCommand, WrittenARowOrTwoLateIsRefused) {
@@ -57,7 +54,19 @@ TEST(ActingCommand, WrittenARowOrTwoLateIsRefused) {
     command_V.insert(command_V.begin(), late, command_V.front());
     command_V.resize(command_V.size() - late);
     const std::string said = refusal(scene);
-    EXPECT_TRUE(says(said, late == 1 ? "to be one row late" : "to be 2 rows late")) << said;
+    EXPECT_THAT(said, HasSubstr(late == 1 ? "to be one row late" : "to be 2 rows late"));
+  }
+}
+
+TEST(ActingCommand, BesideAPressureWrittenEarlyIsNotBlamedButThePressureIs) {
+  for (const std::size_t early : {1U, 2U}) {
+    Scene scene = recorded();
+    std::vector<double>& measured_Pa = scene.records[0].measured_Pa;
+    measured_Pa.erase(measured_Pa.begin(), measured_Pa.begin() + static_cast<std::ptrdiff_t>(early));
+    measured_Pa.resize(scene.records[0].drive.command_V.size(), measured_Pa.back());
+    EXPECT_THAT(refusal(scene),
+                HasSubstr(early == 1 ? "column pressure_Pa seems to be one row early: one row later"
+                                     : "to be 2 rows early"));
   }
 }
 
@@ -74,8 +83,7 @@ TEST(ActingCommand, IsNotBlamedForItsSignWhereALagWouldLookAlike) {
       << "late by three eighths of a period, which its mirror image follows only roughly";
   EXPECT_GT(fit(scene, 0, scene.nominal, {}).rms_Pa(), 5.0 * scene.noise_Pa) << "else nothing was asked";
   std::rotate(command_V.begin(), command_V.end() - 10, command_V.end());
-  const std::string said = refusal(scene);
-  EXPECT_TRUE(says(said, "the other sign, or to be late by half a period")) << said;
+  EXPECT_THAT(refusal(scene), HasSubstr("the other sign, or to be late by half a period"));
 }
 
 TEST(ActingCommand, IsTakenFromAMachineThatIsLateSticksOrLags) {

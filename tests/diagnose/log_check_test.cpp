@@ -284,7 +284,7 @@ TEST(LogCheck, TellsOfARestThatMovesFarLessThanWhatIsFitted) {
   EXPECT_EQ(notices_of_rests({{"log.csv", log}}, 0.4).size(), 1U) << "nor far more";
 }
 
-TEST(LogCheck, AsksOfHeldOutLogsForUnitsOnly) {
+TEST(LogCheck, AsksForUnitsAlsoWhereNothingMoves) {
   const Log hold = recorded({.seconds = 1.0}, [](double) { return 5.0; });
   EXPECT_NO_THROW(require_units({{"held.csv", hold}}, {}));
   EXPECT_THROW(require_units({{"held.csv", scaled_pressure(hold, 1e-3, 0.0)}}, {}), trace::InputError);
@@ -405,7 +405,7 @@ TEST(LogCheck, RefusesASupplyColumnFarFromTheRigs) {
 }
 
 TEST(LogCheck, FindsTooLittleInAShortLog) {
-  expect_refusal(3, excited({.seconds = 2.5}), {"too short", "250 rows", "2.5 s", "3 s"});
+  expect_refusal(3, excited({.seconds = 2.5}), {"too short", "250 rows", "2.5 s", "4 s"});
 }
 
 TEST(LogCheck, FindsTooLittleInACommandThatRestsOrOpensNoPort) {

@@ -44,6 +44,16 @@ TEST(Verdict, UnexplainedIsAGapThatNoiseAndUnknownFiguresDoNotMake) {
   EXPECT_EQ(verdict_of(left, Best::no_effect), Verdict::calibration);
 }
 
+TEST(Verdict, NoEffectIsNamedWhereTheErrorIsLikelyWithoutAGap) {
+  GapErrors unknown =
+      errors(50.0, 30.0, 1.0);  // the fitted rows leave figures unknown, which the effect stands in for
+  unknown.gap_p_value = 0.051;
+  EXPECT_EQ(verdict_of(unknown, Best::alone), Verdict::calibration);
+  EXPECT_EQ(verdict_of(unknown, Best::has_rivals), Verdict::calibration);
+  unknown.gap_p_value = 0.049;
+  EXPECT_EQ(verdict_of(unknown, Best::alone), Verdict::explained);
+}
+
 TEST(Verdict, ExplainedComesNearTheNoiseOrClosesNineTenthsAndLeavesLessThanTwiceTheNoise) {
   EXPECT_EQ(verdict_of(errors(50.0, 3.0, 1.29), Best::alone), Verdict::explained);
   EXPECT_EQ(verdict_of(errors(50.0, 21.0, 1.99), Best::alone), Verdict::explained);

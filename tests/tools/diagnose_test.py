@@ -211,6 +211,11 @@ class Diagnose(CommandTest):
         self.check(whole)
         self.assertEqual(whole["effects"][0]["id"], "dead_time")
         self.refused(2, "diagnose", *of_log, "--heldout", self.changed("kPa.csv", pressure_Pa=lambda p: p / 1e3), says=["kPa.csv", "kPa"])
+        lines = (self.folder / "held/chamber-1.csv").read_text().splitlines(keepends=True)
+        self.write("held/chamber-1.csv", "".join(lines[:4]))
+        self.refused(3, "diagnose", *of_log, "--heldout", "held/chamber-1.csv", says=["held/chamber-1.csv", "too short", "3 rows"])
+        self.refused(3, "diagnose", *of_log, "--heldout", self.changed("clipped.csv", pressure_Pa=lambda p: min(p, 3e5)),
+                     says=["clipped.csv", "saturated"])
 
     def test_only_what_has_changed_since_the_baseline_is_named(self):
         of_log = self.simulated("--effect", "dead_time=0.03")

@@ -16,8 +16,10 @@ constexpr double kCalmShare = 0.3;
 constexpr double kQuantileOfCalm = 0.860;
 
 constexpr std::size_t kBlock = 20;  // rows
-constexpr std::size_t kStretch =
-    10;  // blocks drawn together: what is slower than that counts as if it were not
+/// Blocks drawn together, at most: what is slower than that counts as if it were not. Of few blocks fewer, so that so many stretches
+/// at least differ: a stretch of nearly all of them has nearly their own mean, as if that were exactly known.
+constexpr std::size_t kLongestStretch = 10;
+constexpr std::size_t kLeastStretches = 10;
 constexpr int kDraws = 999;
 
 /// Of the means over blocks, times a block's rows: of white noise the variance.
@@ -72,18 +74,23 @@ double correlation_rows(const std::vector<double>& error) {
   return rows;
 }
 
-double probability_of_noise(const std::vector<double>& error, const std::vector<double>& noise, double sigma,
-                            double greatest) {
+double probability_of_noise(const std::vector<double>& error, const std::vector<double>& noise,
+                            std::size_t fitted_to_noise, double sigma, double greatest) {
   const std::vector<double> of_error = block_squares(error);
   const std::vector<double> of_noise = block_squares(noise);
   if (of_error.empty() || of_noise.empty() || sigma <= 0.0) return 1.0;
   const double most = sigma * sigma + static_cast<double>(kBlock) * (greatest * greatest - sigma * sigma);
-  const double ratio = mean(of_error) / std::min(mean(of_noise), most);
+  const auto blocks = static_cast<double>(of_noise.size());
+  const double free = std::max(blocks - static_cast<double>(fitted_to_noise), 1.0);
+  const double left = mean(of_noise);
+  const double before_fit = std::max(left, std::min(left * blocks / free, sigma * sigma));
+  const double ratio = mean(of_error) / std::min(before_fit, most);
+  const std::size_t stretch = std::clamp<std::size_t>(of_noise.size() / kLeastStretches, 1, kLongestStretch);
   std::mt19937 random(1);
   const auto drawn = [&](std::size_t count) {  // their mean square
     double sum = 0.0;
     for (std::size_t i = 0, at = 0; i < count; ++i, ++at) {
-      if (i % kStretch == 0) at = random() % of_noise.size();
+      if (i % stretch == 0) at = random() % of_noise.size();
       sum += of_noise[at % of_noise.size()];
     }
     return sum / static_cast<double>(count);

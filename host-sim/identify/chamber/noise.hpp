@@ -15,10 +15,12 @@ double white_noise(const std::vector<double>& signal);
 double correlation_rows(const std::vector<double>& error);
 
 /// Probability that noise of the kind of `noise`, an error in which nothing is left to explain, has means over blocks of 20
-/// rows as large as those of `error`: the ratio of their mean squares, against that of stretches of 2 s at 100 Hz drawn from `noise`
-/// (moving-block bootstrap, Kuensch 1989; 999 draws, always the same). `sigma`: of the white part; noise that stays on one side
-/// for a while counts as noise while it raises the RMS to `greatest` at most. 1 without 20 rows of each, 0.001 at least.
-double probability_of_noise(const std::vector<double>& error, const std::vector<double>& noise, double sigma,
-                            double greatest);
+/// rows as large as those of `error`: the ratio of their mean squares, against that of stretches of 2 s at 100 Hz, or a tenth of
+/// `noise` where it is shorter than 20 s, drawn from it (moving-block bootstrap, Kuensch 1989; 999 draws, always the same). `sigma`:
+/// of the white part; noise that stays on one side for a while counts as noise while it raises the RMS to `greatest` at most.
+/// `fitted_to_noise`: figures that were fitted to the rows of `noise`, of which few blocks show the less, but no less than white noise.
+/// 1 without 20 rows of each, 0.001 at least.
+double probability_of_noise(const std::vector<double>& error, const std::vector<double>& noise,
+                            std::size_t fitted_to_noise, double sigma, double greatest);
 
 }  // namespace plenum::host::identify::chamber

@@ -60,7 +60,7 @@ TEST(ProbabilityOfNoise, IsUniformUnderNoiseWhiteOrSlow) {
     int below_a_tenth = 0, above_nine = 0;
     for (unsigned seed = 0; seed < 400; ++seed) {
       const double p = probability_of_noise(coloured(2400, slow, 5000 + seed),
-                                            coloured(4000, slow, 100 + seed), 3.0, 1.12 * 3.0);
+                                            coloured(4000, slow, 100 + seed), 0, 3.0, 1.12 * 3.0);
       below_a_tenth += p < 0.1 ? 1 : 0;
       above_nine += p > 0.9 ? 1 : 0;
     }
@@ -69,18 +69,46 @@ TEST(ProbabilityOfNoise, IsUniformUnderNoiseWhiteOrSlow) {
   }
 }
 
+TEST(ProbabilityOfNoise, OfFewRowsIsNoMoreCertain) {
+  int below = 0;
+  for (unsigned seed = 0; seed < 400; ++seed) {
+    const double p = probability_of_noise(coloured(160, 0.0, 5000 + seed), coloured(240, 0.0, 100 + seed), 0,
+                                          3.0, 1.12 * 3.0);
+    below += p < 0.01 ? 1 : 0;
+  }
+  EXPECT_LE(below, 16) << "4 expected, not one in three";
+}
+
+TEST(ProbabilityOfNoise, AllowsForFiguresThatHaveFollowedItWhereBlocksAreFew) {
+  const auto below_a_tenth = [](std::size_t figures) {
+    int below = 0;
+    for (unsigned seed = 0; seed < 200; ++seed) {
+      // of twelve blocks eight figures leave a third
+      const std::vector<double> followed = white(240, 3.0 / std::sqrt(3.0), 100 + seed);
+      below += probability_of_noise(white(160, 3.0, 5000 + seed), followed, figures, 3.0, 1.12 * 3.0) < 0.1
+                   ? 1
+                   : 0;
+    }
+    return below;
+  };
+  EXPECT_GT(below_a_tenth(0), 80);
+  EXPECT_NEAR(below_a_tenth(8), 20, 15);
+  EXPECT_LT(probability_of_noise(white(160, 9.0, 1), white(240, 1.0, 2), 1000, 3.0, 1.12 * 3.0), 0.01)
+      << "they followed no more than white noise";
+}
+
 TEST(ProbabilityOfNoise, IsLeastForABiasOfHalfItsSigmaWhateverTheNoiseIsSaidToBe) {
   std::vector<double> biased = white(2400, 3.0, 7);
   for (double& one : biased) one += 1.5;
-  EXPECT_EQ(probability_of_noise(biased, white(4000, 3.0, 8), 3.0, 1.12 * 3.0), 0.001);
+  EXPECT_EQ(probability_of_noise(biased, white(4000, 3.0, 8), 0, 3.0, 1.12 * 3.0), 0.001);
   std::vector<double> gap =
       coloured(2400, 9.0, 9);  // an error that nothing explains, of fitted rows as of these
-  EXPECT_EQ(probability_of_noise(gap, coloured(4000, 9.0, 10), 3.0, 1.12 * 3.0), 0.001);
+  EXPECT_EQ(probability_of_noise(gap, coloured(4000, 9.0, 10), 0, 3.0, 1.12 * 3.0), 0.001);
 }
 
 TEST(ProbabilityOfNoise, IsOneWithoutABlock) {
-  EXPECT_EQ(probability_of_noise(white(19, 3.0, 1), white(4000, 3.0, 2), 3.0, 3.3), 1.0);
-  EXPECT_EQ(probability_of_noise(white(4000, 3.0, 1), {}, 3.0, 3.3), 1.0);
+  EXPECT_EQ(probability_of_noise(white(19, 3.0, 1), white(4000, 3.0, 2), 0, 3.0, 3.3), 1.0);
+  EXPECT_EQ(probability_of_noise(white(4000, 3.0, 1), {}, 0, 3.0, 3.3), 1.0);
 }
 
 }  // namespace
