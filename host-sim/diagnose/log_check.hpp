@@ -18,7 +18,7 @@ namespace plenum::host::diagnose {
 using trace::NamedLog;
 
 /// Logs shorter than this together tell too little [s].
-inline constexpr double kShortest_s = 4.0;
+inline constexpr double kShortest_s = 3.0;
 
 /// Units and reference of each log. Throws trace::InputError naming the log, the column, what was found, what it
 /// looks like, and what was expected, for: pressure in kPa, bar, MPa, psi, hPa or cmH2O, gauge pressure (which comes near 0), a vacuum,
