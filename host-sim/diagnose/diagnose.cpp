@@ -191,7 +191,7 @@ class Diagnosis {
                       .threads = options.threads,
                       .noise_Pa = report_.noise_floor_Pa,
                       .progress = options.progress});
-    if (before == nullptr) {
+    if (before == nullptr && search_.best.on != 0) {
       require_no_offset_of_ambient(scene_, search_.best.fit);
       require_absolute_pressures(scene_, search_.best.fit);
     }
@@ -226,9 +226,8 @@ class Diagnosis {
     double sum = 0.0;
     for (std::size_t i = 0; i < scene_.records.size(); ++i) {
       const Record& record = scene_.records[i];
-      std::vector<double> error;
-      append_error(error, record, run(scene_, record, of.on, of.fit.figures, of.fit.start[i]), 0,
-                   record.rows());
+      const std::vector<double> error =
+          errors_Pa(run(scene_, record, of.on, of.fit.figures, of.fit.start[i]), record, 0, record.rows());
       sum += white_noise(error) / static_cast<double>(scene_.records.size());
     }
     if (sum > 0.0 && sum < kNoSmoothPressure * scene_.noise_Pa) set_noise(sum);

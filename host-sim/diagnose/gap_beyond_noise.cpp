@@ -1,6 +1,5 @@
 #include "host-sim/diagnose/gap_beyond_noise.hpp"
 
-#include <algorithm>
 #include <utility>
 
 #include "host-sim/diagnose/verdict.hpp"
@@ -29,30 +28,19 @@ CalibratedToAll calibrated_to_all(const Scene& fitted, const std::vector<HeldOut
   return all;
 }
 
-void append_error(std::vector<double>& error, const Record& record, const std::vector<double>& reading_Pa,
-                  std::size_t first, std::size_t last) {
-  for (std::size_t row = std::max(first, record.settled_rows); row < last; ++row) {
-    error.push_back(reading_Pa[row] - record.measured_Pa[row]);
-  }
-}
-
 double gap_p_value(const CalibratedToAll& all, const std::vector<HeldOut>& heldout, const Scene& scene,
                    const Fit& best, double noise_Pa) {
-  std::vector<double> noise;
-  for (std::size_t i = 0; i < scene.records.size(); ++i) {
-    const Record& record = scene.records[i];
-    append_error(noise, record, run(scene, record, best.on, best.figures, best.start[i]), 0,
-                 record.fitted_rows);
-  }
   std::vector<double> error;
   for (std::size_t i = 0; i < heldout.size(); ++i) {
     const std::size_t place = all.place[i];
     const Record& record = all.scene.records[place];
-    append_error(error, record, run(all.scene, record, 0, all.fit.figures, all.fit.start[place]),
-                 heldout[i].first, record.rows());
+    const std::vector<double> of = errors_Pa(run(all.scene, record, 0, all.fit.figures, all.fit.start[place]),
+                                             record, heldout[i].first, record.rows());
+    error.insert(error.end(), of.begin(), of.end());
   }
-  return identify::chamber::probability_of_noise(error, noise, best.variables.size() + best.start.size(),
-                                                 noise_Pa, kAtFloor * noise_Pa);
+  return identify::chamber::probability_of_noise(error, fitted_errors_Pa(scene, best),
+                                                 best.variables.size() + best.start.size(), noise_Pa,
+                                                 kAtFloor * noise_Pa);
 }
 
 }  // namespace plenum::host::diagnose

@@ -19,10 +19,6 @@ struct CalibratedToAll {
 /// linearisation there finds what fits all of it; the data sheet is where the fit begins then.
 CalibratedToAll calibrated_to_all(const Scene& fitted, const std::vector<HeldOut>& heldout, const Fit& base);
 
-/// Appends to `error` that of a reading on rows `first` to `last` - 1 of a record, as far as they have settled [Pa].
-void append_error(std::vector<double>& error, const Record& record, const std::vector<double>& reading_Pa,
-                  std::size_t first, std::size_t last);
-
 /// Probability that noise alone makes the valve's figures, fitted to the held-out rows too, err there as much as they do: what the
 /// fitted rows leave unknown of the figures is no gap, and a supply's ripple, of which the best explanation's error on the fitted rows
 /// of `scene` tells, is noise (identify/chamber/noise.hpp, probability_of_noise()).

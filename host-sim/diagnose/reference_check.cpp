@@ -61,10 +61,9 @@ void require_absolute_pressures(const Scene& scene, const Fit& found) {
     const Scene absolute = in_absolute(scene, reading);
     if (reading.log && !within_supply(absolute)) continue;
     const double rms_Pa = fit(absolute, found.on, absolute.nominal, {}).rms_Pa();
-    // another effect may make both a little better than the one that is
+    // another effect may make both a little better than the one that is: both have to be far better than either
     const bool both = reading.log && reading.supply;
-    if (both ? !far_better(rms_Pa, least_Pa) : !far_better(rms_Pa, as_written_Pa) || rms_Pa >= least_Pa)
-      continue;
+    if (rms_Pa >= least_Pa || !far_better(rms_Pa, both ? least_Pa : as_written_Pa)) continue;
     least_Pa = rms_Pa;
     best = &reading;
   }

@@ -12,8 +12,7 @@ namespace plenum::host::diagnose {
 /// noise.
 void require_absolute_pressures(const identify::chamber::Scene& scene, const identify::chamber::Fit& found);
 
-/// The same of a log in gauge pressure whose machine has an effect besides, so that no fit tells: where `found` has a
-/// sensor that reads less by nearly ambient pressure, as no sensor does. Throws trace::InputError.
+/// The same of a log in gauge pressure whose machine has an effect besides, so that no fit tells: where `found` has a sensor that reads less by nearly ambient pressure, as no sensor does. Throws trace::InputError.
 void require_no_offset_of_ambient(const identify::chamber::Scene& scene, const identify::chamber::Fit& found);
 
 }  // namespace plenum::host::diagnose

@@ -110,11 +110,8 @@ double correlation(const Scene& scene, const Trial& trial) {
   for (std::size_t i = 0; i < scene.records.size(); ++i) {
     const Record& record = scene.records[i];
     const std::vector<double> reading = run(scene, record, trial.on, trial.fit.figures, trial.fit.start[i]);
-    std::vector<double> error;
-    for (std::size_t row = record.settled_rows; row < record.fitted_rows; ++row) {
-      error.push_back(reading[row] - record.measured_Pa[row]);
-    }
-    worst = std::max(worst, identify::chamber::correlation_rows(error));
+    worst = std::max(worst,
+                     identify::chamber::correlation_rows(errors_Pa(reading, record, 0, record.fitted_rows)));
   }
   return worst;
 }

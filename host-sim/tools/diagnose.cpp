@@ -153,8 +153,8 @@ int run(const Options& options) {
   const auto heldout = options.input.read(options.heldout, rig);
   const auto baseline = options.input.read(options.baseline, rig);
   diagnose::require_diagnosable(logs, rig);
-  for (const auto& others : {baseline, heldout}) {
-    if (!others.empty()) diagnose::require_diagnosable(others, rig);
+  for (const auto* others : {&baseline, &heldout}) {
+    if (!others->empty()) diagnose::require_diagnosable(*others, rig);
   }
   options.input.print_assumed(options.output);
   if (heldout.empty()) options.input.tell(diagnose::notices_of_rests(logs, diagnose::kFittedShare));

@@ -25,8 +25,9 @@ class LogInput {
   bool has_rig() const { return !rig_file_.empty(); }
   bool of_ventilator() const;
 
-  /// Each file as a log, with its name, and the last of its folders where an earlier one has the same name: a page holds no path. Once they are accepted, standard error
-  /// tells what columns and rows are ignored, a supply that is not the rig's, and names of several chambers: a refusal is one line. Throws trace::InputError, also for other units than those of the columns' names.
+  /// Each file as a log, with its name, and the last of its folders where an earlier one has the same name: a page holds no path.
+  /// Once they are accepted, standard error tells what columns and rows are ignored, a supply that is not the rig's, and names of
+  /// several chambers: a refusal is one line. Throws trace::InputError, also for other units than those of the columns' names.
   std::vector<trace::NamedLog> read(const std::vector<std::string>& files,
                                     const trace::RigDescription& rig) const;
 

@@ -53,8 +53,7 @@ TEST(ActingCommand, WrittenARowOrTwoLateIsRefused) {
     std::vector<double>& command_V = scene.records[0].drive.command_V;
     command_V.insert(command_V.begin(), late, command_V.front());
     command_V.resize(command_V.size() - late);
-    const std::string said = refusal(scene);
-    EXPECT_THAT(said, HasSubstr(late == 1 ? "to be one row late" : "to be 2 rows late"));
+    EXPECT_THAT(refusal(scene), HasSubstr(late == 1 ? "to be one row late" : "to be 2 rows late"));
   }
 }
 

@@ -39,34 +39,31 @@ Recorded of_an_exhaust_that_is_seen_late(double dead_time_s) {
   return made;
 }
 
-double p_value_of(const Recorded& made, const Fit& best) {
-  const Trial base = recalibrated(made.scene, made.heldout);
-  const CalibratedToAll all = calibrated_to_all(made.scene, made.heldout, base.fit);
-  return gap_p_value(all, made.heldout, made.scene, best, kNoise_Pa);
+CalibratedToAll to_all(const Recorded& made) {
+  return calibrated_to_all(made.scene, made.heldout, recalibrated(made.scene, made.heldout).fit);
 }
 
 TEST(GapBeyondNoise, IsNoneWhereTheFittedRowsLeaveAFigureUnknown) {
   const Recorded made = of_an_exhaust_that_is_seen_late(0.0);
   const Trial base = recalibrated(made.scene, made.heldout);
   ASSERT_GT(base.heldout_Pa(), 5.0 * kNoise_Pa) << "else nothing is unknown";
-  EXPECT_NEAR(calibrated_to_all(made.scene, made.heldout, base.fit).fit.rms_Pa(), kNoise_Pa,
-              0.05 * kNoise_Pa);
-  EXPECT_GT(p_value_of(made, base.fit), 0.05);
+  const CalibratedToAll all = to_all(made);
+  EXPECT_NEAR(all.fit.rms_Pa(), kNoise_Pa, 0.05 * kNoise_Pa);
+  EXPECT_GT(gap_p_value(all, made.heldout, made.scene, base.fit, kNoise_Pa), 0.05);
 }
 
 TEST(GapBeyondNoise, IsWhatNoFigureFollows) {
   const Recorded made = of_an_exhaust_that_is_seen_late(0.02);
   const Fit late = fit(made.scene, bit(effects::kIdDeadTime), made.scene.nominal, {});
   ASSERT_NEAR(late.rms_Pa(), kNoise_Pa, 0.05 * kNoise_Pa);
-  EXPECT_EQ(p_value_of(made, late), 0.001);
+  EXPECT_EQ(gap_p_value(to_all(made), made.heldout, made.scene, late, kNoise_Pa), 0.001);
 }
 
 TEST(GapBeyondNoise, IsJudgedOnAnotherLogAsOnTheRestOfOne) {
   Recorded made = of_an_exhaust_that_is_seen_late(0.0);
   made.heldout[0].first = 1;
   made.heldout[0].continues = -1;
-  const Trial base = recalibrated(made.scene, made.heldout);
-  const CalibratedToAll all = calibrated_to_all(made.scene, made.heldout, base.fit);
+  const CalibratedToAll all = to_all(made);
   ASSERT_EQ(all.scene.records.size(), 2U);
   EXPECT_EQ(all.place, std::vector<std::size_t>{1});
   EXPECT_NEAR(all.fit.rms_Pa(), kNoise_Pa, 0.05 * kNoise_Pa);

@@ -399,4 +399,24 @@ Score score(const std::vector<double>& reading_Pa, const Record& record, std::si
   return s;
 }
 
+std::vector<double> errors_Pa(const std::vector<double>& reading_Pa, const Record& record, std::size_t first,
+                              std::size_t last) {
+  std::vector<double> errors;
+  for (std::size_t row = std::max(first, record.settled_rows); row < last; ++row) {
+    errors.push_back(reading_Pa[row] - record.measured_Pa[row]);
+  }
+  return errors;
+}
+
+std::vector<double> fitted_errors_Pa(const Scene& scene, const Fit& fit) {
+  std::vector<double> all;
+  for (std::size_t r = 0; r < scene.records.size(); ++r) {
+    const Record& record = scene.records[r];
+    const std::vector<double> errors =
+        errors_Pa(run(scene, record, fit.on, fit.figures, fit.start[r]), record, 0, record.fitted_rows);
+    all.insert(all.end(), errors.begin(), errors.end());
+  }
+  return all;
+}
+
 }  // namespace plenum::host::identify::chamber

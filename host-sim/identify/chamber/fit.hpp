@@ -185,4 +185,10 @@ struct Score {
 };
 Score score(const std::vector<double>& reading_Pa, const Record& record, std::size_t first);
 
+/// The error of a reading of `record` on rows `first` to `last` - 1, as far as they have settled [Pa].
+std::vector<double> errors_Pa(const std::vector<double>& reading_Pa, const Record& record, std::size_t first,
+                              std::size_t last);
+/// That of a fit on the fitted rows of its scene's records, one record after the other [Pa].
+std::vector<double> fitted_errors_Pa(const Scene& scene, const Fit& fit);
+
 }  // namespace plenum::host::identify::chamber

@@ -98,19 +98,6 @@ void require_learnable(const std::vector<trace::Log>& logs) {
   require_excitation(ticks);
 }
 
-/// Errors over the fitted rows [Pa].
-std::vector<double> errors_of(const Scene& scene, const Fit& fit) {
-  std::vector<double> errors;
-  for (std::size_t r = 0; r < scene.records.size(); ++r) {
-    const Record& record = scene.records[r];
-    const std::vector<double> reading_Pa = run(scene, record, fit.on, fit.figures, fit.start[r]);
-    for (std::size_t row = record.settled_rows; row < record.fitted_rows; ++row) {
-      errors.push_back(reading_Pa[row] - record.measured_Pa[row]);
-    }
-  }
-  return errors;
-}
-
 class Chooser {
  public:
   Chooser(Scene scene, const std::function<void(double)>& progress)
@@ -223,7 +210,7 @@ class Chooser {
   }
 
   bool at_the_noise() const {
-    const std::vector<double> errors = errors_of(scene_, best_.fit);
+    const std::vector<double> errors = fitted_errors_Pa(scene_, best_.fit);
     return best_.fit.rms_Pa() < kNothingLeft * white_noise(errors);
   }
 
@@ -419,7 +406,7 @@ GreyboxFit fit_greybox(const std::vector<trace::Log>& logs, const trace::RigDesc
     return fit(scene, on, figures, start, options_of(refined, 3 * kMostIterations));
   };
   Fit last = fitted(chosen.fit.on, chosen.fit.refined, chosen.fit.figures, chosen.fit.start);
-  std::vector<double> errors = errors_of(scene, last);
+  std::vector<double> errors = fitted_errors_Pa(scene, last);
   // Standard errors are of a parabola: what the squares miss stays, whatever they say.
   EffectSet needed = 0;
   while (const auto id = not_shown(scene, last, correlation_rows(errors), needed)) {
@@ -430,7 +417,7 @@ GreyboxFit fit_greybox(const std::vector<trace::Log>& logs, const trace::RigDesc
       continue;
     }
     last = std::move(without);
-    errors = errors_of(scene, last);
+    errors = fitted_errors_Pa(scene, last);
   }
 
   GreyboxFit result;
