@@ -389,7 +389,7 @@ class Diagnosis {
         report_.closed_fraction = closed_fraction(errors);
         if (rivals) list_rivals();
         blame();
-        if (rivals) plan(likeliest_rivals());
+        if (rivals) plan(listed_rivals());
     }
   }
 
@@ -429,12 +429,14 @@ class Diagnosis {
     return {equation(report_.effects.front()), report_.effects.front().confidence};
   }
 
-  /// Both causes that fit alike are listed, the likeliest first.
+  /// All causes that fit alike are listed, the likeliest first.
   void list_rivals() {
     std::stable_sort(alias_trials_.begin(), alias_trials_.end(),
                      [](const auto& a, const auto& b) { return a.probability > b.probability; });
+    alias_trials_.erase(std::find_if(alias_trials_.begin() + 1, alias_trials_.end(),
+                                     [](const AliasTrial& a) { return a.probability < kListed; }),
+                        alias_trials_.end());
     for (const AliasTrial& alias : alias_trials_) {
-      if (&alias != &alias_trials_.front() && alias.probability < kListed) break;
       const std::string id = id_of(alias.effect);
       if (std::any_of(report_.effects.begin(), report_.effects.end(),
                       [&](const NamedEffect& e) { return e.id == id; })) {
@@ -456,12 +458,17 @@ class Diagnosis {
     }
   }
 
-  /// The set that fits best, by its effect that is not sure, and the likeliest of those with another in its place.
-  std::vector<Rival> likeliest_rivals() const {
-    const AliasTrial& most = alias_trials_.front();
-    const EffectSet replaced = search_.best.on & ~most.trial->on;
-    return {{id_of(members(replaced).front()), search_.best.on | scene_.known, search_.best.fit.figures},
-            {id_of(most.effect), most.trial->on | scene_.known, most.trial->fit.figures}};
+  /// The set that fits best, by its effect that is not sure, and those that are listed with another in its place.
+  std::vector<Rival> listed_rivals() const {
+    const EffectSet replaced = search_.best.on & ~alias_trials_.front().trial->on;
+    std::vector<Rival> rivals{
+        {id_of(members(replaced).front()), search_.best.on | scene_.known, search_.best.fit.figures}};
+    for (const AliasTrial& alias : alias_trials_) {
+      const std::string id = id_of(alias.effect);
+      if (std::none_of(rivals.begin(), rivals.end(), [&](const Rival& r) { return r.id == id; }))
+        rivals.push_back({id, alias.trial->on | scene_.known, alias.trial->fit.figures});
+    }
+    return rivals;
   }
 
   void plan(const std::vector<Rival>& rivals) { report_.next = next_experiment(scene_, rivals); }

@@ -292,6 +292,70 @@ double variety(const Scene& scene, const Excitation& excitation, const Rival& ri
   return entropy;
 }
 
+/// What an input does to the rivals, two by two.
+struct Parting {
+  double mean_power = 0.0;
+  double nearest_Pa = std::numeric_limits<double>::infinity();  ///< RMS between the two that differ least
+  double least_power = 1.0;                                     ///< for those
+  std::pair<std::size_t, std::size_t> nearest{0, 1};
+  std::vector<bool> parted;  ///< told from another with kParted, a rival
+
+  bool better_than(const Parting& other) const {
+    constexpr double kAlike = 1e-6;
+    const double more = mean_power - other.mean_power;
+    return std::abs(more) > kAlike ? more > 0.0 : nearest_Pa > other.nearest_Pa;
+  }
+};
+
+Parting parted_by(const Scene& scene, const Excitation& excitation, const std::vector<Rival>& rivals,
+                  double noise_Pa) {
+  std::vector<Answer> answers;
+  answers.reserve(rivals.size());
+  for (const Rival& rival : rivals) answers.push_back(answer_of(scene, excitation, rival));
+  const double root_rows = std::sqrt(static_cast<double>(answers.front().reading_Pa.size()));
+  Parting of;
+  of.parted.assign(rivals.size(), false);
+  double pairs = 0.0;
+  for (std::size_t a = 0; a < rivals.size(); ++a) {
+    for (std::size_t b = a + 1; b < rivals.size(); ++b) {
+      const double apart =
+          std::min(apart_Pa(answers[a], answers[b], noise_Pa), apart_Pa(answers[b], answers[a], noise_Pa));
+      const double power = power_of(apart * root_rows / noise_Pa);
+      of.mean_power += power;
+      pairs += 1.0;
+      if (power >= kParted) of.parted[a] = of.parted[b] = true;
+      if (apart < of.nearest_Pa) {
+        of.nearest_Pa = apart;
+        of.nearest = {a, b};
+        of.least_power = power;
+      }
+    }
+  }
+  of.mean_power /= pairs;
+  return of;
+}
+
+/// Of many rivals the nearest two are those that decide.
+std::string why_text(const std::vector<Rival>& rivals, const Parting& of, const std::string& under) {
+  const std::string pair =
+      fmt::format("{} and {}", rivals[of.nearest.first].id, rivals[of.nearest.second].id);
+  std::string all = pair;
+  std::string they = "they";
+  if (rivals.size() > 2) {
+    all = rivals.front().id;
+    for (std::size_t i = 1; i < rivals.size(); ++i)
+      all += (i + 1 == rivals.size() ? " and " : ", ") + rivals[i].id;
+    they = "the nearest two, " + pair + ",";
+  }
+  return of.least_power >= kParted
+             ? fmt::format("{} answer alike on this log; under {} {} differ by {:.2g} kPa RMS.", all, under,
+                           they, 1e-3 * of.nearest_Pa)
+             : fmt::format(
+                   "{} answer alike on this log, and no input known here parts {} well: under {} "
+                   "{} differ by {:.2g} kPa RMS, within the noise.",
+                   all, rivals.size() > 2 ? "all of them" : "them", under, they, 1e-3 * of.nearest_Pa);
+}
+
 NextExperiment most_varied(const Scene& scene, const std::vector<Excitation>& inputs, const Rival& rival) {
   std::vector<double> variety_of(inputs.size());
   std::transform(inputs.begin(), inputs.end(), variety_of.begin(),
@@ -390,45 +454,18 @@ NextExperiment next_experiment(const Scene& scene, const std::vector<Rival>& riv
     return most_varied(scene, inputs, rivals.empty() ? Rival{"", 0, scene.nominal} : rivals.front());
   }
   const double noise_Pa = std::max(scene.noise_Pa, 1.0);
-  double best = -1.0;
+  std::vector<Parting> partings;
+  for (const Excitation& input : inputs) partings.push_back(parted_by(scene, input, rivals, noise_Pa));
+  const auto most = std::max_element(partings.begin(), partings.end(),
+                                     [](const Parting& a, const Parting& b) { return b.better_than(a); });
+  const Excitation& best = inputs[static_cast<std::size_t>(most - partings.begin())];
   NextExperiment next;
-  for (const Excitation& e : inputs) {
-    std::vector<Answer> answers;
-    answers.reserve(rivals.size());
-    for (const Rival& rival : rivals) answers.push_back(answer_of(scene, e, rival));
-    double nearest_Pa = std::numeric_limits<double>::infinity();
-    std::pair<std::size_t, std::size_t> nearest{0, 1};
-    std::vector<bool> parted(rivals.size(), false);
-    const double root_rows = std::sqrt(static_cast<double>(answers.front().reading_Pa.size()));
-    for (std::size_t a = 0; a < rivals.size(); ++a) {
-      for (std::size_t b = a + 1; b < rivals.size(); ++b) {
-        const double apart =
-            std::min(apart_Pa(answers[a], answers[b], noise_Pa), apart_Pa(answers[b], answers[a], noise_Pa));
-        if (power_of(apart * root_rows / noise_Pa) >= kParted) parted[a] = parted[b] = true;
-        if (apart < nearest_Pa) {
-          nearest_Pa = apart;
-          nearest = {a, b};
-        }
-      }
-    }
-    const double distance = nearest_Pa * root_rows / noise_Pa;
-    if (distance <= best) continue;
-    best = distance;
-    next.excitation = e.id;
-    next.power = power_of(distance);
-    next.separates.clear();
-    for (std::size_t i = 0; i < rivals.size(); ++i) {
-      if (parted[i]) next.separates.push_back(rivals[i].id);
-    }
-    const std::string pair = fmt::format("{} and {}", rivals[nearest.first].id, rivals[nearest.second].id);
-    next.why = next.power >= kParted
-                   ? fmt::format("{} answer alike on this log; under {} they differ by {:.2g} kPa RMS.", pair,
-                                 e.title, 1e-3 * nearest_Pa)
-                   : fmt::format(
-                         "{} answer alike on this log, and no input known here parts them well: under {} "
-                         "they differ by {:.2g} kPa RMS, within the noise.",
-                         pair, e.title, 1e-3 * nearest_Pa);
+  next.excitation = best.id;
+  next.power = most->mean_power;
+  for (std::size_t i = 0; i < rivals.size(); ++i) {
+    if (most->parted[i]) next.separates.push_back(rivals[i].id);
   }
+  next.why = why_text(rivals, *most, best.title);
   return next;
 }
 

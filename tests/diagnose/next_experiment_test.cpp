@@ -80,17 +80,20 @@ TEST(NextExperiment, MoreNoiseLeavesLessPower) {
   EXPECT_LT(loud, quiet);
 }
 
-TEST(NextExperiment, OfThreeRivalsThePairPartedWorstDecides) {
+TEST(NextExperiment, OfThreeRivalsTwoThatAreOneDoNotKeepTheThirdFromBeingParted) {
   const Scene scene = chamber_scene(jumping_V(1000), 0.0);
   const Rival lag = rival(scene, effects::kIdSpoolLag, {10.0, 0.8});
   const Rival leak = rival(scene, effects::kIdChamberLeak, {0.5});
   Rival twin = leak;
   twin.id = "twin";
-  const NextExperiment next = next_experiment(scene, {lag, leak, twin});
-  EXPECT_NEAR(next.power, 0.5, 1e-6);
-  EXPECT_THAT(next.why, HasSubstr("chamber_leak and twin"));
-  // the lag is told from both of them all the same
-  EXPECT_THAT(next.separates, ElementsAre("spool_lag", "chamber_leak", "twin"));
+  const NextExperiment two = next_experiment(scene, {lag, leak});
+  const NextExperiment three = next_experiment(scene, {lag, leak, twin});
+  EXPECT_EQ(three.excitation, two.excitation) << "a pair that no input parts chooses none";
+  EXPECT_NEAR(three.power, (two.power + two.power + 0.5) / 3.0, 1e-6)
+      << "the mean of three pairs, one of them guessed";
+  EXPECT_THAT(three.why, HasSubstr("spool_lag, chamber_leak and twin answer alike"));
+  EXPECT_THAT(three.why, HasSubstr("the nearest two, chamber_leak and twin, differ"));
+  EXPECT_THAT(three.separates, ElementsAre("spool_lag", "chamber_leak", "twin"));
 }
 
 TEST(NextExperiment, AnUnexplainedGapIsAnsweredWithVarietyAndNoPower) {
