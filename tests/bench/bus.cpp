@@ -48,21 +48,44 @@ struct Load {
       0.0;  ///< of a set point or an actual value, from its queue to the end of its frame
 };
 
+/// A model like those fitted to the rig's valves: what the set point makes of the command is not judged here.
+std::vector<client::ModelUpload> some_models() {
+  plenum::config::ModelParameters model;
+  model.kind = plenum::config::ModelKind::tassa9;
+  model.count = 12;
+  model.value = {5.02F, 2.5F, 4.0F, -0.05F, 0.003F, 0.02F, 40.0F, 0.1F, 0.08F, 0.1F, 620.0F, 101.325F};
+  std::vector<std::uint8_t> image(plenum::config::kMaxImageBytes);
+  image.resize(plenum::config::encode(model, image));
+  std::vector<client::ModelUpload> uploads;
+  for (std::uint8_t c = 0; c < kChambers; ++c) uploads.push_back({c, image});
+  return uploads;
+}
+
+/// Every board regulates its chambers: what it sends besides (a warning, say) takes its place on the bus, too.
 Load loaded(unsigned boards) {
   rig::Rig rig(rig_of(boards));
   tools::RigLink link(rig);
   std::deque<client::Session> sessions;
   for (unsigned id = 1; id <= boards; ++id) {
     sessions.emplace_back(link, static_cast<std::uint8_t>(id));
+    sessions.back().upload_models(some_models());
     sessions.back().nmt(plenum::canopen::NmtCommand::start);
-    sessions.back().request_state(plenum::canopen::word::kDisabled);
+  }
+  const auto cycle = [&](int k, double end_s) {
+    for (client::Session& session : sessions) session.send_setpoints(setpoints(k));
+    sessions[0].send_sync();
+    sessions[0].listen(end_s - rig.now_s());
+  };
+  for (client::Session& session : sessions) {
+    cycle(0, rig.now_s() + 0.01);
+    session.enable();
   }
   std::vector<unsigned> actual(boards + 1);
   sessions[0].subscribe([&](const client::Arrival& arrival) {
     const std::uint32_t function = arrival.frame.id & 0x780U;
     if (function == 0x180 || function == 0x280) ++actual.at(arrival.frame.id & 0x7FU);
   });
-  sessions[0].listen(0.1);
+  sessions[0].listen(0.02);  // what is still on its way
   std::fill(actual.begin(), actual.end(), 0U);
   std::vector<std::uint32_t> counts;
   for (std::size_t b = 0; b < boards; ++b) counts.push_back(rig.board(b).controller().image().setpoint_count);
@@ -70,13 +93,13 @@ Load loaded(unsigned boards) {
   const double start_s = rig.now_s();
   Load load;
   for (int k = 0; k < kCycles; ++k) {
-    for (client::Session& session : sessions) session.send_setpoints(setpoints(k));
-    sessions[0].send_sync();
-    sessions[0].listen(start_s + 0.01 * (k + 1) - rig.now_s());
+    cycle(k, start_s + 0.01 * (k + 1));
     for (std::size_t b = 0; b < boards; ++b) {
       const auto& image = rig.board(b).controller().image();
-      load.nothing_lost = load.nothing_lost && image.error_code == 0 &&
-                          image.setpoint_count == counts[b] + static_cast<unsigned>(k + 1);
+      load.nothing_lost =
+          load.nothing_lost && image.error_code == 0 &&
+          (image.status_word & plenum::canopen::word::kActive) == plenum::canopen::word::kActive &&
+          image.setpoint_count == counts[b] + static_cast<unsigned>(k + 1);
     }
   }
   load.bits_a_cycle = static_cast<double>(rig.bus().counters().bits - before.bits) / kCycles;
@@ -90,19 +113,6 @@ Load loaded(unsigned boards) {
     }
   }
   return load;
-}
-
-/// A model like those fitted to the rig's valves: what the set point makes of the command is not judged here.
-std::vector<client::ModelUpload> some_models() {
-  plenum::config::ModelParameters model;
-  model.kind = plenum::config::ModelKind::tassa9;
-  model.count = 12;
-  model.value = {5.02F, 2.5F, 4.0F, -0.05F, 0.003F, 0.02F, 40.0F, 0.1F, 0.08F, 0.1F, 620.0F, 101.325F};
-  std::vector<std::uint8_t> image(plenum::config::kMaxImageBytes);
-  image.resize(plenum::config::encode(model, image));
-  std::vector<client::ModelUpload> uploads;
-  for (std::uint8_t c = 0; c < kChambers; ++c) uploads.push_back({c, image});
-  return uploads;
 }
 
 struct Commanded {
