@@ -59,6 +59,8 @@ constexpr double kNamedAlone = 0.8;
 constexpr double kAlias = 0.02;
 /// A set whose first effect is less probable explains nothing.
 constexpr double kLeastNamed = 0.02;
+/// Of a tick: a mean over the steps of a simulation, or a clock, is off by less.
+constexpr double kMostEarly = 0.1;
 /// The likeliest alias of a cause that is not named alone is listed among the effects, and every other from here on.
 constexpr double kListed = 0.1;
 
@@ -111,7 +113,7 @@ std::vector<Estimate> parameters_of(const Trial& trial, std::size_t effect, doub
   std::vector<Estimate> estimates;
   for (std::size_t i = 0; i < trial.fit.variables.size(); ++i) {
     const std::size_t figure = trial.fit.variables[i].figure;
-    if (figure >= effects::kValveFigures && place_of(figure).effect == effect) {
+    if (figure >= effects::kFirstFigure[effect] && figure < effects::kFirstFigure[effect + 1]) {
       estimates.push_back(estimate_of(trial.fit, i, errors));
     }
   }
@@ -160,6 +162,7 @@ class Diagnosis {
       sum += white_noise(of.log.pressure_Pa) / static_cast<double>(logs.size());
     }
     set_noise(sum > 0.0 ? sum : scene_.noise_Pa);
+    scene_.most_early_s = fitted_.most_early_s = kMostEarly * scene_.records.front().drive.timing.tick_s;
     if (heldout.empty()) {
       for (std::size_t i = 0; i < scene_.records.size(); ++i) {
         heldout_.push_back({scene_.records[i], scene_.records[i].fitted_rows, static_cast<int>(i)});
@@ -250,7 +253,7 @@ class Diagnosis {
     both.joint_squares += was.squares;
     both.fit.rows += was.rows;
     both.rows += was.rows;
-    both.variables += was.variables.size() + was.warmths;
+    both.variables += was.chosen_variables() + was.warmths;
     const double evidence = both.evidence(search_.correlated_rows);
     const bool closed = search_.best.on != 0 && search_.best.heldout_Pa() < kAtFloor * report_.noise_floor_Pa;
     if (closed || evidence <= search_.best.evidence(search_.correlated_rows)) return;
@@ -493,6 +496,7 @@ class Diagnosis {
     }
     // a size of 1.64 + 1.64 standard errors is missed, and seen where there is none, once in twenty
     constexpr double kErrors = 3.29;
+    stamped_early(kErrors);
     for (std::size_t i = 0; i < kEffects; ++i) {
       if (!search_.alone[i].valid() || (used_->on >> i & 1U) != 0) continue;
       const Fit& alone = search_.alone[i].fit;
@@ -503,6 +507,16 @@ class Diagnosis {
           {id_of(i), std::string(p.name),
            at < p.greatest() ? p.value_of(at) : std::numeric_limits<double>::quiet_NaN()});
     }
+  }
+
+  /// As the model that is used has it, where it is so many standard errors.
+  void stamped_early(double many) {
+    const Fit& used = used_->fit;
+    if (used.variables.back().figure != effects::kStampedEarly) return;
+    const double early_s = used.figures[effects::kStampedEarly];
+    const auto last = static_cast<Eigen::Index>(used.variables.size()) - 1;
+    const double error_s = used.variables.back().scale * standard_errors(used, search_.correlated_rows)[last];
+    if (early_s > many * error_s) report_.stamped_early_s = early_s;
   }
 
   void traces() {

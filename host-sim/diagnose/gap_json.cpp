@@ -129,7 +129,8 @@ nlohmann::ordered_json to_json(const GapReport& report) {
           {"detectable", each(report.detectable)},
           {"alias_classes", report.alias_classes},
           {"disturbances", each(report.disturbances)},
-          {"baseline", to_json(report.baseline)}};
+          {"baseline", to_json(report.baseline)},
+          {"stamped_early_s", rounded(report.stamped_early_s)}};
 }
 
 }  // namespace plenum::host::diagnose

@@ -146,6 +146,8 @@ struct GapReport {
   double gap_p_value = 1.0;  ///< of the recalibrated model's error, were it noise alone; 0.001 at least
   std::vector<Trace> traces;
   ErrorMap map;
+  /// The pressures of a row are those of so much later than it says, as far as that shows; part of the calibration.
+  double stamped_early_s = 0.0;
   std::vector<Detectable> detectable;
   std::vector<std::vector<std::string>> alias_classes;  ///< of two and more, from the excitation alone
   std::optional<Baseline> baseline;

@@ -91,7 +91,7 @@ Trial tried(const Split& rows, Fit fit) {
       joint_squares(scene, fit, rows.heldout_as_fitted, start, rows.heldout.front().continues >= 0);
   trial.joint_squares = joint.both;
   trial.judged_squares = joint.judged();
-  trial.variables = fit.variables.size() + fit.warmths + fit.nulls * effects::kOwnNull;
+  trial.variables = fit.chosen_variables() + fit.warmths + fit.nulls * effects::kOwnNull;
   for (const HeldOut& held : rows.heldout) {
     if (held.continues >= 0) continue;
     if (conducts(scene, held.record, fit.on, fit.variables)) ++trial.variables;

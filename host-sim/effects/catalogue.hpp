@@ -59,7 +59,7 @@ std::optional<std::size_t> find(std::string_view id);
 /// A set of effects: bit i is kCatalogue[i].
 using EffectSet = unsigned;
 
-// ---- the figures of a model: those of the [valve] table, then each effect's parameters as coordinates ----
+// ---- the figures of a model: those of the [valve] table, then each effect's parameters as coordinates, then the log's ----
 
 enum ValveFigure : std::size_t {
   kOpenAbove,
@@ -80,11 +80,13 @@ inline constexpr auto kFirstFigure = [] {
   for (std::size_t i = 0; i < kEffects; ++i) first[i + 1] = first[i] + kCatalogue[i]->parameters.size();
   return first;
 }();
-inline constexpr std::size_t kFigures = kFirstFigure[kEffects];
+/// Last a figure of the log, no effect's: the readings of a row are those of so many seconds later. Zero but where a fit looks for it.
+inline constexpr std::size_t kStampedEarly = kFirstFigure[kEffects];
+inline constexpr std::size_t kFigures = kStampedEarly + 1;
 
 using Figures = std::array<double, kFigures>;
 
-/// Every effect at the value at which it vanishes; the valve's figures zero.
+/// Every effect at the value at which it vanishes; the others zero.
 Figures neutral_figures();
 
 }  // namespace plenum::host::effects

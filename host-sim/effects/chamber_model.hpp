@@ -425,6 +425,8 @@ N ChamberModel<N>::tick(double command_V, std::span<const double> volume_m3) {
   N sum(0.0);
   N reading(0.0);
   const double averaged = std::min(timing_.average_s / step_s_, static_cast<double>(timing_.steps));  // steps
+  N rise(0.0);  // over these, or the last where an instant is read
+  const double risen = averaged > 0.0 ? averaged : 1.0;
   const bool opens_on = on(kIdDeadTime) || on(kIdSpoolLag);  // within the tick
   Openings open;
   Halves halves{};
@@ -448,11 +450,14 @@ N ChamberModel<N>::tick(double command_V, std::span<const double> volume_m3) {
       mean = sensor_lag_.follow(begin, end, mean);
       end = sensor_lag_.reading_Pa();
     }
-    sum += last_share(averaged - (timing_.steps - 1 - i), from, mean, end);
+    const int later = timing_.steps - 1 - i;
+    sum += last_share(averaged - later, from, mean, end);
+    rise += std::clamp(risen - later, 0.0, 1.0) * (end - from);
     reading = end;
   }
   if (on(kIdNullDrift)) null_drift_.end_tick();
   if (averaged > 0.0) reading = sum * (1.0 / averaged);
+  reading += (1.0 / (risen * step_s_)) * valve_[kStampedEarly] * rise;
   return on(kIdSensorBias) ? sensor_bias_.reading(reading) : reading;
 }
 

@@ -91,6 +91,8 @@ void print_report(const Output& output, const GapReport& report) {
   if (!alike.empty())
     output.print("alike     {}: while small these look the same under this excitation\n", alike);
   if (report.next) output.print("next      {}\n", next_text(report));
+  if (const std::string stamps = stamps_sentence(report); !stamps.empty())
+    output.print("stamps    {}\n", stamps);
 }
 
 /// A sensor's error is no model's: with it in the calibration, bus, log and limits show true pressures.

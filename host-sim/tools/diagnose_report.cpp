@@ -429,6 +429,7 @@ void add_calibration(Page& page, const GapReport& report) {
         "valve has once "
         "they are in the model.");
   }
+  if (const std::string stamps = stamps_sentence(report); !stamps.empty()) section.paragraph(stamps);
   section.table(table);
 }
 

@@ -138,6 +138,12 @@ std::string verdict_sentence(const GapReport& report) {
                      floor_text(report));
 }
 
+std::string stamps_sentence(const GapReport& report) {
+  if (report.stamped_early_s <= 0.0) return "";
+  return fmt::format("The pressures are stamped {:.2g} ms early, which counts as calibration.",
+                     1e3 * report.stamped_early_s);
+}
+
 std::string next_text(const GapReport& report) {
   if (!report.next) return "";
   std::string text = fmt::format("{}: {}", report.next->excitation, report.next->why);

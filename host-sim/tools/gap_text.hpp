@@ -38,6 +38,9 @@ std::string kPa_text(double pressure_Pa);
 /// "a, b or c"
 std::string listed(const std::vector<std::string>& names, std::string_view conjunction);
 
+/// By how much the pressures are stamped early; empty where that does not show.
+std::string stamps_sentence(const diagnose::GapReport& report);
+
 /// What to do next, why, and what that parts with which probability; empty where the report plans nothing.
 std::string next_text(const diagnose::GapReport& report);
 

@@ -131,11 +131,14 @@ TEST(Diagnose, FindsASilencerThatShowsNothingUntilThePortBeforeItNoLongerChokes)
 
 constexpr double kStep_s = 0.001, kTick_s = 0.01, kNoise_Pa = 200.0;
 
+/// Of what within each millisecond a tick's mean is taken.
+enum class Averaged { all, ends };
+
 /// A log of the plant with steps of mixed size; in place of the command its valve is given `at_spool(command, time)`, in the mean
 /// over each millisecond; `at_row(chamber, log)` comes ahead of each tick.
 template <class AtSpool, class AtRow>
 trace::Log stepped_log(unsigned seed, std::size_t rows, AtSpool at_spool, AtRow at_row,
-                       int longest_hold_ticks = 40) {
+                       int longest_hold_ticks = 40, Averaged averaged = Averaged::all) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> level_V(3.5, 6.5);
   std::uniform_int_distribution<int> hold_ticks(3, longest_hold_ticks);
@@ -160,7 +163,9 @@ trace::Log stepped_log(unsigned seed, std::size_t rows, AtSpool at_spool, AtRow 
     at_row(chamber, log);
     mean_Pa = 0.0;
     for (int step = 0; step < 10; ++step) {
-      mean_Pa += 0.1 * chamber.advance(at_spool(u_V, log.time_s.back() + step * kStep_s), kStep_s).mean_Pa;
+      const double all_Pa =
+          chamber.advance(at_spool(u_V, log.time_s.back() + step * kStep_s), kStep_s).mean_Pa;
+      mean_Pa += 0.1 * (averaged == Averaged::all ? all_Pa : chamber.pressure_Pa());
     }
   }
   return log;
@@ -172,6 +177,21 @@ trace::Log stepped_log(unsigned seed, std::size_t rows, AtSpool at_spool) {
 }
 double as_commanded(double u_V, double) {
   return u_V;
+}
+
+// A simulation that averages what it has after each of ten steps, say, or clocks that are half a millisecond apart.
+TEST(Diagnose, CountsAStampThatIsEarlyByAPartOfATickAsCalibration) {
+  const auto nothing = [](const plant::ChamberPlant&, const trace::Log&) {};
+  const auto diagnosed_with = [&](Averaged averaged) {
+    const trace::Log log = stepped_log(3, 3000, as_commanded, nothing, 40, averaged);
+    return diagnose({{"log", log}}, {}, {}, {});
+  };
+  const GapReport early = diagnosed_with(Averaged::ends);
+  EXPECT_EQ(early.verdict, Verdict::calibration) << name_of(early.verdict);
+  EXPECT_TRUE(early.effects.empty());
+  EXPECT_LT(early.recalibrated_Pa, 1.1 * kNoise_Pa);
+  EXPECT_NEAR(early.stamped_early_s, 0.5 * kStep_s, 0.05 * kStep_s);
+  EXPECT_EQ(diagnosed_with(Averaged::all).stamped_early_s, 0.0);
 }
 
 /// A valve at which a command arrives so late, told of each millisecond's.

@@ -39,6 +39,7 @@ GapReport example() {
   report.baseline = Baseline{Verdict::calibration, 9100.0, 305.0, {}};
   report.baseline->effects.push_back(
       {.id = "dead_time", .parameters = {{"delay_s", 0.03, 0.029, 0.031, false}}, .aliases = {}});
+  report.stamped_early_s = 0.00025;
   return report;
 }
 
@@ -65,7 +66,8 @@ constexpr const char* kGolden = R"({
   "disturbances": [{"equation": "command", "probability": 0.97, "size": 0.12, "unit": "V",
                     "depends_on": "the command before", "dependence": 0.83}],
   "baseline": {"verdict": "calibration", "as_configured_kPa": 9.1, "with_effects_kPa": 0.305, "effects": ["dead_time"],
-               "parameters": {"dead_time": {"delay_s": {"value": 0.03, "ci95": [0.029, 0.031]}}}}
+               "parameters": {"dead_time": {"delay_s": {"value": 0.03, "ci95": [0.029, 0.031]}}}},
+  "stamped_early_s": 0.00025
 })";
 
 TEST(GapJson, IsTheDocumentOfTheContractKeyByKeyInItsOrder) {

@@ -209,7 +209,7 @@ TEST(ChamberModel, ClosedValveAndRestingVolumeHoldThePressure) {
 
 TEST(SensorAverage, IsOverTheEndOfATickHoweverLong) {
   // a pressure that rises linearly: choked fill of a large chamber
-  const Figures figures = sharp_valve(1e-6);
+  Figures figures = sharp_valve(1e-6);
   const std::vector<double> volume_m3(5, 1.0);
   const auto late_s = [&](double average_s) {
     ChamberModel<double> model({}, {.tick_s = kTick_s, .average_s = average_s, .steps = 4}, 0, figures.data(),
@@ -222,6 +222,10 @@ TEST(SensorAverage, IsOverTheEndOfATickHoweverLong) {
   EXPECT_NEAR(late_s(0.0), 0.0, 1e-12);
   for (const double average_s : {0.0004, 0.002, 0.0025, 0.004, 0.005, 0.0093, 0.01}) {
     EXPECT_NEAR(late_s(average_s), 0.5 * average_s, 1e-6) << average_s << " s";
+  }
+  figures[kStampedEarly] = 0.0007;
+  for (const double average_s : {0.0, 0.0004, 0.002, 0.0025, 0.004, 0.0093, 0.01}) {
+    EXPECT_NEAR(late_s(average_s), 0.5 * average_s - 0.0007, 1e-6) << average_s << " s, stamped early";
   }
 }
 

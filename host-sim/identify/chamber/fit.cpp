@@ -18,6 +18,10 @@ namespace plenum::host::identify::chamber {
 namespace {
 
 constexpr double kForgetting_s = 0.3;
+constexpr double kEarlyScale_s = 1e-4;
+/// Beside these it cannot be told how early a pressure is stamped.
+constexpr EffectSet kLate = EffectSet{1} << effects::kIdDeadTime | EffectSet{1} << effects::kIdSpoolLag |
+                            EffectSet{1} << effects::kIdSensorLag;
 constexpr double kSettling_s = 0.5;       // after that, the rows from which a start is estimated
 constexpr double kStartSpread_Pa = 5000;  // of a first reading about the pressure: a tick at 0.5 MPa/s
 /// Warmth fades with the gas's time constant, seconds, and shows in the pressure as it fades.
@@ -187,11 +191,18 @@ std::vector<Variable> variables_of(const Scene& scene, EffectSet on, EffectSet r
       ++at;
     }
   }
+  if (scene.most_early_s > 0.0 && ((on | scene.known) & kLate) == 0)
+    variables.push_back({effects::kStampedEarly, 0.0, scene.most_early_s, kEarlyScale_s});
   return variables;
 }
 
 double Fit::rms_Pa() const {
   return std::sqrt(squares / static_cast<double>(rows));
+}
+std::size_t Fit::chosen_variables() const {
+  return static_cast<std::size_t>(std::count_if(variables.begin(), variables.end(), [](const Variable& v) {
+    return v.figure != effects::kStampedEarly;
+  }));
 }
 double Score::rms_Pa() const {
   return rows == 0 ? 0.0 : std::sqrt(squares / static_cast<double>(rows));
@@ -243,6 +254,7 @@ Fit fit(const Scene& scene, EffectSet on, const Figures& figures, const std::vec
   result.refined = options.refined;
   result.variables = variables_of(scene, on, options.refined, options.whose);
   Figures base = figures;
+  base[effects::kStampedEarly] = ((on | scene.known) & kLate) == 0 ? figures[effects::kStampedEarly] : 0.0;
   for (const Variable& v : result.variables) base[v.figure] = std::clamp(base[v.figure], v.low, v.high);
   const std::size_t wandering = first_wandering(scene, on, options.refined, result.variables.size());
   FreeRunSquares squares(scene, scene.records, on, base, begin, result.variables, wandering,

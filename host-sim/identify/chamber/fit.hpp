@@ -51,6 +51,8 @@ struct Scene {
   effects::EffectSet known =
       0;  ///< effects as configured: on in every run, with these figures unless a fit changes them
   double noise_Pa = 100.0;
+  /// By how much the pressures of its logs may be stamped early [s]: a fit without an effect that is late looks for it.
+  double most_early_s = 0.0;
   std::vector<Record> records;
 };
 
@@ -94,7 +96,8 @@ bool logs_supply(const Scene& scene);
 /// logged supply its valve sees, without the other figures that refine supply_droop.
 enum class Whose { rig, board };
 
-/// The valve's figures, then the parameters of the effects in `on`; those that refine an effect only for `refined`.
+/// The valve's figures, then the parameters of the effects in `on`; those that refine an effect only for `refined`. Last, where it is
+/// looked for, how early the pressures are stamped, which is the log's and no trial's.
 std::vector<Variable> variables_of(const Scene& scene, effects::EffectSet on, effects::EffectSet refined = 0,
                                    Whose whose = Whose::rig);
 
@@ -117,6 +120,8 @@ struct Fit {
   std::string stop;  ///< why it stopped, in one line
 
   double rms_Pa() const;
+  /// Of the variables those that a trial chose to have: how early the pressures are stamped is of the log.
+  std::size_t chosen_variables() const;
 };
 
 struct FitOptions {

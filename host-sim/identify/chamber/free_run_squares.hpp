@@ -36,7 +36,7 @@ inline EffectSet acting(const Scene& scene, const Record& record, EffectSet on) 
 /// And with which figures: before the change those of the effects are as configured.
 inline Figures acting(const Scene& scene, const Record& record, Figures figures) {
   if (record.before) {
-    std::copy(scene.nominal.begin() + effects::kValveFigures, scene.nominal.end(),
+    std::copy(scene.nominal.begin() + effects::kValveFigures, scene.nominal.begin() + effects::kStampedEarly,
               figures.begin() + effects::kValveFigures);
   }
   return figures;
