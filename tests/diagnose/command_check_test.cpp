@@ -69,6 +69,21 @@ TEST(ActingCommand, BesideAPressureWrittenEarlyIsNotBlamedButThePressureIs) {
   }
 }
 
+TEST(ActingCommand, BesideAVolumeWrittenEarlyIsNotBlamedButTheVolumeIs) {
+  for (const int halves : {1, 2, 4}) {
+    Scene scene = recorded();
+    effects::Drive& drive = scene.records[0].drive;
+    const auto steps = static_cast<std::ptrdiff_t>(halves * drive.timing.steps / 2);
+    const std::size_t all = drive.volume_m3.size();
+    drive.volume_m3.erase(drive.volume_m3.begin(), drive.volume_m3.begin() + steps);
+    drive.volume_m3.resize(all, drive.volume_m3.back());
+    EXPECT_THAT(refusal(scene),
+                HasSubstr(halves == 1   ? "column volume_m3 seems to be half a row early: half a row later"
+                          : halves == 2 ? "to be one row early"
+                                        : "to be 2 rows early"));
+  }
+}
+
 TEST(ActingCommand, IsNotBlamedForItsSignWhereALagWouldLookAlike) {
   std::vector<double> sine_V;
   for (int row = 0; row < 2000; ++row) {
@@ -92,6 +107,7 @@ TEST(ActingCommand, IsTakenFromAMachineThatIsLateSticksOrLags) {
   };
   for (const Effect& effect : {Effect{effects::kIdDeadTime, 0.03}, Effect{effects::kIdValveHysteresis, 0.3},
                                Effect{effects::kIdSpoolLag, 0.1}, Effect{effects::kIdSensorLag, 0.05},
+                               Effect{effects::kIdSensorLag, 0.01}, Effect{effects::kIdTubeDynamics, 2.0},
                                Effect{effects::kIdNullDrift, 0.4}}) {
     Scene scene = recorded();
     effects::Figures figures = scene.nominal;
@@ -99,6 +115,24 @@ TEST(ActingCommand, IsTakenFromAMachineThatIsLateSticksOrLags) {
     scene.records[0].measured_Pa =
         run(scene, scene.records[0], effects::EffectSet{1} << effect.id, figures, {3e5});
     EXPECT_EQ(refusal(scene), "") << effects::kCatalogue[effect.id]->id;
+    EXPECT_GT(fit(scene, 0, scene.nominal, {}).rms_Pa(), 5.0 * scene.noise_Pa) << "else nothing was asked";
+  }
+}
+
+/// The valve is shut but for a little every other second.
+TEST(ActingCommand, AndItsVolumeAreTakenWhereThePressureLagsAfterAVolumeThatMovesMuch) {
+  std::vector<double> command_V;
+  for (int row = 0; row < 2000; ++row)
+    command_V.push_back(row % 200 < 10 ? 5.15 : row % 200 < 20 ? 4.85 : 5.0);
+  for (const auto& [effect, first] :
+       {std::pair{effects::kIdSensorLag, 0.01}, {effects::kIdTubeDynamics, 3.0}}) {
+    Scene scene = chamber_scene(command_V, 60e-6);
+    scene.noise_Pa = 50.0;
+    effects::Figures figures = scene.nominal;
+    figures[effects::kFirstFigure[effect]] = first;
+    scene.records[0].measured_Pa =
+        run(scene, scene.records[0], effects::EffectSet{1} << effect, figures, {3e5});
+    EXPECT_EQ(refusal(scene), "") << effects::kCatalogue[effect]->id;
     EXPECT_GT(fit(scene, 0, scene.nominal, {}).rms_Pa(), 5.0 * scene.noise_Pa) << "else nothing was asked";
   }
 }
