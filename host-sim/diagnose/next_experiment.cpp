@@ -455,6 +455,7 @@ NextExperiment next_experiment(const Scene& scene, const std::vector<Rival>& riv
   }
   const double noise_Pa = std::max(scene.noise_Pa, 1.0);
   std::vector<Parting> partings;
+  partings.reserve(inputs.size());
   for (const Excitation& input : inputs) partings.push_back(parted_by(scene, input, rivals, noise_Pa));
   const auto most = std::max_element(partings.begin(), partings.end(),
                                      [](const Parting& a, const Parting& b) { return b.better_than(a); });
