@@ -50,7 +50,7 @@ constexpr std::size_t most_parameters() {
   for (std::size_t i = 0; i < kMostEffects; ++i) sum += sizes[i];
   return sum;
 }
-static_assert(effects::kValveFigures + most_parameters() + 4 * kMostLogs <= identify::kMostVariables);
+static_assert(effects::kValveFigures + most_parameters() + 1 + 4 * kMostLogs <= identify::kMostVariables);
 /// From this share of the gap on, or at the floor, the effects found know their equation better than the latent
 /// disturbances do.
 constexpr double kKnowsEquation = 0.6;
@@ -85,6 +85,7 @@ struct Place {
   const effects::Parameter* parameter;
 };
 Place place_of(std::size_t figure) {
+  if (figure >= effects::kStampedEarly) throw std::logic_error("a figure of the log is no effect's");
   for (std::size_t i = kEffects; i-- > 0;) {
     const std::size_t first = effects::kFirstFigure[i];
     if (figure >= first) return {i, &kCatalogue[i]->parameters[figure - first]};
@@ -162,7 +163,7 @@ class Diagnosis {
       sum += white_noise(of.log.pressure_Pa) / static_cast<double>(logs.size());
     }
     set_noise(sum > 0.0 ? sum : scene_.noise_Pa);
-    scene_.most_early_s = fitted_.most_early_s = kMostEarly * scene_.records.front().drive.timing.tick_s;
+    scene_.most_early_s = kMostEarly * scene_.records.front().drive.timing.tick_s;
     if (heldout.empty()) {
       for (std::size_t i = 0; i < scene_.records.size(); ++i) {
         heldout_.push_back({scene_.records[i], scene_.records[i].fitted_rows, static_cast<int>(i)});
@@ -248,6 +249,8 @@ class Diagnosis {
     Trial changed = recalibrated(scene_, heldout_);
     Scene then = scene_;
     then.records = baseline_;
+    then.nominal[effects::kStampedEarly] = changed.fit.figures[effects::kStampedEarly];
+    then.most_early_s = 0.0;  // stamped as the later logs are
     const Fit was = fit(then, 0, scene_.nominal, {});
     Trial both = changed;  // over the same rows as the trials of the search
     both.joint_squares += was.squares;
@@ -463,13 +466,12 @@ class Diagnosis {
 
   /// The set that fits best, by its effect that is not sure, and those that are listed with another in its place.
   std::vector<Rival> listed_rivals() const {
-    const EffectSet replaced = search_.best.on & ~alias_trials_.front().trial->on;
+    const AliasTrial& most = alias_trials_.front();
     std::vector<Rival> rivals{
-        {id_of(members(replaced).front()), search_.best.on | scene_.known, search_.best.fit.figures}};
+        {id_of(most.replaced), search_.best.on | scene_.known, search_.best.fit.figures}};
     for (const AliasTrial& alias : alias_trials_) {
-      const std::string id = id_of(alias.effect);
-      if (std::none_of(rivals.begin(), rivals.end(), [&](const Rival& r) { return r.id == id; }))
-        rivals.push_back({id, alias.trial->on | scene_.known, alias.trial->fit.figures});
+      if (alias.replaced == most.replaced)
+        rivals.push_back({id_of(alias.effect), alias.trial->on | scene_.known, alias.trial->fit.figures});
     }
     return rivals;
   }

@@ -249,7 +249,7 @@ class Suspect {
       const double begin_Pa = filter.state().x;
       t.at_Pa[k] = begin_Pa;
       l = rig_.chamber.tick(begin_Pa, acts.inputs[k], record.drive.volume_m3.data() + k * steps,
-                            record.drive.timing);
+                            record.drive.timing, figures_[effects::kStampedEarly]);
       Action* const a = acts.terms.data() + k * m;
       const double own = of_equation_->derive(k, begin_Pa, l.at, a, term_);
       for (std::size_t j = 0; j < m; ++j) t.sensor[k] += term_[j] * a[j].reading;

@@ -27,7 +27,7 @@ Ports ports_of(const effects::Figures& valve, double command_V) {
 }
 
 Linear LinearChamber::tick(double pressure, const Inputs& in, const double* volume,
-                           const effects::Timing& timing) const {
+                           const effects::Timing& timing, double stamped_early_s) const {
   const double h = timing.tick_s / timing.steps;
   const double averaged = std::min(timing.average_s / h, static_cast<double>(timing.steps));  // steps
   Linear l;
@@ -35,6 +35,8 @@ Linear LinearChamber::tick(double pressure, const Inputs& in, const double* volu
   double moved_by_pressure = 1.0;
   double p = pressure;
   double sum = 0.0;
+  const double risen = averaged > 0.0 ? averaged : 1.0;  // steps over which a reading that is early rises
+  Linear rise;                                           // of the readings
   for (int i = 0; i < timing.steps; ++i) {
     const auto part = static_cast<std::size_t>(i * kParts / timing.steps);
     const double v = std::max(0.5 * (volume[i] + volume[i + 1]) + in[kVolume], 0.05 * volume[i]);
@@ -71,7 +73,10 @@ Linear LinearChamber::tick(double pressure, const Inputs& in, const double* volu
     const auto read = [&](double begin, double mean, double end) {
       return effects::last_share(share, begin, mean, end);
     };
+    const double rises = std::clamp(risen - (timing.steps - 1 - i), 0.0, 1.0);
     const double next = std::max(p + h * z.phi_1 * first.f, 1e3);
+    rise.at.reading += rises * (next - p);
+    rise.by_pressure.reading += rises * (z.e - 1.0) * moved_by_pressure;
     sum += read(p, p + h * z.phi_2 * first.f, next);
     l.by_pressure.reading += read(moved_by_pressure, z.phi_1 * moved_by_pressure, z.e * moved_by_pressure);
     moved_by_pressure *= z.e;
@@ -79,6 +84,7 @@ Linear LinearChamber::tick(double pressure, const Inputs& in, const double* volu
       const double begin = moved[c];
       moved[c] = z.e * begin + h * z.phi_1 * by[c];
       l.by_input[c].reading += read(begin, z.phi_1 * begin + h * z.phi_2 * by[c], moved[c]);
+      rise.by_input[c].reading += rises * (moved[c] - begin);
     }
     p = next;
   }
@@ -94,6 +100,10 @@ Linear LinearChamber::tick(double pressure, const Inputs& in, const double* volu
     l.by_pressure.reading = moved_by_pressure;
     for (std::size_t c = 0; c < kInputs; ++c) l.by_input[c].reading = moved[c];
   }
+  const double early = stamped_early_s / (risen * h);
+  l.at.reading += early * rise.at.reading;
+  l.by_pressure.reading += early * rise.by_pressure.reading;
+  for (std::size_t c = 0; c < kInputs; ++c) l.by_input[c].reading += early * rise.by_input[c].reading;
   return l;
 }
 

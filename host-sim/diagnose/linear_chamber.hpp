@@ -60,7 +60,9 @@ class LinearChamber {
   const plant::ThinPlate& plate() const { return plate_; }
 
   /// One tick as effects::ChamberModel does it, and its tangents: those of the linear equation with the chord's slope.
-  Linear tick(double pressure, const Inputs& in, const double* volume, const effects::Timing& timing) const;
+  /// `stamped_early_s`: the reading is that of so much later.
+  Linear tick(double pressure, const Inputs& in, const double* volume, const effects::Timing& timing,
+              double stamped_early_s) const;
 
  private:
   plant::ThinPlate plate_;

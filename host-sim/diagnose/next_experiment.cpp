@@ -202,7 +202,8 @@ struct Answer {
 };
 
 Answer answer_of(const Scene& scene, const Excitation& excitation, const Rival& rival) {
-  const std::vector<Variable> valve = variables_of(scene, 0);
+  std::vector<Variable> valve = variables_of(scene, 0);
+  valve.resize(effects::kValveFigures);  // how early a log is stamped is known from the one there is
   Eigen::Index rows = 0;
   for (const Stretch& s : excitation.stretches)
     rows += static_cast<Eigen::Index>(s.drive.command_V.size()) - 1;
@@ -295,15 +296,18 @@ double variety(const Scene& scene, const Excitation& excitation, const Rival& ri
 /// What an input does to the rivals, two by two.
 struct Parting {
   double mean_power = 0.0;
-  double nearest_Pa = std::numeric_limits<double>::infinity();  ///< RMS between the two that differ least
-  double least_power = 1.0;                                     ///< for those
+  /// Of the two that are told apart worst: their distance over the noise, and the RMS of it.
+  double least_distance = std::numeric_limits<double>::infinity();
+  double nearest_Pa = 0.0;
   std::pair<std::size_t, std::size_t> nearest{0, 1};
   std::vector<bool> parted;  ///< told from another with kParted, a rival
 
+  bool parts_all() const { return power_of(least_distance) >= kParted; }
   bool better_than(const Parting& other) const {
     constexpr double kAlike = 1e-6;
+    if (parts_all() != other.parts_all()) return parts_all();
     const double more = mean_power - other.mean_power;
-    return std::abs(more) > kAlike ? more > 0.0 : nearest_Pa > other.nearest_Pa;
+    return std::abs(more) > kAlike ? more > 0.0 : least_distance > other.least_distance;
   }
 };
 
@@ -320,14 +324,14 @@ Parting parted_by(const Scene& scene, const Excitation& excitation, const std::v
     for (std::size_t b = a + 1; b < rivals.size(); ++b) {
       const double apart =
           std::min(apart_Pa(answers[a], answers[b], noise_Pa), apart_Pa(answers[b], answers[a], noise_Pa));
-      const double power = power_of(apart * root_rows / noise_Pa);
-      of.mean_power += power;
+      const double distance = apart * root_rows / noise_Pa;
+      of.mean_power += power_of(distance);
       pairs += 1.0;
-      if (power >= kParted) of.parted[a] = of.parted[b] = true;
-      if (apart < of.nearest_Pa) {
+      if (power_of(distance) >= kParted) of.parted[a] = of.parted[b] = true;
+      if (distance < of.least_distance) {
+        of.least_distance = distance;
         of.nearest_Pa = apart;
         of.nearest = {a, b};
-        of.least_power = power;
       }
     }
   }
@@ -347,7 +351,7 @@ std::string why_text(const std::vector<Rival>& rivals, const Parting& of, const 
       all += (i + 1 == rivals.size() ? " and " : ", ") + rivals[i].id;
     they = "the nearest two, " + pair + ",";
   }
-  return of.least_power >= kParted
+  return of.parts_all()
              ? fmt::format("{} answer alike on this log; under {} {} differ by {:.2g} kPa RMS.", all, under,
                            they, 1e-3 * of.nearest_Pa)
              : fmt::format(

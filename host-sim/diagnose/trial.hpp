@@ -61,7 +61,7 @@ struct Trial {
   std::size_t rows = 0;
   double joint_squares = 0.0;   ///< over fitted and held-out rows of the fit to both
   double judged_squares = 0.0;  ///< JointSquares::judged()
-  /// Of figures and warmths: the start pressures, which every trial has, do not count.
+  /// Of figures and warmths: start pressures and stamp, which every trial has, do not count.
   std::size_t variables = 0;
 
   double joint_mean_square() const;  ///< S/n above

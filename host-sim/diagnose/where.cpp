@@ -301,8 +301,8 @@ std::vector<double> disturbance_kg_s(const Scene& scene, const Record& record, c
   const plant::ThinPlate plate(
       plant::thin_plate_constants(scene.around.gas, scene.around.discharge_coefficient));
 
-  // At the middle of each tick; a reading is the pressure half its averaging time before its row.
-  const double back = 0.5 * (tick_s - timing.average_s) / tick_s;
+  // At the middle of each tick; a reading is the pressure half its averaging time before its row, or as much later as it is early.
+  const double back = (0.5 * (tick_s - timing.average_s) + recalibrated[effects::kStampedEarly]) / tick_s;
   std::vector<double> pressure(ticks), volume(ticks), squeeze(ticks), flow(ticks);
   for (std::size_t k = 0; k < ticks; ++k) {
     pressure[k] = record.measured_Pa[k + 1] + back * (record.measured_Pa[k] - record.measured_Pa[k + 1]);

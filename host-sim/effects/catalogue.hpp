@@ -72,7 +72,7 @@ enum ValveFigure : std::size_t {
   kValveFigures
 };
 
-/// Where the parameters of each effect begin in Figures; the last: their number. A table, not a function, because the
+/// Where the parameters of each effect begin in Figures; the last: where they end. A table, not a function, because the
 /// kernels for different processors must have no function in common.
 inline constexpr auto kFirstFigure = [] {
   std::array<std::size_t, kEffects + 1> first{};

@@ -148,8 +148,9 @@ std::string next_text(const GapReport& report) {
   if (!report.next) return "";
   std::string text = fmt::format("{}: {}", report.next->excitation, report.next->why);
   if (!report.next->separates.empty()) {
-    text += fmt::format(" It parts {} with probability {}.", listed(report.next->separates, "and"),
-                        percent(report.next->power));
+    const bool many = report.next->separates.size() > 2;
+    text += fmt::format(" It parts {}{} with probability {}.", listed(report.next->separates, "and"),
+                        many ? ", two of them in the mean," : "", percent(report.next->power));
   }
   return text;
 }

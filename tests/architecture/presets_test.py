@@ -26,6 +26,9 @@ def names_no_test(presets, tests):
 
 source, build, ctest = sys.argv[1:]
 listed = subprocess.run([ctest, "--test-dir", build, "-N"], check=True, capture_output=True, text=True).stdout
+if "_NOT_BUILT" in listed:
+    print("not asked: some of the tests are not built, and have no names")
+    sys.exit()
 tests = re.findall(r"^ *Test +#\d+: (\S+)", listed, re.MULTILINE)
 assert list(alternatives("a|b(c|d)|e")) == ["a", "bc", "bd", "e"]
 planted = {"testPresets": [{"name": "p", "filter": {"exclude": {"name": f"{re.escape(tests[0])}|Gone\\."}}}]}

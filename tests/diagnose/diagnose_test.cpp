@@ -209,6 +209,20 @@ class LateValve {
   std::size_t next_ = 0;
 };
 
+// Both shift what the valve does, but only the stamp what the volume compresses.
+TEST(Diagnose, NamesALateValveAloneThoughThePressuresAreStampedEarly) {
+  const auto nothing = [](const plant::ChamberPlant&, const trace::Log&) {};
+  const trace::Log log = stepped_log(
+      4, 3000, [valve = LateValve(0.006)](double u_V, double) mutable { return valve(u_V); }, nothing, 40,
+      Averaged::ends);
+  const GapReport report = diagnose({{"log", log}}, {}, {}, {});
+  EXPECT_EQ(named(report), std::set<std::string>{"dead_time"}) << name_of(report.verdict);
+  ASSERT_FALSE(report.effects.empty());
+  EXPECT_NEAR(report.effects.front().parameters.front().value, 0.006, 1e-4) << "s";
+  EXPECT_NEAR(report.stamped_early_s, 0.5 * kStep_s, 0.1 * kStep_s);
+  EXPECT_LT(report.with_effects_Pa, 1.1 * kNoise_Pa);
+}
+
 /// Whether one of the named effects lives in the equation that is blamed.
 bool blames_what_is_named(const GapReport& report) {
   for (const NamedEffect& effect : report.effects) {

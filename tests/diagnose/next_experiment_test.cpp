@@ -96,6 +96,19 @@ TEST(NextExperiment, OfThreeRivalsTwoThatAreOneDoNotKeepTheThirdFromBeingParted)
   EXPECT_THAT(three.separates, ElementsAre("spool_lag", "chamber_leak", "twin"));
 }
 
+// That a log may be stamped early would take up a part of any lateness.
+TEST(NextExperiment, AStampThatTheLogAtHandTellsTakesUpNothing) {
+  Scene scene = chamber_scene(jumping_V(1000), 0.0);
+  scene.noise_Pa = 1e4;
+  const std::vector<Rival> rivals{rival(scene, effects::kIdDeadTime, {0.002}),
+                                  rival(scene, effects::kIdSensorLag, {0.002})};
+  const NextExperiment known = next_experiment(scene, rivals);
+  scene.most_early_s = 1e-3;
+  const NextExperiment asked = next_experiment(scene, rivals);
+  EXPECT_EQ(asked.excitation, known.excitation);
+  EXPECT_DOUBLE_EQ(asked.power, known.power);
+}
+
 TEST(NextExperiment, AnUnexplainedGapIsAnsweredWithVarietyAndNoPower) {
   const Scene scene = chamber_scene(jumping_V(1000), 0.0);
   for (const std::vector<Rival>& rivals :

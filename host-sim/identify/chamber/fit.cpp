@@ -19,9 +19,10 @@ namespace {
 
 constexpr double kForgetting_s = 0.3;
 constexpr double kEarlyScale_s = 1e-4;
-/// Beside these it cannot be told how early a pressure is stamped.
-constexpr EffectSet kLate = EffectSet{1} << effects::kIdDeadTime | EffectSet{1} << effects::kIdSpoolLag |
-                            EffectSet{1} << effects::kIdSensorLag;
+/// Beside the first it cannot be told how early a pressure is stamped, beside the others by what compresses it alone.
+constexpr EffectSet kReadLate = EffectSet{1} << effects::kIdSensorLag;
+constexpr EffectSet kActsLate = EffectSet{1} << effects::kIdDeadTime | EffectSet{1} << effects::kIdSpoolLag;
+constexpr double kCompresses = 0.2;       ///< of a volume, from its least to its most
 constexpr double kSettling_s = 0.5;       // after that, the rows from which a start is estimated
 constexpr double kStartSpread_Pa = 5000;  // of a first reading about the pressure: a tick at 0.5 MPa/s
 /// Warmth fades with the gas's time constant, seconds, and shows in the pressure as it fades.
@@ -66,6 +67,32 @@ int steps_of(double tick_s) {
   constexpr double kPair_s = 5e-3;
   constexpr double kRounding = 1e-6;
   return 2 * std::max(1, static_cast<int>(std::ceil(tick_s / kPair_s - kRounding)));
+}
+
+}  // namespace
+
+namespace {
+
+/// Whether the logs tell how early their pressures are stamped when `on` is looked for. Those of the machine as it was tell it whatever
+/// that is.
+bool tells_stamp(const Scene& scene, EffectSet on) {
+  if (scene.most_early_s <= 0.0) return false;
+  const bool compresses = std::ranges::any_of(scene.records, [](const Record& record) {
+    const auto [least, most] = std::ranges::minmax(record.drive.volume_m3);
+    return most - least > kCompresses * most;
+  });
+  const auto told_beside = [&](EffectSet acting) {
+    return (acting & kReadLate) == 0 && (compresses || (acting & kActsLate) == 0);
+  };
+  return told_beside(on | scene.known) ||
+         (told_beside(scene.known) &&
+          std::ranges::any_of(scene.records, [](const Record& record) { return record.before; }));
+}
+
+/// `figures` of logs that are looked at with these effects: stamped early only where they tell it, or it is given.
+Figures as_stamped(const Scene& scene, EffectSet on, Figures figures) {
+  if (scene.most_early_s > 0.0 && !tells_stamp(scene, on)) figures[effects::kStampedEarly] = 0.0;
+  return figures;
 }
 
 }  // namespace
@@ -191,7 +218,7 @@ std::vector<Variable> variables_of(const Scene& scene, EffectSet on, EffectSet r
       ++at;
     }
   }
-  if (scene.most_early_s > 0.0 && ((on | scene.known) & kLate) == 0)
+  if (tells_stamp(scene, on))
     variables.push_back({effects::kStampedEarly, 0.0, scene.most_early_s, kEarlyScale_s});
   return variables;
 }
@@ -243,9 +270,10 @@ Fit fit(const Scene& scene, EffectSet on, const Figures& figures, const std::vec
         const FitOptions& options) {
   Fit result;
   result.on = on;
+  Figures base = as_stamped(scene, on, figures);
   std::vector<Start> begin = start;
   if (begin.empty()) {
-    for (const Record& record : scene.records) begin.push_back(estimate_start(scene, record, on, figures));
+    for (const Record& record : scene.records) begin.push_back(estimate_start(scene, record, on, base));
   }
   for (Start& one : begin) {
     const WarmthRange range = warmth_without_heat(scene.around, one.pressure_Pa);
@@ -253,8 +281,6 @@ Fit fit(const Scene& scene, EffectSet on, const Figures& figures, const std::vec
   }
   result.refined = options.refined;
   result.variables = variables_of(scene, on, options.refined, options.whose);
-  Figures base = figures;
-  base[effects::kStampedEarly] = ((on | scene.known) & kLate) == 0 ? figures[effects::kStampedEarly] : 0.0;
   for (const Variable& v : result.variables) base[v.figure] = std::clamp(base[v.figure], v.low, v.high);
   const std::size_t wandering = first_wandering(scene, on, options.refined, result.variables.size());
   FreeRunSquares squares(scene, scene.records, on, base, begin, result.variables, wandering,
@@ -328,7 +354,8 @@ std::size_t least_error(const Scene& scene, EffectSet on, std::span<const Figure
   for (std::size_t r = 0; r < scene.records.size(); ++r) {
     const Record& record = scene.records[r];
     std::vector<effects::Run> runs;
-    for (const Figures& one : figures) runs.push_back({acting(scene, record, one), start[r]});
+    for (const Figures& one : figures)
+      runs.push_back({acting(scene, record, as_stamped(scene, on, one)), start[r]});
     const std::vector<double> readings = run_lanes(scene, record, on, runs);
     for (std::size_t i = 0; i < figures.size(); ++i) squares[i] += lane_squares(readings, record, i);
   }

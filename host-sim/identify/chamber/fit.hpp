@@ -2,7 +2,8 @@
 //
 //   minimise  sum over logs and rows of (reading(figures, start; command, volume) - pressure)^2
 //
-// Variables: the seven figures of the valve, the parameters of the effects that are on, and the gas at each log's first
+// Variables: the seven figures of the valve, the parameters of the effects that are on, how early the pressures are stamped, if
+// that is asked and can be told, and the gas at each log's first
 // row: its pressure, which is estimated, never copied from a noisy averaged sample, and, where heat_transfer is on, its
 // warmth, since nobody knows what was done to the gas before. Each is scaled to be of order one.
 // The Jacobian is by forward differences, seven columns to a free run in eight lanes.
@@ -51,7 +52,8 @@ struct Scene {
   effects::EffectSet known =
       0;  ///< effects as configured: on in every run, with these figures unless a fit changes them
   double noise_Pa = 100.0;
-  /// By how much the pressures of its logs may be stamped early [s]: a fit without an effect that is late looks for it.
+  /// By how much the pressures of all its logs may be stamped early [s]: looked for by each fit that can tell it from what it looks for
+  /// besides (a lag of the sensor, or one of the command while the volume rests). 0: they are as nominal says.
   double most_early_s = 0.0;
   std::vector<Record> records;
 };
