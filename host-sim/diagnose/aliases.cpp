@@ -30,9 +30,7 @@ Eigen::MatrixXd sensitivities(const Scene& scene, const Record& record, const ef
     effects::EffectSet on = 0;
   };
   std::vector<Change> changes;
-  std::vector<Variable> valve = variables_of(scene, 0);
-  valve.resize(effects::kValveFigures);  // without how early the log is stamped
-  for (const Variable& v : valve) {
+  for (const Variable& v : valve_variables(scene)) {
     Change change{{figures, start}};
     change.run.figures[v.figure] +=
         kStep * v.scale * (figures[v.figure] < v.high - kStep * v.scale ? 1.0 : -1.0);

@@ -21,7 +21,7 @@ using identify::chamber::Scene;
 constexpr std::size_t kMostRowsOff = 2;  ///< a command late, or a pressure early
 /// Of two readings that err alike the first is told: a pressure that is early is a late command where the volume rests.
 constexpr double kClearlyLess = 0.9;
-constexpr double kRests = 1e-3;  ///< of a volume: what moves by less compresses nothing
+constexpr double kRests = 1e-3;  ///< swing of a volume that compresses nothing
 
 template <class Alter>
 double rms_Pa_of(Scene scene, Alter&& alter) {
@@ -39,11 +39,8 @@ struct Found {
 /// volume, too: where one of those errs no more, the volume is not blamed, and the error is as logged.
 Found later_volume(const Scene& scene, double as_logged_Pa) {
   Found best{as_logged_Pa, {}, {}};
-  const bool rests = std::ranges::all_of(scene.records, [](const Record& record) {
-    const auto [least, most] = std::ranges::minmax(record.drive.volume_m3);
-    return most - least < kRests * most;
-  });
-  if (rests) return best;
+  if (std::ranges::all_of(scene.records, [](const Record& r) { return volume_swing(r) < kRests; }))
+    return best;
   const auto take = [&](int halves, const char* rows) {
     const double rms_Pa = rms_Pa_of(scene, [&](Record& record) {
       std::vector<double>& volume_m3 = record.drive.volume_m3;

@@ -8,8 +8,8 @@ namespace plenum::host::diagnose {
 
 /// `recalibrated`: of the scene's records, without effects. Throws trace::InputError naming the log, the column and what was found where
 /// the valve's figures explain the log far better by commands mirrored about the valve's null, or one or two rows earlier, by
-/// pressures one or two rows later, or by volumes half a row to two later. Where no log tells the sign from a lag (identify/sign_of_command.hpp), only a mirror image that
-/// comes near the noise counts. Does nothing where the recalibrated model is near the noise.
+/// pressures one or two rows later, or by volumes half a row to two later. Where no log tells the sign from a lag
+/// (identify/sign_of_command.hpp), only a mirror image that comes near the noise counts. Does nothing where the recalibrated model is near the noise.
 void require_acting_command(const identify::chamber::Scene& scene,
                             const identify::chamber::Fit& recalibrated);
 

@@ -14,6 +14,7 @@
 
 #include "host-sim/diagnose/aliases.hpp"
 #include "host-sim/diagnose/command_check.hpp"
+#include "host-sim/diagnose/estimates.hpp"
 #include "host-sim/diagnose/found_rig.hpp"
 #include "host-sim/diagnose/gap_beyond_noise.hpp"
 #include "host-sim/diagnose/latent.hpp"
@@ -77,54 +78,6 @@ EffectSet struck_of(const std::vector<std::string>& ids) {
     struck |= EffectSet{1} << *at;
   }
   return struck;
-}
-
-/// Parameter of the figure, if the figure belongs to an effect.
-struct Place {
-  std::size_t effect;
-  const effects::Parameter* parameter;
-};
-Place place_of(std::size_t figure) {
-  if (figure >= effects::kStampedEarly) throw std::logic_error("a figure of the log is no effect's");
-  for (std::size_t i = kEffects; i-- > 0;) {
-    const std::size_t first = effects::kFirstFigure[i];
-    if (figure >= first) return {i, &kCatalogue[i]->parameters[figure - first]};
-  }
-  throw std::logic_error("a figure of the valve is no effect's");
-}
-
-Estimate estimate_of(const Fit& fit, std::size_t variable, const Eigen::VectorXd& errors) {
-  constexpr double k95 = 1.96;
-  const Variable& v = fit.variables[variable];
-  const double at = fit.figures[v.figure];
-  const double half = k95 * v.scale * errors[static_cast<Eigen::Index>(variable)];
-  const double low = std::max(at - half, v.low);
-  const double high = std::min(at + half, v.high);
-  const double room = 1e-6 * (v.high - v.low);
-  const bool at_bound = at - v.low < room || v.high - at < room;
-  if (v.figure < effects::kValveFigures) return {kValveFigures[v.figure].name, at, low, high, at_bound};
-  const effects::Parameter& p = *place_of(v.figure).parameter;
-  const double a = p.value_of(low);
-  const double b = p.value_of(high);
-  return {std::string(p.name), p.value_of(at), std::min(a, b), std::max(a, b), at_bound};
-}
-
-std::vector<Estimate> parameters_of(const Trial& trial, std::size_t effect, double correlated_rows) {
-  const Eigen::VectorXd errors = standard_errors(trial.fit, correlated_rows);
-  std::vector<Estimate> estimates;
-  for (std::size_t i = 0; i < trial.fit.variables.size(); ++i) {
-    const std::size_t figure = trial.fit.variables[i].figure;
-    if (figure >= effects::kFirstFigure[effect] && figure < effects::kFirstFigure[effect + 1]) {
-      estimates.push_back(estimate_of(trial.fit, i, errors));
-    }
-  }
-  if (effect == effects::kIdNullDrift && wanders(trial.fit)) {
-    // of what the spline's figures are coefficients
-    const double knot_s = trial.fit.figures[identify::chamber::kKnot];
-    estimates.push_back(
-        {std::string(place_of(identify::chamber::kKnot).parameter->name), knot_s, knot_s, knot_s, false});
-  }
-  return estimates;
 }
 
 std::string id_of(std::size_t effect) {
@@ -251,7 +204,7 @@ class Diagnosis {
     then.records = baseline_;
     then.nominal[effects::kStampedEarly] = changed.fit.figures[effects::kStampedEarly];
     then.most_early_s = 0.0;  // stamped as the later logs are
-    const Fit was = fit(then, 0, scene_.nominal, {});
+    const Fit was = fit(then, 0, then.nominal, {});
     Trial both = changed;  // over the same rows as the trials of the search
     both.joint_squares += was.squares;
     both.fit.rows += was.rows;

@@ -7,11 +7,8 @@ namespace plenum::host::diagnose {
 namespace {
 
 bool moves(const std::vector<const Record*>& records) {
-  return std::any_of(records.begin(), records.end(), [](const Record* record) {
-    const auto [low, high] =
-        std::minmax_element(record->drive.volume_m3.begin(), record->drive.volume_m3.end());
-    return *high - *low > 0.02 * *low;
-  });
+  return std::any_of(records.begin(), records.end(),
+                     [](const Record* record) { return volume_swing(*record) > 0.02; });
 }
 
 }  // namespace

@@ -202,8 +202,7 @@ struct Answer {
 };
 
 Answer answer_of(const Scene& scene, const Excitation& excitation, const Rival& rival) {
-  std::vector<Variable> valve = variables_of(scene, 0);
-  valve.resize(effects::kValveFigures);  // how early a log is stamped is known from the one there is
+  const std::vector<Variable> valve = valve_variables(scene);
   Eigen::Index rows = 0;
   for (const Stretch& s : excitation.stretches)
     rows += static_cast<Eigen::Index>(s.drive.command_V.size()) - 1;
@@ -343,21 +342,17 @@ Parting parted_by(const Scene& scene, const Excitation& excitation, const std::v
 std::string why_text(const std::vector<Rival>& rivals, const Parting& of, const std::string& under) {
   const std::string pair =
       fmt::format("{} and {}", rivals[of.nearest.first].id, rivals[of.nearest.second].id);
-  std::string all = pair;
-  std::string they = "they";
-  if (rivals.size() > 2) {
-    all = rivals.front().id;
-    for (std::size_t i = 1; i < rivals.size(); ++i)
-      all += (i + 1 == rivals.size() ? " and " : ", ") + rivals[i].id;
-    they = "the nearest two, " + pair + ",";
-  }
-  return of.parts_all()
-             ? fmt::format("{} answer alike on this log; under {} {} differ by {:.2g} kPa RMS.", all, under,
-                           they, 1e-3 * of.nearest_Pa)
-             : fmt::format(
-                   "{} answer alike on this log, and no input known here parts {} well: under {} "
-                   "{} differ by {:.2g} kPa RMS, within the noise.",
-                   all, rivals.size() > 2 ? "all of them" : "them", under, they, 1e-3 * of.nearest_Pa);
+  std::string all = rivals.front().id;
+  for (std::size_t i = 1; i < rivals.size(); ++i)
+    all += (i + 1 == rivals.size() ? " and " : ", ") + rivals[i].id;
+  const bool many = rivals.size() > 2;
+  const std::string they = many ? fmt::format("the nearest two, {},", pair) : "they";
+  return of.parts_all() ? fmt::format("{} answer alike on this log; under {} {} differ by {:.2g} kPa RMS.",
+                                      all, under, they, 1e-3 * of.nearest_Pa)
+                        : fmt::format(
+                              "{} answer alike on this log, and no input known here parts {} well: under {} "
+                              "{} differ by {:.2g} kPa RMS, within the noise.",
+                              all, many ? "all of them" : "them", under, they, 1e-3 * of.nearest_Pa);
 }
 
 NextExperiment most_varied(const Scene& scene, const std::vector<Excitation>& inputs, const Rival& rival) {

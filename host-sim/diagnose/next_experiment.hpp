@@ -41,8 +41,8 @@ struct Rival {
 /// The input that parts the rivals best: each two of them are at a distance D, that of their readings over the noise after
 /// the valve's figures and the starts of the one have been fitted to the other (linearised; the less of both ways round), and Phi(D/2)
 /// is the probability that the nearer of the two is the true one, under noise alone. power is the mean of it over all pairs. An
-/// input that parts every two in 19 of 20 cases goes before one that does not, then the greater power, then the greater least D; `separates` names the rivals that are told from another
-/// in 19 of 20 cases. One rival, or none: the input that takes the chamber through the most even variety of regimes and volumes;
+/// input that parts every two in 19 of 20 cases goes before one that does not, then the greater power, then the greater least D;
+/// `separates` names the rivals that are told from another in 19 of 20 cases. One rival, or none: the input that takes the chamber through the most even variety of regimes and volumes;
 /// power 0, as nothing is parted. Throws as library().
 NextExperiment next_experiment(const Scene& scene, const std::vector<Rival>& rivals);
 

@@ -22,7 +22,7 @@ constexpr double kEarlyScale_s = 1e-4;
 /// Beside the first it cannot be told how early a pressure is stamped, beside the others by what compresses it alone.
 constexpr EffectSet kReadLate = EffectSet{1} << effects::kIdSensorLag;
 constexpr EffectSet kActsLate = EffectSet{1} << effects::kIdDeadTime | EffectSet{1} << effects::kIdSpoolLag;
-constexpr double kCompresses = 0.2;       ///< of a volume, from its least to its most
+constexpr double kCompresses = 0.25;      ///< swing of a volume
 constexpr double kSettling_s = 0.5;       // after that, the rows from which a start is estimated
 constexpr double kStartSpread_Pa = 5000;  // of a first reading about the pressure: a tick at 0.5 MPa/s
 /// Warmth fades with the gas's time constant, seconds, and shows in the pressure as it fades.
@@ -69,18 +69,12 @@ int steps_of(double tick_s) {
   return 2 * std::max(1, static_cast<int>(std::ceil(tick_s / kPair_s - kRounding)));
 }
 
-}  // namespace
-
-namespace {
-
 /// Whether the logs tell how early their pressures are stamped when `on` is looked for. Those of the machine as it was tell it whatever
 /// that is.
 bool tells_stamp(const Scene& scene, EffectSet on) {
   if (scene.most_early_s <= 0.0) return false;
-  const bool compresses = std::ranges::any_of(scene.records, [](const Record& record) {
-    const auto [least, most] = std::ranges::minmax(record.drive.volume_m3);
-    return most - least > kCompresses * most;
-  });
+  const bool compresses = std::ranges::any_of(
+      scene.records, [](const Record& record) { return volume_swing(record) > kCompresses; });
   const auto told_beside = [&](EffectSet acting) {
     return (acting & kReadLate) == 0 && (compresses || (acting & kActsLate) == 0);
   };
@@ -132,6 +126,11 @@ Scene make_scene(const trace::RigDescription& rig) {
   }
   scene.noise_Pa = rig.sensor.pressure_noise_Pa;
   return scene;
+}
+
+double volume_swing(const Record& record) {
+  const auto [least, most] = std::ranges::minmax(record.drive.volume_m3);
+  return (most - least) / least;
 }
 
 effects::Size size_of(const Scene& scene) {
@@ -187,18 +186,21 @@ bool logs_supply(const Scene& scene) {
   });
 }
 
-std::vector<Variable> variables_of(const Scene& scene, EffectSet on, EffectSet refined, Whose whose) {
+std::vector<Variable> valve_variables(const Scene& scene) {
   const Figures& nominal = scene.nominal;
   const double gain = 0.5 * (nominal[effects::kInletGain] + nominal[effects::kExhaustGain]);
-  std::vector<Variable> variables{
-      {effects::kOpenAbove, nominal[effects::kOpenAbove] - 1.5, nominal[effects::kOpenAbove] + 1.5, 0.05},
-      {effects::kExhaustBelow, nominal[effects::kExhaustBelow] - 1.5, nominal[effects::kExhaustBelow] + 1.5,
-       0.05},
-      {effects::kInletGain, 0.1 * gain, 10.0 * gain, 0.1 * gain},
-      {effects::kExhaustGain, 0.1 * gain, 10.0 * gain, 0.1 * gain},
-      {effects::kInletLeak, 0.0, 3.0 * gain, 0.02 * gain},
-      {effects::kExhaustLeak, 0.0, 3.0 * gain, 0.02 * gain},
-      {effects::kTransition, 1e-4 * gain, 3.0 * gain, 0.05 * gain}};
+  return {{effects::kOpenAbove, nominal[effects::kOpenAbove] - 1.5, nominal[effects::kOpenAbove] + 1.5, 0.05},
+          {effects::kExhaustBelow, nominal[effects::kExhaustBelow] - 1.5,
+           nominal[effects::kExhaustBelow] + 1.5, 0.05},
+          {effects::kInletGain, 0.1 * gain, 10.0 * gain, 0.1 * gain},
+          {effects::kExhaustGain, 0.1 * gain, 10.0 * gain, 0.1 * gain},
+          {effects::kInletLeak, 0.0, 3.0 * gain, 0.02 * gain},
+          {effects::kExhaustLeak, 0.0, 3.0 * gain, 0.02 * gain},
+          {effects::kTransition, 1e-4 * gain, 3.0 * gain, 0.05 * gain}};
+}
+
+std::vector<Variable> variables_of(const Scene& scene, EffectSet on, EffectSet refined, Whose whose) {
+  std::vector<Variable> variables = valve_variables(scene);
   const effects::Size size = size_of(scene);
   const bool supply_logged = logs_supply(scene);
   for (std::size_t i = 0; i < effects::kEffects; ++i) {

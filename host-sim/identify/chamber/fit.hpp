@@ -62,6 +62,9 @@ struct Scene {
 Record make_record(const std::string& name, const trace::Log& log, double fitted_share);
 Scene make_scene(const trace::RigDescription& rig);
 
+/// How far a log's volume moves, from its least to its most, over its least.
+double volume_swing(const Record& record);
+
 /// How large its chamber is: its ports as the rig says, its volume as in the first record.
 effects::Size size_of(const Scene& scene);
 /// One more log; the mean volume of the first is the chamber's size, and what figures that bend with the volume refer to.
@@ -97,6 +100,9 @@ bool logs_supply(const Scene& scene);
 /// Whose figures are sought. A board knows of heat_transfer the exponent alone, of a gas that keeps its heat; and which share of a
 /// logged supply its valve sees, without the other figures that refine supply_droop.
 enum class Whose { rig, board };
+
+/// The figures of the valve alone.
+std::vector<Variable> valve_variables(const Scene& scene);
 
 /// The valve's figures, then the parameters of the effects in `on`; those that refine an effect only for `refined`. Last, where it is
 /// looked for, how early the pressures are stamped, which is the log's and no trial's.
