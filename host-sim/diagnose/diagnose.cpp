@@ -37,7 +37,6 @@ using effects::kEffects;
 using identify::chamber::kValveFigures;
 using identify::chamber::make_record;
 using identify::chamber::make_scene;
-using identify::chamber::Variable;
 using identify::chamber::white_noise;
 
 /// Each log's start, pressure and warmth, is of a fit's variables.
