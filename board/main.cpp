@@ -62,11 +62,16 @@ int refuse(ExitCode code, const char* why) {
   return code;
 }
 
-/// LSS may have been told a rate before the installer stated another.
-void compare_bit_rates(const config::BoardFile& file, unsigned stored_kbit) {
-  if (file.bit_rate_kbit && stored_kbit != 0 && stored_kbit != *file.bit_rate_kbit)
+/// LSS may have been told a rate or a node id before the installer stated another.
+void compare_with_lss(const config::BoardFile& file, const plenum::config::LssSettings& stored) {
+  if (file.bit_rate_kbit && stored.bit_rate_kbit != 0 && stored.bit_rate_kbit != *file.bit_rate_kbit)
     warn(fmt::format("LSS has stored {} kbit/s, expected the {} of can.bit_rate_kbit, which counts",
-                     stored_kbit, *file.bit_rate_kbit));
+                     stored.bit_rate_kbit, *file.bit_rate_kbit));
+  const unsigned stated = file.settings.node.node_id;
+  if (stated != plenum::canopen::kUnconfiguredNodeId && stored.node_id != 0 && stored.node_id != stated)
+    warn(fmt::format(
+        "LSS has stored node id {}, which counts, expected the {} of can.node_id: LSS gives it (plenum lss)",
+        stored.node_id, stated));
 }
 
 /// A disk may take long: no tick waits for it.
@@ -117,7 +122,7 @@ int run(const config::BoardFile& file) {
   settings.node.bit_rates = rates_for_lss(file, interface_now(file.interface));
   const auto board = std::make_unique<plenum::Board>(settings, hardware.drivers());
   board->start();
-  compare_bit_rates(file, board->lss().bit_rate_kbit);
+  compare_with_lss(file, board->lss());
   std::jthread keeper;
   if (!file.settings.configuration_refused) keeper = keep_in_background(file.text);
   for (const std::string& refusal : rt::enter_real_time(file.real_time.priority, file.real_time.cpu))

@@ -62,7 +62,7 @@ constexpr std::string_view kComments[] = {
     "8220h. A SYNC that 1019h does not allow changes nothing: 8240h.",
     "Mapping, inhibit time and SYNC start value change only while the PDO is switched off: abort 0800 0022h,",
     "another identifier likewise: 0609 0030h. Remote frames are not answered, whatever bit 30 says.",
-    "The bit rate is that of the interface, LSS takes that one alone.",
+    "LSS takes bit rates that the board offers, each from its next start on. 15h (activate) is ignored.",
     "1010h:2 keeps 1005h, 1014h, 1016h, 1017h, 1019h, 1029h and the PDOs,",
     "1010h:3 keeps the settings, 2160h, 2228h:2, 6056h and 6394h. A default is what 1011h restores.",
     "A model: a number of one's own to 2121h:1 before each image (may be left out), the image to",

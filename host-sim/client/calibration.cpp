@@ -20,9 +20,22 @@ std::uint16_t settings_of(std::uint8_t chamber) {
   return object::nth(object::kChamberSettings, chamber);
 }
 
+/// The board judges each against the other as it stands: where it refuses the first, the other may make room for it.
 void write(Session& session, std::uint8_t chamber, const PressureCalibration& wanted) {
-  session.write(settings_of(chamber), kGain, static_cast<float>(wanted.gain_kPa_per_V));
-  session.write(settings_of(chamber), kOffset, static_cast<float>(wanted.offset_kPa));
+  const auto gain = [&] {
+    session.write(settings_of(chamber), kGain, static_cast<float>(wanted.gain_kPa_per_V));
+  };
+  const auto offset = [&] {
+    session.write(settings_of(chamber), kOffset, static_cast<float>(wanted.offset_kPa));
+  };
+  try {
+    gain();
+  } catch (const SdoAbort&) {
+    offset();
+    gain();
+    return;
+  }
+  offset();
 }
 
 }  // namespace
@@ -48,8 +61,7 @@ PressureCalibration write_calibration(Session& session, std::uint8_t chamber,
                     "a pressure that jumps would move its valves",
                     session.node_id(), chamber + 1, status));
   }
-  // the only states in which a board takes settings
-  if ((status & canopen::word::kStateMask) != 0) session.request_state(0);
+  session.take_to_init();
   const PressureCalibration before = read_calibration(session, chamber);
   try {
     write(session, chamber, wanted);

@@ -39,6 +39,7 @@ class Recorder {
       : session_(session),
         mask_(chambers),
         stream_(stream),
+        state_pdo_(state_pdo(session)),
         subscription_(session, [this](const Arrival& arrival) {
           look(arrival.frame);
           stream_.accept(arrival.time_s, arrival.frame, [this](const StreamRow& row) { take(row); });
@@ -50,25 +51,78 @@ class Recorder {
     await_row();
   }
 
-  /// Awaits a tick's row, and forgets what has been recorded so far: the next cycle begins right after that tick.
-  void restart() {
+  /// Awaits a tick's row, and forgets what has been recorded so far: the next cycle begins right after that tick. From here on the
+  /// board has to stay in this state.
+  void restart(std::uint16_t state) {
     await_row();
     rows_.clear();
+    state_ = state;
   }
+  /// The next state is being asked for.
+  void leave_state() { state_.reset(); }
   const std::vector<StreamRow>& rows() const { return rows_; }
-  /// The board has told of a fault that takes its outputs from whoever drives them: what comes now is of no use.
-  bool is_broken() const { return broken_; }
+  /// The board has told of a fault that takes its outputs from whoever drives them, or that it has left the state: what comes now is
+  /// of no use.
+  bool is_broken() const { return fault_ || left_for_; }
+
+  /// Throws Refused where the board has left the state that it was to stay in, or where what broke the recording stands or has gone.
+  void require_whole() {
+    const std::optional<FaultEntry> stands = standing_fault();
+    if (stands && spoils(*stands)) {
+      throw Refused(fmt::format("node {}: fault {} stands after the run, expected none: see plenum faults",
+                                session_.node_id(), fault_text(*stands)));
+    }
+    if (fault_) {
+      throw Refused(fmt::format("node {}: fault {} has ended the run, and is gone: see plenum faults",
+                                session_.node_id(), fault_text(*fault_)));
+    }
+    const std::uint16_t status = session_.status_word();
+    if (!left_for_ && !stays(status)) left_for_ = status;
+    if (!left_for_) return;
+    throw Refused(fmt::format(
+        "node {}: has left {} by row {} and is {}, and no fault says why: expected no other master",
+        session_.node_id(), state_name(*state_ | canopen::word::kReady, 0), rows_.size(),
+        state_name(*left_for_, 0)));
+  }
 
  private:
+  /// The identifier under which the board tells its state as soon as it changes, as one that is delivered does by TPDO3; none where that
+  /// is mapped otherwise: then it is asked at the end.
+  static std::optional<std::uint32_t> state_pdo(Session& session) {
+    constexpr std::uint32_t kTpdo3 = 2, kIdentifier = 0x7FF;
+    const auto mapping = object::nth(object::kTpdoMapping, kTpdo3);
+    const auto cob_id = session.read<std::uint32_t>(object::nth(object::kTpdoCommunication, kTpdo3), 1);
+    if ((cob_id & canopen::cob::kInvalid) != 0 || session.read<std::uint8_t>(mapping, 0) == 0) return {};
+    if (session.read<std::uint32_t>(mapping, 1) != canopen::mapping_entry(object::kStatusWord, 0, 16))
+      return {};
+    return cob_id & kIdentifier;
+  }
+
   void look(const CanFrame& frame) {
+    if (state_pdo_ && frame.id == *state_pdo_ && !frame.extended && !frame.remote && frame.length >= 2) {
+      const auto status = static_cast<std::uint16_t>(canopen::load_le(std::span(frame.data).first<2>()));
+      // one that a fault has led there is told by its emergency
+      if (!left_for_ && !stays(status) && (status & canopen::word::kReady) != 0) left_for_ = status;
+    }
     const auto emergency = decode_emergency(frame);
     if (!emergency || emergency->node_id != session_.node_id() || emergency->code == 0) return;
-    broken_ = broken_ || spoils({emergency->code, emergency->chamber});
+    const FaultEntry fault{emergency->code, emergency->chamber};
+    if (!fault_ && spoils(fault)) fault_ = fault;
+  }
+
+  bool stays(std::uint16_t status) const {
+    return !state_ || (status & canopen::word::kStateMask) == *state_;
+  }
+
+  /// What the board says now; that which it told of where it no longer answers.
+  std::optional<FaultEntry> standing_fault() try { return read_fault(session_); } catch (const Timeout&) {
+    if (!fault_) throw;
+    return fault_;
   }
 
   void await_row() {
     const std::size_t before = rows_.size();
-    if (session_.listen_until([&] { return rows_.size() != before; }, kSilence_s)) return;
+    if (session_.listen_until([&] { return rows_.size() != before || is_broken(); }, kSilence_s)) return;
     throw Timeout(fmt::format("node {}: no row of the stream came for {} s, expected one each {} s",
                               session_.node_id(), kSilence_s, kCycle_s));
   }
@@ -87,7 +141,10 @@ class Recorder {
   std::uint8_t mask_;
   Stream stream_;
   std::vector<StreamRow> rows_;
-  bool broken_ = false;
+  std::optional<std::uint32_t> state_pdo_;
+  std::optional<std::uint16_t> state_;     ///< of 6041h, that it is to stay in
+  std::optional<std::uint16_t> left_for_;  ///< 6041h once it did not
+  std::optional<FaultEntry> fault_;
   Subscription subscription_;
 };
 
@@ -151,17 +208,6 @@ void require_chambers(unsigned chambers) {
   if (chambers < 1 || chambers > kChambers) {
     throw std::invalid_argument(fmt::format("{} chambers, expected 1 to {}", chambers, kChambers));
   }
-}
-
-void require_no_fault(Session& session, const Recorder& recorder) {
-  const std::optional<FaultEntry> fault = read_fault(session);
-  if (!fault && recorder.is_broken()) {
-    throw Refused(
-        fmt::format("node {}: a fault has ended the run, and is gone: see plenum faults", session.node_id()));
-  }
-  if (!fault || !spoils(*fault)) return;
-  throw Refused(fmt::format("node {}: fault {} stands after the run, expected none: see plenum faults",
-                            session.node_id(), fault_text(*fault)));
 }
 
 /// Refuses pressures above a limit, once they have been below it: air from before may take its time to leave.
@@ -319,12 +365,12 @@ std::vector<CapturedRow> capture(Session& session, const CaptureOptions& options
     Recorder recorder(session, mask, borrowed.stream());
     session.nmt(canopen::NmtCommand::start);
     session.enable();
-    recorder.restart();
+    recorder.restart(canopen::word::kActive);
     const auto count = static_cast<std::size_t>(std::lround(options.seconds / kCycle_s));
     const Rescue rescue(options.so_far, [&] { return rows_of(recorder, 0, count); });
     record(
         recorder, count, [](std::size_t) {}, progress, options.stopped);
-    require_no_fault(session, recorder);
+    recorder.require_whole();
     rows = rows_of(recorder, 0, count);
   }
   drive.end();
@@ -379,14 +425,16 @@ std::vector<CapturedRow> follow(Session& session, std::span<const std::vector<do
     session.nmt(canopen::NmtCommand::start);
     session.request_state(canopen::word::kDisabled);
     session.request_state(canopen::word::kHold);
-    recorder.restart();
-    for (int k = 0; k < kSettleCycles && !asked(options.stopped); ++k) {
+    recorder.restart(canopen::word::kHold);
+    for (int k = 0; k < kSettleCycles && !recorder.is_broken() && !asked(options.stopped); ++k) {
       send_row(0);
       recorder.cycle();
     }
+    recorder.require_whole();
     if (!asked(options.stopped)) {
+      recorder.leave_state();
       session.request_state(canopen::word::kActive);
-      recorder.restart();
+      recorder.restart(canopen::word::kActive);
       // A set point of preview N is the reference N ticks after its own; without preview it is met at its tick's
       // end.
       const std::size_t ahead = std::max<std::size_t>(options.preview_ticks, 1);
@@ -401,10 +449,9 @@ std::vector<CapturedRow> follow(Session& session, std::span<const std::vector<do
             send_row(row + ahead - lead);
           },
           progress, options.stopped);
-      require_no_fault(session, recorder);
+      recorder.require_whole();
       rows = rows_of(recorder, lead, reference_Pa);
     }
-    require_no_fault(session, recorder);  // of HOLD, where it was stopped in that
   }
   drive.end();
   borrowed_hold.give_back();

@@ -90,7 +90,7 @@ void LssMaster::give_bit_rate(std::uint32_t bit_rate_per_s) {
   Bytes bytes = request(kConfigureBitTiming);  // table 0
   bytes[2] = bit_timing_row(bit_rate_per_s);
   configure(bytes, "bit rate", answer_s_,
-            "a board takes that of its interface alone, which its operating system sets");
+            "a board takes those that its board.toml offers and its interface can run at");
 }
 
 void LssMaster::store() {

@@ -215,6 +215,19 @@ void Session::request_state(std::uint16_t control_word) {
   throw Timeout(found);
 }
 
+void Session::take_to_init() {
+  std::uint16_t status = status_word();
+  if ((status & word::kStateMask) == 0) return;
+  write<std::uint16_t>(object::kControlWord, 0, 0);
+  const double end_s = link_.now_s() + config_.state_timeout_s;
+  for (; (status & word::kStateMask) != 0; status = status_word()) {
+    if (link_.now_s() >= end_s)
+      throw Timeout(fmt::format("node {}: is {}, expected INIT within {} s", node_id_, state_name(status, 0),
+                                config_.state_timeout_s));
+    listen(kPoll_s);
+  }
+}
+
 void Session::enable() {
   request_state(word::kDisabled);
   request_state(word::kHold);

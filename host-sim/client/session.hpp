@@ -181,6 +181,9 @@ class Session {
   void request_state(std::uint16_t control_word);
   /// DISABLED, HOLD, ACTIVE, one after the other. The set points should be good before.
   void enable();
+  /// A board that is not in INIT or FAULT_INIT, the states in which it takes settings and a node id, gets 6040h = 0, and is there
+  /// afterwards. Throws Timeout. One that regulates should not be asked: require_at_rest() of board_facts.hpp.
+  void take_to_init();
   void disable() { request_state(canopen::word::kDisabled); }
   /// A rising edge of R, then waits until the board is ready and DISABLED. Throws Refused when the fault
   /// stays.

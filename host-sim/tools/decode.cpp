@@ -6,6 +6,7 @@
 #include "host-sim/tools/command.hpp"
 #include "host-sim/tools/output.hpp"
 #include "host-sim/trace/input_error.hpp"
+#include "host-sim/trace/legible.hpp"
 #include "host-sim/wire/candump.hpp"
 
 namespace plenum::host::tools {
@@ -49,13 +50,17 @@ int run(const Options& options) {
     if (!logged) {
       throw trace::InputError(
           fmt::format("{}: line {}: '{}', expected '(SECONDS.MICROSECONDS) CHANNEL ID#BYTES'", options.file,
-                      row, line.substr(0, 80)));
+                      row, trace::legible(line.substr(0, 80))));
     }
     if (logged->classic || logged->frames_missing) {
       frames.push_back(std::move(*logged));
     } else {
       ++passed_over;
     }
+  }
+  if (file.bad()) {  // a folder, too, opens as a file does
+    throw trace::InputError(
+        fmt::format("{}: cannot be read beyond line {}, expected a log of candump", options.file, row));
   }
   client::Decoder decoder;
   Json list = Json::array();

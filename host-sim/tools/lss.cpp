@@ -31,12 +31,9 @@ void require_free(client::Link& link, std::uint8_t node_id) {
 }
 
 /// LSS is not served by a board that is about its work. Throws Refused.
-void require_at_rest(client::Session& session) {
-  const std::uint16_t status = session.status_word();
-  if ((status & canopen::word::kStateMask) == 0) return;
-  throw client::Refused(
-      fmt::format("node {}: is {}, expected INIT or FAULT_INIT, in which a board takes another node id",
-                  session.node_id(), client::state_name(status, 0)));
+void take_from_rest_to_init(client::Session& session) {
+  client::require_at_rest(session, "it takes another node id in INIT, in which nothing is regulated");
+  session.take_to_init();
 }
 
 /// LSS is not served while OPERATIONAL. A board that was it is so again afterwards, also when something fails, unless it is reset.
@@ -103,7 +100,7 @@ int run(const Arguments& arguments, const Options& options) {
   {
     client::LssMaster lss(link);
     if (has_id) {
-      require_at_rest(session);
+      take_from_rest_to_init(session);
       identity = client::read_identity(session);
       out.emplace(session);
       lss.select(identity);
@@ -136,13 +133,15 @@ int run(const Arguments& arguments, const Options& options) {
   if (out && !options.node) left_in = out->state();
   out.reset();
 
-  options.output.print("vendor {:X}h, product {:X}h, revision {:X}h, serial {}: {}\n", identity.vendor_id,
-                       identity.product_code, identity.revision, identity.serial,
-                       named ? fmt::format("is node {} now, and stays it", node_id)
-                       : options.node
-                           ? std::string("has no node id any more, and is silent until LSS gives it one")
-                       : has_id ? fmt::format("node {}", session.node_id())
-                                : std::string("has no node id, and is silent until LSS gives it one"));
+  options.output.print(
+      "vendor {:X}h, product {:X}h, revision {:X}h, serial {}: {}\n", identity.vendor_id,
+      identity.product_code, identity.revision, identity.serial,
+      named ? fmt::format("is node {} now, and stays it", node_id)
+      : options.node
+          ? std::string("has no node id any more, and is silent until LSS gives it one, or until it starts "
+                        "where its board.toml states one")
+      : has_id ? fmt::format("node {}", session.node_id())
+               : std::string("has no node id, and is silent until LSS gives it one"));
   if (left_in)
     options.output.print(
         "it is {}{}\n", client::nmt_name(*left_in),

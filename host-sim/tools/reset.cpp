@@ -29,7 +29,9 @@ int run(const Arguments& arguments, const Options& options) {
     client::require_compatible(session);
     const auto before = client::read_fault(session);
     result["fault_before"] = fault_json(before);
-    if (before) {
+    // no fault that stands has stopped anything, and the state is not this program's to change: somebody may be regulating
+    const bool stops_nothing = (session.status_word() & canopen::word::kReady) != 0;
+    if (before && !stops_nothing) {
       try {
         session.reset_fault();
       } catch (const client::Refused&) {
@@ -38,9 +40,16 @@ int run(const Arguments& arguments, const Options& options) {
                                           session.node_id(), client::fault_text(left), fault_advice(left)));
       }
     }
-    options.output.print(
-        "{}\n", before ? fmt::format("{} is cleared; the board is DISABLED", client::fault_text(*before))
-                       : std::string("no fault stands: nothing to reset"));
+    const auto left = client::read_fault(session);
+    result["fault_left"] = fault_json(left);
+    const std::string stays = left ? fmt::format("{} stands, stops nothing and goes once its cause has gone",
+                                                 client::fault_text(*left))
+                                   : std::string();
+    options.output.print("{}\n", before && !stops_nothing
+                                     ? fmt::format("{} is cleared; the board is DISABLED{}",
+                                                   client::fault_text(*before), left ? "; " + stays : "")
+                                 : left ? fmt::format("nothing to reset: {}", stays)
+                                        : std::string("no fault stands: nothing to reset"));
   } else if (options.log) {
     client::require_compatible(session);
     const bool frozen = client::log_is_frozen(session);

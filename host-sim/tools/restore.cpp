@@ -99,6 +99,7 @@ int run(const Options& options) {
   options.board.keep_rig();
   const StopSignal
       until_whole;  // a first Ctrl-C does not leave a board with its PDOs off, or to a master that is gone
+  session.take_to_init();  // who regulated or recorded before left it DISABLED
   std::vector<client::Comparison> comparisons;
   if (!options.settings_only && !backup.models.empty()) {
     comparisons = session.upload_models(backup.models,

@@ -1,9 +1,12 @@
 // capture() and follow() against the world that the rig simulates.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
+#include <string>
 
 #include "host-sim/client/capture.hpp"
 #include "host-sim/client/session.hpp"
@@ -15,6 +18,8 @@ namespace {
 
 using client::CapturedRow;
 using client::Session;
+using ::testing::HasSubstr;
+using ::testing::MatchesRegex;
 
 constexpr double kStream_V = 10.0 / 65535.0;
 
@@ -303,6 +308,78 @@ TEST(Capture, ThatAFaultEndsLeavesTheRowsFromBeforeIt) {
                client::Refused);
   EXPECT_GE(so_far.size(), 30U);
   EXPECT_LE(so_far.size(), 35U) << "of 1000: a sensor is stale after three ticks";
+}
+
+/// What a capture is refused with while `now(row)` happens.
+std::string refusal_of_capture(Session& session, const std::function<void(std::size_t)>& now) {
+  std::size_t row = 0;
+  const auto happens = [&] {
+    now(++row);
+    return false;
+  };
+  try {
+    client::capture(session, {.seconds = 2.0, .chambers = 2, .stopped = happens});
+  } catch (const client::Refused& refused) {
+    return refused.what();
+  }
+  return "none";
+}
+
+/// A master beside the session, who asks for states.
+class OtherMaster {
+ public:
+  explicit OtherMaster(WatchedRig& watched) : port_(watched.rig.attach("other")) {}
+  void control(std::uint8_t word) {
+    port_.send({.id = 0x601, .length = 8, .data = {0x2B, 0x40, 0x60, 0, word, 0, 0, 0}});
+  }
+
+ private:
+  ports::SimulatedCanPort& port_;
+};
+
+TEST(Capture, ThatAnotherMasterTakesTheBoardFromEndsAndSaysSo) {
+  WatchedRig watched(mpye_rig({.chambers = 2}));
+  Session session(watched, 1);
+  OtherMaster other(watched);
+  const auto shown = refusal_of_capture(session, [&](std::size_t row) {
+    if (row == 30) other.control(1);
+  });
+  EXPECT_THAT(shown, MatchesRegex("node 1: has left ACTIVE by row 3[0-9] and is DISABLED, .*"));
+}
+
+TEST(Capture, TellsThatAnotherMasterHadTheBoardForAWhile) {
+  WatchedRig watched(mpye_rig({.chambers = 2}));
+  Session session(watched, 1);
+  OtherMaster other(watched);
+  const auto back = refusal_of_capture(session, [&](std::size_t row) {
+    if (row == 30) other.control(3);
+    if (row == 31) other.control(7);
+  });
+  EXPECT_THAT(back, HasSubstr("and is HOLD"));
+}
+
+TEST(Capture, AsksTheBoardAtTheEndWhereItDoesNotTellItsState) {
+  WatchedRig watched(mpye_rig({.chambers = 2}));
+  Session session(watched, 1);
+  const std::uint32_t tpdo3 = session.read<std::uint32_t>(0x1802, 1);
+  session.write(0x1802, 1, tpdo3 | canopen::cob::kInvalid);
+  OtherMaster other(watched);
+  const auto at_the_end = refusal_of_capture(session, [&](std::size_t row) {
+    if (row == 30) other.control(1);
+  });
+  EXPECT_THAT(at_the_end, HasSubstr("has left ACTIVE by row 200 and is DISABLED"));
+}
+
+TEST(Capture, TellsTheFaultThatStopsTheStream) {
+  constexpr std::uint16_t kErrorBehaviour = 0x1029;
+  constexpr std::uint8_t kPreOperational = 0;
+  WatchedRig watched(mpye_rig({.chambers = 2}));
+  Session session(watched, 1);
+  session.write(kErrorBehaviour, 2, kPreOperational);
+  const auto fault = refusal_of_capture(session, [&](std::size_t row) {
+    if (row == 30) watched.rig.board(0).analog_in().set_dead(1, true);
+  });
+  EXPECT_THAT(fault, HasSubstr("fault FF03h pressure stale, chamber 2 stands after the run"));
 }
 
 TEST(Follow, ThatLeadsAPressureAboveItsLimitEndsThere) {
