@@ -2,6 +2,7 @@
 // written early, has no effect of the catalogue as its cause, and would get one: nothing else makes a chamber answer before it is asked.
 #pragma once
 
+#include "host-sim/diagnose/other_reading.hpp"
 #include "host-sim/identify/chamber/fit.hpp"
 
 namespace plenum::host::diagnose {
@@ -12,5 +13,8 @@ namespace plenum::host::diagnose {
 /// (identify/sign_of_command.hpp), only a mirror image that comes near the noise counts. Does nothing where the recalibrated model is near the noise.
 void require_acting_command(const identify::chamber::Scene& scene,
                             const identify::chamber::Fit& recalibrated);
+/// The same of logs that a model errs by so much of, judged by what it errs of other readings.
+void require_acting_command(const identify::chamber::Scene& scene, double as_logged_Pa,
+                            const ErrorOf& error_of);
 
 }  // namespace plenum::host::diagnose

@@ -19,6 +19,7 @@
 #include "host-sim/diagnose/gap_beyond_noise.hpp"
 #include "host-sim/diagnose/latent.hpp"
 #include "host-sim/diagnose/next_experiment.hpp"
+#include "host-sim/diagnose/other_reading.hpp"
 #include "host-sim/diagnose/reference_check.hpp"
 #include "host-sim/diagnose/search.hpp"
 #include "host-sim/diagnose/trust.hpp"
@@ -54,8 +55,7 @@ static_assert(effects::kValveFigures + most_parameters() + 1 + 4 * kMostLogs <= 
 /// From this share of the gap on, or at the floor, the effects found know their equation better than the latent
 /// disturbances do.
 constexpr double kKnowsEquation = 0.6;
-/// A cause is named alone from this probability on; another one is its alias from that probability on.
-constexpr double kNamedAlone = 0.8;
+/// A cause that has another's place with this share of the odds is its alias.
 constexpr double kAlias = 0.02;
 /// A set whose first effect is less probable explains nothing.
 constexpr double kLeastNamed = 0.02;
@@ -138,18 +138,16 @@ class Diagnosis {
     Trial base = recalibrated(fitted_, heldout_);
     calibrate_to_all(base);
     lower_noise(base);
-    if (before == nullptr) {
-      require_acting_command(scene_, base.fit);
-      require_absolute_pressures(scene_, base.fit);
-    }
+    require_as_written(base);
     search_ = search(fitted_, heldout_, std::move(base),
                      {.struck = struck,
                       .threads = options.threads,
                       .noise_Pa = report_.noise_floor_Pa,
                       .progress = options.progress});
-    if (before == nullptr && search_.best.on != 0) {
-      require_no_offset_of_ambient(scene_, search_.best.fit);
-      require_absolute_pressures(scene_, search_.best.fit);
+    if (search_.best.on != 0) {
+      const Fit found = of_the_logs(search_.best.fit);
+      require_no_offset_of_ambient(scene_, found);
+      require_absolute_pressures(scene_, found);
     }
     lower_noise(search_.best);
     recalibrated_evidence_ = search_.recalibrated.evidence(search_.correlated_rows);
@@ -174,6 +172,25 @@ class Diagnosis {
   void set_noise(double noise_Pa) {
     scene_.noise_Pa = fitted_.noise_Pa = noise_Pa;
     report_.noise_floor_Pa = std::max(noise_Pa, before_Pa_);
+  }
+
+  /// `fit`, which answers for the baseline, too, where there is one, as it is without it.
+  Fit of_the_logs(const Fit& fit) const {
+    return baseline_.empty() ? fit : identify::chamber::fit(scene_, fit.on, fit.figures, {});
+  }
+
+  /// Refuses logs that are read better otherwise than they are written, and such logs held out: those show by erring far more
+  /// than what was fitted.
+  void require_as_written(const Trial& base) const {
+    const Fit of_logs = of_the_logs(base.fit);
+    require_acting_command(scene_, of_logs);
+    require_absolute_pressures(scene_, of_logs);
+    if (heldout_from_s_.empty() || !far_better(base.fit.rms_Pa(), base.heldout_Pa())) return;
+    Scene held = scene_;
+    held.records.clear();
+    for (const HeldOut& of : heldout_) held.records.push_back(of.record);
+    require_acting_command(held, base.heldout_Pa(), foretold_by(base.fit));
+    require_absolute_pressures(held, base.heldout_Pa(), foretold_by(base.fit));
   }
 
   /// Under a command that never rests the pressure is not smooth, and what third differences leave of it is no noise: what they
@@ -304,8 +321,8 @@ class Diagnosis {
                      [](const NamedEffect& a, const NamedEffect& b) { return a.share > b.share; });
     for (NamedEffect& effect : report_.effects) {
       const bool first = &effect == &report_.effects.front();
-      const double trust = (first ? probability_of_first(with_Pa / report_.noise_floor_Pa)
-                                  : probability_beside_others(closes[effect.id])) *
+      const double trust = worth_of_name(with_Pa / report_.noise_floor_Pa,
+                                         first ? std::nullopt : std::optional(closes[effect.id])) *
                            (unknown(effect) ? kTrustUnknown : 1.0);
       effect.confidence *= trust;
       for (AliasTrial& alias : alias_trials_) {
@@ -339,7 +356,8 @@ class Diagnosis {
       case Verdict::unexplained:
         name_nothing();
         blame();
-        plan({{"recalibrated", search_.recalibrated.on | scene_.known, search_.recalibrated.fit.figures}});
+        plan({{"recalibrated", search_.recalibrated.on | scene_.known, search_.recalibrated.fit.figures,
+               search_.recalibrated.variables}});
         break;
       case Verdict::explained:
       case Verdict::partly_explained:
@@ -419,11 +437,12 @@ class Diagnosis {
   /// The set that fits best, by its effect that is not sure, and those that are listed with another in its place.
   std::vector<Rival> listed_rivals() const {
     const AliasTrial& most = alias_trials_.front();
-    std::vector<Rival> rivals{
-        {id_of(most.replaced), search_.best.on | scene_.known, search_.best.fit.figures}};
+    std::vector<Rival> rivals{{id_of(most.replaced), search_.best.on | scene_.known, search_.best.fit.figures,
+                               search_.best.variables}};
     for (const AliasTrial& alias : alias_trials_) {
       if (alias.replaced == most.replaced)
-        rivals.push_back({id_of(alias.effect), alias.trial->on | scene_.known, alias.trial->fit.figures});
+        rivals.push_back({id_of(alias.effect), alias.trial->on | scene_.known, alias.trial->fit.figures,
+                          alias.trial->variables});
     }
     return rivals;
   }

@@ -62,7 +62,8 @@ Json to_json(const std::optional<NextExperiment>& of) {
   return {{"excitation", of->excitation},
           {"why", of->why},
           {"separates", of->separates},
-          {"power", rounded(of->power)}};
+          {"power", rounded(of->power)},
+          {"instruction", of->instruction}};
 }
 
 Json to_json(const std::vector<CalibratedFigure>& calibration) {

@@ -86,7 +86,8 @@ struct NextExperiment {
   std::string excitation;              ///< id in the library of safe inputs
   std::string why;                     ///< one sentence for a person
   std::vector<std::string> separates;  ///< the effects it parts
-  double power = 0.0;                  ///< probability that it parts two of them, in the mean of all pairs
+  double power = 0.0;  ///< probability that the true one of two is then named alone, in the mean of all pairs
+  std::string instruction;  ///< what to do, with the range of the command
 };
 
 /// One log as the page shows it: held-out rows are those from `heldout_from` on.

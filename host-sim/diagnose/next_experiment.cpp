@@ -13,6 +13,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "host-sim/diagnose/trial.hpp"
+#include "host-sim/diagnose/trust.hpp"
 #include "host-sim/diagnose/where.hpp"
 
 namespace plenum::host::diagnose {
@@ -259,8 +261,15 @@ double apart_Pa(const Answer& first, const Answer& second, double noise_Pa) {
   return (off - second.slopes * change).norm() / std::sqrt(static_cast<double>(off.size()));
 }
 
-double power_of(double distance) {
-  return 0.5 * std::erfc(-0.5 * distance / std::numbers::sqrt2);
+/// What to do, and how far the valve is opened for it.
+std::string instruction_of(const Excitation& input) {
+  double low_V = std::numeric_limits<double>::infinity(), high_V = -low_V;
+  for (const Stretch& stretch : input.stretches) {
+    const auto [low, high] = std::ranges::minmax(stretch.drive.command_V);
+    low_V = std::min(low_V, low);
+    high_V = std::max(high_V, high);
+  }
+  return fmt::format("{} Commands from {:.3g} to {:.3g} V.", input.sentence, low_V, high_V);
 }
 
 /// Entropy of the time that the chamber spends in each regime, at each fifth of its mean volume [nat].
@@ -294,19 +303,18 @@ double variety(const Scene& scene, const Excitation& excitation, const Rival& ri
 
 /// What an input does to the rivals, two by two.
 struct Parting {
-  double mean_power = 0.0;
-  /// Of the two that are told apart worst: their distance over the noise, and the RMS of it.
-  double least_distance = std::numeric_limits<double>::infinity();
-  double nearest_Pa = 0.0;
+  double mean_power = 0.0, least_power = 1.0;
+  /// Of the two that are told apart worst.
+  double nearest_Pa = std::numeric_limits<double>::infinity();
   std::pair<std::size_t, std::size_t> nearest{0, 1};
   std::vector<bool> parted;  ///< told from another with kParted, a rival
 
-  bool parts_all() const { return power_of(least_distance) >= kParted; }
+  bool parts_all() const { return least_power >= kParted; }
   bool better_than(const Parting& other) const {
     constexpr double kAlike = 1e-6;
     if (parts_all() != other.parts_all()) return parts_all();
     const double more = mean_power - other.mean_power;
-    return std::abs(more) > kAlike ? more > 0.0 : least_distance > other.least_distance;
+    return std::abs(more) > kAlike ? more > 0.0 : nearest_Pa > other.nearest_Pa;
   }
 };
 
@@ -315,20 +323,23 @@ Parting parted_by(const Scene& scene, const Excitation& excitation, const std::v
   std::vector<Answer> answers;
   answers.reserve(rivals.size());
   for (const Rival& rival : rivals) answers.push_back(answer_of(scene, excitation, rival));
-  const double root_rows = std::sqrt(static_cast<double>(answers.front().reading_Pa.size()));
+  const auto rows = static_cast<double>(answers.front().reading_Pa.size());
   Parting of;
   of.parted.assign(rivals.size(), false);
   double pairs = 0.0;
   for (std::size_t a = 0; a < rivals.size(); ++a) {
     for (std::size_t b = a + 1; b < rivals.size(); ++b) {
-      const double apart =
-          std::min(apart_Pa(answers[a], answers[b], noise_Pa), apart_Pa(answers[b], answers[a], noise_Pa));
-      const double distance = apart * root_rows / noise_Pa;
-      of.mean_power += power_of(distance);
+      const double b_of_a_Pa = apart_Pa(answers[a], answers[b], noise_Pa);
+      const double a_of_b_Pa = apart_Pa(answers[b], answers[a], noise_Pa);
+      const double price =
+          static_cast<double>(rivals[b].variables) - static_cast<double>(rivals[a].variables);
+      const double power = 0.5 * (named_alone(b_of_a_Pa / noise_Pa, rows, price) +
+                                  named_alone(a_of_b_Pa / noise_Pa, rows, -price));
+      of.mean_power += power;
       pairs += 1.0;
-      if (power_of(distance) >= kParted) of.parted[a] = of.parted[b] = true;
-      if (distance < of.least_distance) {
-        of.least_distance = distance;
+      if (power >= kParted) of.parted[a] = of.parted[b] = true;
+      of.least_power = std::min(of.least_power, power);
+      if (const double apart = std::min(b_of_a_Pa, a_of_b_Pa); apart < of.nearest_Pa) {
         of.nearest_Pa = apart;
         of.nearest = {a, b};
       }
@@ -363,6 +374,7 @@ NextExperiment most_varied(const Scene& scene, const std::vector<Excitation>& in
   const Excitation& best = inputs[static_cast<std::size_t>(most)];
   NextExperiment next;
   next.excitation = best.id;
+  next.instruction = instruction_of(best);
   next.why = fmt::format(
       "No effect of the catalogue closes the gap; {} take the chamber through the widest variety of regimes, "
       "and show "
@@ -447,6 +459,14 @@ std::vector<Excitation> library(const Scene& scene) {
   return inputs;
 }
 
+double named_alone(double apart, double rows, double price) {
+  const double pieces = std::min(rows, kMostPieces);
+  const double lead = 0.5 * (pieces * std::log1p(apart * apart) + price * std::log(pieces)) -
+                      std::log(kNamedAlone / (1.0 - kNamedAlone));
+  const double deviation = pieces * apart / ((1.0 + apart * apart) * std::sqrt(rows));
+  return 0.5 * std::erfc(-lead / (deviation * std::numbers::sqrt2));
+}
+
 NextExperiment next_experiment(const Scene& scene, const std::vector<Rival>& rivals) {
   const std::vector<Excitation> inputs = library(scene);
   if (rivals.size() < 2) {
@@ -461,6 +481,7 @@ NextExperiment next_experiment(const Scene& scene, const std::vector<Rival>& riv
   const Excitation& best = inputs[static_cast<std::size_t>(most - partings.begin())];
   NextExperiment next;
   next.excitation = best.id;
+  next.instruction = instruction_of(best);
   next.power = most->mean_power;
   for (std::size_t i = 0; i < rivals.size(); ++i) {
     if (most->parted[i]) next.separates.push_back(rivals[i].id);

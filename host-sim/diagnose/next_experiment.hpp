@@ -36,13 +36,19 @@ struct Rival {
   std::string id;
   effects::EffectSet on = 0;
   effects::Figures figures{};
+  std::size_t variables = 0;  ///< of its trial
 };
 
-/// The input that parts the rivals best: each two of them are at a distance D, that of their readings over the noise after
-/// the valve's figures and the starts of the one have been fitted to the other (linearised; the less of both ways round), and Phi(D/2)
-/// is the probability that the nearer of the two is the true one, under noise alone. power is the mean of it over all pairs. An
-/// input that parts every two in 19 of 20 cases goes before one that does not, then the greater power, then the greater least D;
-/// `separates` names the rivals that are told from another in 19 of 20 cases. One rival, or none: the input that takes the chamber through the most even variety of regimes and volumes;
+/// Probability that the true one of two rivals is named alone by a log of `rows`: under white noise, `apart` times which is the RMS of
+/// what the other leaves of it at best, the logarithm of their odds (trial.hpp) is nearly normal, about
+/// m = n/2 ln(1 + apart^2) + price/2 ln n with a deviation of n apart/((1 + apart^2) sqrt(rows)), where n is the least of rows and
+/// kMostPieces and `price` the number of variables that the other has more. Named alone it is where they exceed those of kNamedAlone.
+double named_alone(double apart, double rows, double price);
+
+/// The input that parts the rivals best: of each two of them the readings of the one are what the other's are fitted to, by the valve's
+/// figures and the starts (linearised); what is left is what named_alone() is of, the mean of both ways round. power is the
+/// mean of that over all pairs. An input that parts every two in 19 of 20 cases goes before one that does not, then the greater
+/// power, then the greater of what the nearest two differ by; `separates` names the rivals that are told from another in 19 of 20 cases. One rival, or none: the input that takes the chamber through the most even variety of regimes and volumes;
 /// power 0, as nothing is parted. Throws as library().
 NextExperiment next_experiment(const Scene& scene, const std::vector<Rival>& rivals);
 

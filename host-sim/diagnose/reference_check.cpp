@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <string_view>
 
 #include "host-sim/diagnose/other_reading.hpp"
@@ -44,23 +45,28 @@ Scene in_absolute(Scene scene, const Reading& reading) {
   return scene;
 }
 
+/// What the supply fills a chamber with, and a volume that moves may compress.
 bool within_supply(const Scene& scene) {
   return std::ranges::all_of(scene.records, [&](const Record& record) {
-    return std::ranges::max(record.measured_Pa) <= (1.0 + kReadsMore) * scene.around.supply_Pa;
+    const double compressed = std::pow(1.0 + volume_swing(record), scene.around.gas.kappa);
+    return std::ranges::max(record.measured_Pa) <= (1.0 + kReadsMore) * compressed * scene.around.supply_Pa;
   });
 }
 
 }  // namespace
 
 void require_absolute_pressures(const Scene& scene, const Fit& found) {
-  const double as_written_Pa = found.rms_Pa();
+  require_absolute_pressures(scene, found.rms_Pa(), fitted_anew(found.on, found.rms_Pa()));
+}
+
+void require_absolute_pressures(const Scene& scene, double as_written_Pa, const ErrorOf& error_of) {
   if (is_near_noise(as_written_Pa, scene)) return;
   double least_Pa = as_written_Pa;
   const Reading* best = nullptr;
   for (const Reading& reading : kReadings) {
     const Scene absolute = in_absolute(scene, reading);
     if (reading.log && !within_supply(absolute)) continue;
-    const double rms_Pa = fit(absolute, found.on, absolute.nominal, {}).rms_Pa();
+    const double rms_Pa = error_of(absolute);
     // another effect may make both a little better than the one that is: both have to be far better than either
     const bool both = reading.log && reading.supply;
     if (rms_Pa >= least_Pa || !far_better(rms_Pa, both ? least_Pa : as_written_Pa)) continue;

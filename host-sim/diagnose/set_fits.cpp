@@ -6,6 +6,7 @@
 #include <numeric>
 #include <span>
 
+#include "host-sim/diagnose/look.hpp"
 #include "host-sim/identify/in_parallel.hpp"
 
 namespace plenum::host::diagnose {
@@ -25,26 +26,6 @@ constexpr double kShown = 3e-3;
 /// Of the squares of the best look: an effect that looks worse by this is fitted briefly, and not refined. If its end were no
 /// better its odds would be 20^-10 at most.
 constexpr double kBehind = 20.0;
-
-/// The first seconds of the same logs, in fewer steps a tick.
-Scene coarse(const Scene& scene, double seconds) {
-  Scene coarse = scene;
-  for (Record& record : coarse.records) {
-    const effects::Drive fine = record.drive;
-    const auto rows = std::min(record.fitted_rows, static_cast<std::size_t>(seconds / fine.timing.tick_s));
-    std::vector<double> volume_m3(rows);
-    for (std::size_t row = 0; row < rows; ++row) {
-      volume_m3[row] = fine.volume_m3[row * static_cast<std::size_t>(fine.timing.steps)];
-    }
-    effects::Timing timing = fine.timing;
-    timing.steps = fine.timing.steps / 2;
-    record.drive = effects::make_drive(std::span(fine.command_V).first(rows), volume_m3, timing);
-    record.drive.supply_Pa = fine.supply_Pa;
-    record.measured_Pa.resize(rows);
-    record.fitted_rows = rows;
-  }
-  return coarse;
-}
 
 FitOptions brief(EffectSet refined) {
   return {.most_iterations = 5, .tolerance = 1e-3, .refined = refined};

@@ -18,6 +18,11 @@ double probability_beside_others(double share_of_rest) {
   return kTrustBeside / (1.0 + std::exp((kEven - share_of_rest) / kWidth));
 }
 
+double worth_of_name(double left_over_floor, std::optional<double> share_of_rest) {
+  return probability_of_first(left_over_floor) *
+         (share_of_rest ? probability_beside_others(*share_of_rest) : 1.0);
+}
+
 bool says_nothing(const std::vector<Estimate>& figures, std::size_t effect, effects::Size size) {
   const auto parameters = effects::kCatalogue[effect]->parameters;
   return std::all_of(figures.begin(), figures.end(), [&](const Estimate& of) {

@@ -14,6 +14,7 @@
 #include "host-sim/identify/chamber/noise.hpp"
 #include "host-sim/plant/chamber.hpp"
 #include "host-sim/reproduce/actuators/population.hpp"
+#include "host-sim/trace/input_error.hpp"
 #include "host-sim/trace/respiraworks.hpp"
 
 namespace plenum::host::diagnose {
@@ -192,6 +193,43 @@ TEST(Diagnose, CountsAStampThatIsEarlyByAPartOfATickAsCalibration) {
   EXPECT_LT(early.recalibrated_Pa, 1.1 * kNoise_Pa);
   EXPECT_NEAR(early.stamped_early_s, 0.5 * kStep_s, 0.05 * kStep_s);
   EXPECT_EQ(diagnosed_with(Averaged::all).stamped_early_s, 0.0);
+}
+
+trace::Log in_gauge(trace::Log log) {
+  for (double& p : log.pressure_Pa) p -= 101325.0;
+  return log;
+}
+
+template <class Diagnosed>
+std::string refusal_of(Diagnosed&& diagnosed) {
+  try {
+    diagnosed();
+  } catch (const trace::InputError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+// Its offset would be what has changed: sensor_bias, with confidence.
+TEST(Diagnose, RefusesGaugePressureAfterABaselineInAbsolute) {
+  DiagnoseOptions options;
+  options.baseline = {{"before", stepped_log(5, 2000, as_commanded)}};
+  const trace::Log after = stepped_log(6, 2000, as_commanded);
+  const std::string told = refusal_of([&] { diagnose({{"after", in_gauge(after)}}, {}, {}, options); });
+  EXPECT_EQ(told.substr(0, 52), "after: column pressure_Pa seems to be gauge pressure") << told;
+}
+
+TEST(Diagnose, RefusesAHeldOutLogThatIsNotAsTheFittedOnesAre) {
+  const trace::Log log = stepped_log(5, 2000, as_commanded);
+  const trace::Log held = stepped_log(6, 1000, as_commanded);
+  trace::Log turned = held;
+  for (double& u : turned.command_V) u = 10.0 - u;
+  const auto told = [&](const trace::Log& other) {
+    return refusal_of([&] { diagnose({{"log", log}}, {{"held", other}}, {}, {}); });
+  };
+  EXPECT_EQ(told(in_gauge(held)).substr(0, 51), "held: column pressure_Pa seems to be gauge pressure");
+  EXPECT_EQ(told(turned).substr(0, 47), "held: column command_V seems to have the other ");
+  EXPECT_EQ(told(held), "accepted");
 }
 
 /// A valve at which a command arrives so late, told of each millisecond's.

@@ -89,11 +89,11 @@ TEST(GapJson, OfAnEmptyReportHasEveryKeyOfTheContract) {
 
 TEST(GapJson, NamesTheNextExperimentWithItsReasonAndPower) {
   GapReport report = example();
-  report.next =
-      NextExperiment{"steps", "Steps part a lag from a delay.", {"spool_lag", "dead_time"}, 0.975123456};
+  report.next = NextExperiment{
+      "steps", "Steps part a lag from a delay.", {"spool_lag", "dead_time"}, 0.975123456, "Steps of 30 s."};
   EXPECT_EQ(to_json(report)["next_experiment"].dump(),
             R"({"excitation":"steps","why":"Steps part a lag from a delay.",)"
-            R"("separates":["spool_lag","dead_time"],"power":0.97512})");
+            R"("separates":["spool_lag","dead_time"],"power":0.97512,"instruction":"Steps of 30 s."})");
 }
 
 TEST(GapJson, NamesEachVerdictAsTheContractDoes) {

@@ -21,6 +21,13 @@ TEST(Trust, InANameBesideOthersRisesWithWhatItClosesOfTheRest) {
   EXPECT_GT(probability_beside_others(0.9), 0.85);
 }
 
+TEST(Trust, InANameBesideOthersIsNoMoreThanInTheFirstWhereAllLeaveMuch) {
+  for (const double left : {1.0, 8.0, 40.0, 400.0})
+    EXPECT_LT(worth_of_name(left, 1.0), worth_of_name(left, std::nullopt)) << left << " times the noise";
+  EXPECT_NEAR(worth_of_name(40.0, 0.8), 0.21, 0.01) << "0.90 beside others, of 0.23 for any name there";
+  EXPECT_NEAR(worth_of_name(1.0, 0.8), 0.89, 0.01);
+}
+
 TEST(Trust, FiguresThatMayVanishOrBeAnythingSayNothing) {
   const auto flow = effects::kIdFlowFunction;
   const effects::Size size;
