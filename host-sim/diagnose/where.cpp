@@ -19,6 +19,7 @@ constexpr double kMovingFor_s = 0.06;     // after a move, the longest that a la
 constexpr double kMove = 0.002;           // of the command's range: below it is a converter's step
 constexpr double kVolumeWindow_s = 0.25;  // to either side
 constexpr double kVolumeMove = 0.02;
+constexpr double kVolumesApart = 0.1;  // of the smallest
 constexpr std::size_t kMostRegimes = 8;
 constexpr double kLeastShare = 0.01;
 constexpr double kWorthACut = 0.02;  // [nat] of information on where the error is
@@ -38,44 +39,54 @@ std::size_t ticks_in(double seconds, const effects::Timing& timing) {
 
 // ---- regimes: a tree of cuts ----
 
-enum class Answer { no, yes, any };
+enum class Answer { any, no, yes };
+
+/// What a cut may ask, in the order in which a regime's name tells it.
+enum Question : std::size_t { kMoving, kReversed, kOpening, kChoked, kHigh, kSmall, kVolumeMoving, kLate };
+struct Wording {
+  const char *yes, *no;
+};
+constexpr std::array<Wording, 8> kQuestions{{{"command moving", "command held"},
+                                             {"command just reversed", "command moving on"},
+                                             {"valve opening", "valve closing"},
+                                             {"flow choked", "flow subsonic"},
+                                             {"pressure high", "pressure low"},
+                                             {"volume small", "volume large"},
+                                             {"volume moving", "volume at rest"},
+                                             {"second half", "first half"}}};
+
+struct Row {
+  std::array<bool, kQuestions.size()> answers{};
+  Port port = Port::shut;
+  double squared = 0.0;
+};
 
 /// A set of regimes; what is `any` is not told apart.
 struct Kind {
   std::optional<Port> port;
-  Answer moving = Answer::any, reversed = Answer::any, choked = Answer::any, volume_moving = Answer::any;
-
-  bool holds(const Regime& r) const {
-    const auto fits = [](Answer a, bool x) { return a == Answer::any || (a == Answer::yes) == x; };
-    return (!port || *port == r.port) && fits(moving, r.moving) && fits(reversed, r.reversed) &&
-           fits(choked, r.choked) && fits(volume_moving, r.volume_moving);
-  }
+  std::array<Answer, kQuestions.size()> answers{};
 };
 
-/// "command moving, supply port open, choked, volume moving"
+/// "command moving, supply port open, flow choked, volume moving"
 std::string words(const Kind& kind) {
   std::string text;
   const auto add = [&](const char* word) { text += (text.empty() ? "" : ", ") + std::string(word); };
-  if (kind.reversed == Answer::yes) {
-    add("command just reversed");
-  } else if (kind.reversed == Answer::no) {
-    add("command moving on");
-  } else if (kind.moving != Answer::any) {
-    add(kind.moving == Answer::yes ? "command moving" : "command held");
-  }
+  const auto tell = [&](std::size_t first, std::size_t last) {
+    for (std::size_t question = first; question <= last; ++question) {
+      const Answer answer = kind.answers[question];
+      // how it moves says that it does
+      const bool said = question == kMoving && kind.answers[kReversed] != Answer::any;
+      if (answer != Answer::any && !said)
+        add(answer == Answer::yes ? kQuestions[question].yes : kQuestions[question].no);
+    }
+  };
+  tell(kMoving, kOpening);
   if (kind.port == Port::supply) add("supply port open");
   if (kind.port == Port::exhaust) add("exhaust port open");
   if (kind.port == Port::shut) add("valve shut");
-  if (kind.choked != Answer::any) add(kind.choked == Answer::yes ? "flow choked" : "flow subsonic");
-  if (kind.volume_moving != Answer::any)
-    add(kind.volume_moving == Answer::yes ? "volume moving" : "volume at rest");
+  tell(kChoked, kLate);
   return text.empty() ? "throughout" : text;
 }
-
-struct Row {
-  Regime regime;
-  double squared = 0.0;
-};
 
 struct Leaf {
   Kind kind;
@@ -83,35 +94,40 @@ struct Leaf {
   double squares = 0.0;
 
   double mean() const { return squares / static_cast<double>(rows.size()); }
-};
-
-Leaf leaf_of(const Kind& kind, const std::vector<Row>& among) {
-  Leaf leaf{kind, {}, 0.0};
-  for (const Row& row : among) {
-    if (!kind.holds(row.regime)) continue;
-    leaf.rows.push_back(row);
-    leaf.squares += row.squared;
+  void take(const Row& row) {
+    rows.push_back(row);
+    squares += row.squared;
   }
-  return leaf;
-}
+};
 
 struct Cut {
   double worth = 0.0;  // sum of share * log(mean squared error / that of the whole)
   Leaf yes, no;
 };
 
+/// Whether the rows of such a regime can be asked that.
+bool can_be_asked(const Kind& kind, std::size_t question) {
+  if (kind.answers[question] != Answer::any) return false;
+  switch (question) {
+    case kReversed:
+    case kOpening:
+      return kind.answers[kMoving] == Answer::yes;
+    case kChoked:
+      return kind.port && kind.port != Port::shut;
+    default:
+      return true;
+  }
+}
+
 Cut best_cut(const Leaf& leaf, double all_squares) {
   Cut best;
-  for (Answer Kind::*question : {&Kind::moving, &Kind::reversed, &Kind::choked, &Kind::volume_moving}) {
-    if (leaf.kind.*question != Answer::any) continue;
-    if (question == &Kind::reversed && leaf.kind.moving != Answer::yes) continue;
-    if (question == &Kind::choked && (!leaf.kind.port || leaf.kind.port == Port::shut)) continue;
+  for (std::size_t question = 0; question < kQuestions.size(); ++question) {
+    if (!can_be_asked(leaf.kind, question)) continue;
     Cut cut;
-    Kind kind = leaf.kind;
-    kind.*question = Answer::yes;
-    cut.yes = leaf_of(kind, leaf.rows);
-    kind.*question = Answer::no;
-    cut.no = leaf_of(kind, leaf.rows);
+    cut.yes.kind = cut.no.kind = leaf.kind;
+    cut.yes.kind.answers[question] = Answer::yes;
+    cut.no.kind.answers[question] = Answer::no;
+    for (const Row& row : leaf.rows) (row.answers[question] ? cut.yes : cut.no).take(row);
     if (cut.yes.rows.empty() || cut.no.rows.empty()) continue;
     for (const Leaf* part : {&cut.yes, &cut.no}) {
       if (part->squares > 0.0)
@@ -142,10 +158,18 @@ std::vector<Regime> regimes_of(const Scene& scene, const Figures& valve, const e
   const double least_move_V = std::max(kMove * command_range_V(drive.command_V), 1e-9);
   const std::size_t moving_for = std::max<std::size_t>(ticks_in(kMovingFor_s, drive.timing), 1);
   const std::size_t reach = std::max<std::size_t>(ticks_in(kVolumeWindow_s, drive.timing), 1) * steps;
+  const double middle_Pa = 0.5 * (scene.around.supply_Pa + scene.around.ambient_Pa);
+  const auto [least_m3, most_m3] = std::ranges::minmax(drive.volume_m3);
+  const bool volumes_apart = most_m3 - least_m3 > kVolumesApart * least_m3;
+  const auto opening_of = [&](double command_V) {
+    return std::max(valve[effects::kInletGain] * (command_V - valve[effects::kOpenAbove]),
+                    valve[effects::kExhaustGain] * (valve[effects::kExhaustBelow] - command_V));
+  };
 
   std::vector<Regime> regimes(rows);
   double last_V = drive.command_V.front();  // where the command was when it last moved
   int direction = 0;
+  bool opening = false;
   std::size_t since_move = moving_for + 1, since_reversal = moving_for + 1;  // [ticks]
   for (std::size_t row = 1; row < rows; ++row) {
     Regime& r = regimes[row];
@@ -157,10 +181,13 @@ std::vector<Regime> regimes_of(const Scene& scene, const Figures& valve, const e
       if (now == -direction) since_reversal = 0;
       since_move = 0;
       direction = now;
+      opening = opening_of(command_V) > opening_of(last_V);
       last_V = command_V;
     }
     r.moving = since_move < moving_for;
     r.reversed = r.moving && since_reversal < moving_for;
+    r.opening = r.moving && opening;
+    r.high = pressure_Pa[row] > middle_Pa;
 
     const double inlet = valve[effects::kInletGain] * (command_V - valve[effects::kOpenAbove]);
     const double exhaust = valve[effects::kExhaustGain] * (valve[effects::kExhaustBelow] - command_V);
@@ -169,6 +196,7 @@ std::vector<Regime> regimes_of(const Scene& scene, const Figures& valve, const e
                (r.port == Port::exhaust && pressure_Pa[row] > theta * scene.around.ambient_Pa);
 
     const std::size_t at = row * steps;
+    r.small = volumes_apart && drive.volume_m3[at] < 0.5 * (least_m3 + most_m3);
     const auto from = drive.volume_m3.begin() + static_cast<std::ptrdiff_t>(at - std::min(at, reach));
     const auto to = drive.volume_m3.begin() +
                     static_cast<std::ptrdiff_t>(std::min(at + reach + 1, drive.volume_m3.size()));
@@ -185,9 +213,15 @@ std::vector<RegimeShare> regimes(const Scene& scene, const Figures& recalibrated
   for (const Scored& s : scored) {
     const std::vector<Regime> of_row =
         regimes_of(scene, recalibrated, s.record->drive, s.record->measured_Pa);
-    for (std::size_t row = std::max<std::size_t>(s.first, 1); row < s.record->rows(); ++row) {
+    const std::size_t first = std::max<std::size_t>(s.first, 1);
+    const std::size_t middle = first + (s.record->rows() - std::min(first, s.record->rows())) / 2;
+    for (std::size_t row = first; row < s.record->rows(); ++row) {
       const double error = s.before_Pa[row] - s.record->measured_Pa[row];
-      rows.push_back({of_row[row], error * error});
+      const Regime& r = of_row[row];
+      rows.push_back(
+          {{r.moving, r.reversed, r.opening, r.choked, r.high, r.small, r.volume_moving, row >= middle},
+           r.port,
+           error * error});
       all += error * error;
     }
   }
@@ -196,7 +230,11 @@ std::vector<RegimeShare> regimes(const Scene& scene, const Figures& recalibrated
   // the port is always told; what else is told is what the error asks for
   std::vector<Leaf> leaves;
   for (const Port port : {Port::shut, Port::supply, Port::exhaust}) {
-    Leaf leaf = leaf_of({.port = port}, rows);
+    Leaf leaf;
+    leaf.kind.port = port;
+    for (const Row& row : rows) {
+      if (row.port == port) leaf.take(row);
+    }
     if (!leaf.rows.empty()) leaves.push_back(std::move(leaf));
   }
   while (leaves.size() < kMostRegimes) {

@@ -30,8 +30,11 @@ struct Regime {
   Port port = Port::shut;
   bool moving = false;         ///< the command moved within the last 60 ms
   bool reversed = false;       ///< ... and against its previous move
+  bool opening = false;        ///< ... so that the open port is wider than before
   bool choked = false;         ///< flow through the open port
+  bool high = false;           ///< pressure above the middle from ambient to supply
   bool volume_moving = false;  ///< by more than 2 % within half a second
+  bool small = false;  ///< volume below the middle of those that the log has, where they are a tenth apart
 };
 
 /// Row by row. A row belongs to the tick that ends there: it sees the command of the row before it.
@@ -39,7 +42,8 @@ std::vector<Regime> regimes_of(const Scene& scene, const effects::Figures& valve
                                const std::vector<double>& pressure_Pa);
 
 /// Shares of the squared error of before_Pa, largest first: regimes are disjoint and their shares sum to 1. They are
-/// at most eight, and none below 1 %: a cut is made where the error departs most from the time spent. Regimes below
+/// at most eight, and none below 1 %: a cut is made where the error departs most from the time spent, and be it by time, between the
+/// first half of the rows of each log and the second. Regimes below
 /// 1 % are gathered as "elsewhere", or left out where even that stays below. Empty where there is no error.
 std::vector<RegimeShare> regimes(const Scene& scene, const effects::Figures& recalibrated,
                                  const std::vector<Scored>& scored);

@@ -79,16 +79,60 @@ TEST(Regimes, AnErrorOfChokedFillingNamesIt) {
 
 TEST(Regimes, AMovingVolumeIsNamedWhereTheErrorFollowsIt) {
   Scene scene = chamber_scene(jumping_V(3000), 0.0);
-  std::vector<double> volume_m3(3000, 150e-6);  // moves in the second half only
-  for (std::size_t row = 1500; row < 3000; ++row) {
-    volume_m3[row] += 45e-6 * std::sin(0.05 * (static_cast<double>(row) - 1500.0));
+  std::vector<double> volume_m3(3000, 150e-6);  // moves in the middle only
+  for (std::size_t row = 1000; row < 2000; ++row) {
+    volume_m3[row] += 45e-6 * std::sin(0.05 * (static_cast<double>(row) - 1000.0));
   }
   Record& record = scene.records.front();
   record.drive = effects::make_drive(record.drive.command_V, volume_m3, record.drive.timing);
-  const auto shares = regimes_with(scene, [](std::size_t row) { return row > 1530 ? 500.0 : 0.0; });
+  const auto shares =
+      regimes_with(scene, [](std::size_t row) { return row > 1030 && row < 2000 ? 500.0 : 0.0; });
   double moving = 0.0;
   for (const RegimeShare& s : shares) moving += s.regime.ends_with("volume moving") ? s.share : 0.0;
   EXPECT_GT(moving, 0.95);
+}
+
+/// The regime that has nearly all of an error, or a text that says how many share it.
+std::string the_regime_of(const std::vector<RegimeShare>& shares) {
+  if (shares.empty()) return "none";
+  return shares[0].share > 0.97 ? shares[0].regime : std::to_string(shares.size()) + " regimes";
+}
+
+TEST(Regimes, AnErrorOfAPortThatOpensIsNotThatOfOneThatCloses) {
+  std::vector<double> stairs_V;  // above the supply's threshold: up in steps, and down in as many
+  for (std::size_t row = 0; row < 3000; ++row) {
+    const std::size_t step = row / 25 % 10;
+    stairs_V.push_back(5.2 + 0.1 * static_cast<double>(step < 5 ? step : 10 - step));
+  }
+  const Scene scene = chamber_scene(stairs_V, 0.0);
+  const auto after_a_step = [](bool up) {
+    return [up](std::size_t row) {
+      const bool rises = (row - 1) / 25 % 10 < 6 && (row - 1) / 25 % 10 > 0;
+      return (row - 1) % 25 < 4 && rises == up ? 500.0 : 0.0;
+    };
+  };
+  EXPECT_EQ(the_regime_of(regimes_with(scene, after_a_step(true))),
+            "command moving, valve opening, supply port open");
+  EXPECT_EQ(the_regime_of(regimes_with(scene, after_a_step(false))),
+            "command moving, valve closing, supply port open");
+}
+
+TEST(Regimes, AnErrorAtHighPressureInASmallVolumeOrLateIsThere) {
+  const Scene scene = chamber_scene(jumping_V(3000), 45e-6);
+  const Record& record = scene.records.front();
+  const auto named = [&](auto&& where, const char* what) {
+    double share = 0.0;
+    for (const RegimeShare& s :
+         regimes_with(scene, [&](std::size_t row) { return where(row) ? 500.0 : 0.0; }))
+      share += s.regime.find(what) != std::string::npos ? s.share : 0.0;
+    return share;
+  };
+  EXPECT_GT(named([&](std::size_t row) { return record.measured_Pa[row] > 400662.5; }, "pressure high"),
+            0.97);
+  EXPECT_GT(named([&](std::size_t row) { return record.drive.volume_m3[row * 4] < 150e-6; }, "volume small"),
+            0.97);
+  EXPECT_GT(named([&](std::size_t row) { return row >= 1500; }, "second half"), 0.97);
+  EXPECT_GT(named([&](std::size_t row) { return row < 1500; }, "first half"), 0.97);
 }
 
 TEST(Regimes, AreDistinctFewAndSumToOneForAnyError) {
