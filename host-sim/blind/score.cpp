@@ -231,6 +231,7 @@ class Scorer {
     out["unknown_flagged_percent"] = unknown_.json();
     out["closed_median_percent"] = median(closed_percent_);
     out["equation_named_percent"] = equation_.json();
+    out["equation_before_names_percent"] = disturbed_.json();
     out["calibration_error"] = effects_.error();
     out["calibration_error_candidates"] = candidates_.error();
     out["reliability"] = effects_.table();
@@ -284,6 +285,7 @@ class Scorer {
     const bool equation_right = answer.equation == truth.equation;
     equation_.count(equation_right);
     if (!equation_right) mistake(label, answer, "equation");
+    if (answer.disturbed) disturbed_.count(*answer.disturbed == truth.equation);
     add_closed(label, answer);
   }
 
@@ -401,7 +403,7 @@ class Scorer {
   unsigned cases_ = 0, missing_ = 0;
   Json counts_ = Json::object();
   std::map<int, Share> top1_;
-  Share singleton_, coverage_, false_alarm_, unknown_, equation_;
+  Share singleton_, coverage_, false_alarm_, unknown_, equation_, disturbed_;
   unsigned hits_ = 0, misses_ = 0, false_names_ = 0;
   std::vector<double> closed_percent_;
   Calibration effects_, candidates_;
@@ -470,6 +472,10 @@ Answer read_answer(const std::filesystem::path& path) {
   if (report.contains("equation") && report.at("equation").is_object()) {
     const Json& id = report.at("equation");
     if (id.contains("id") && id.at("id").is_string()) answer.equation = id.at("id").get<std::string>();
+  }
+  if (report.contains("disturbances")) {
+    const Json& all = list_in(report, "disturbances", file);
+    answer.disturbed = all.empty() ? std::string() : text_in(all.front(), "equation", file);
   }
   const Json& gap = object_in(report, "gap_kPa", file);
   answer.recalibrated_Pa = 1e3 * number_in(gap, "recalibrated", file);

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -45,6 +46,9 @@ struct Answer {
   std::string equation;  ///< empty: null
   double recalibrated_Pa = 0.0;
   double with_effects_Pa = 0.0;
+  /// That of the likeliest disturbance, found before any cause was named: empty where none was looked for, none where reports do not
+  /// have them.
+  std::optional<std::string> disturbed{};
 };
 
 /// Reads and verifies the label of `set`/`name`. Throws InputError naming the file for: a label, log or rig whose

@@ -89,6 +89,7 @@ void print_score(const Output& output, const Json& result) {
   output.print("{:<28} {}\n", "unknown flagged", share(result.at("unknown_flagged_percent")));
   output.print("{:<28} {}\n", "closed, median", figure(result.at("closed_median_percent"), " %"));
   output.print("{:<28} {}\n", "equation named", share(result.at("equation_named_percent")));
+  output.print("{:<28} {}\n", "equation before names", share(result.at("equation_before_names_percent")));
   output.print("{:<28} {}\n\n", "calibration error", figure(result.at("calibration_error"), ""));
   output.print("{}", blind::confusion_text(result));
 }

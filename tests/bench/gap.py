@@ -25,9 +25,10 @@ import time
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 
-SEED = 20261128
+SEED = 20261230
 SIDE_BY_SIDE = 2
 AT_FLOOR = 1.12  # of the noise floor: within it an answer fits
+CONFIDENT = 0.8  # of a name
 TIMED_CASES, TIMED_SECONDS = 3, 100
 
 
@@ -116,9 +117,13 @@ def picture(confusion, cases, seed):
     return "\n".join([*parts, "</svg>", ""])
 
 
+def percent(told):
+    return 100 * sum(told) / len(told) if told else None
+
+
 def struck(plenum, folder, cases, seed):
-    """The answers where the true effect is no hypothesis: flagged of those that nothing else fits, right equation of
-    those that a recording can show."""
+    """The answers where the true effect is no hypothesis: flagged, and another blamed with confidence, of those that nothing else
+    fits; right equation of those that a recording can show."""
     made = generate(plenum, folder / "struck", cases, seed, "--kind", "one")
     answers = folder / "struck-answers"
     answers.mkdir()
@@ -132,7 +137,7 @@ def struck(plenum, folder, cases, seed):
         code, word = diagnose(plenum, case, answer, "--strike", effect["id"])
         if code != 0:
             say(f"gap: {case.name} without {effect['id']}: exit {code}: {word}")
-            return False, False, True
+            return False, False, True, False
         gap = json.loads(answer.read_text(encoding="utf-8"))
         flagged = gap["verdict"] in ("unexplained", "partly_explained")
         right = gap["equation"] is not None and gap["equation"]["id"] == effect["equation"]
@@ -140,12 +145,14 @@ def struck(plenum, folder, cases, seed):
         if not flagged and not fitted:
             named = ", ".join(f"{other['id']} {other['confidence']:.2f}" for other in gap["effects"])
             say(f"gap: {case.name} tier {label['tier']} without {effect['id']}: {gap['verdict']}: {named or 'nothing named'}")
-        return flagged, right, not fitted
+        return flagged, right, not fitted, any(other["confidence"] >= CONFIDENT for other in gap["effects"])
 
     with ThreadPoolExecutor(SIDE_BY_SIDE) as pool:
         told = [answer for answer in pool.map(one, made) if answer is not None]
-    counted = [flagged for flagged, _, open_gap in told if open_gap]
-    return sum(counted), len(counted), sum(right for _, right, _ in told), len(told)
+    counted = [(flagged, blamed) for flagged, _, open_gap, blamed in told if open_gap]
+    row("gap.struck_flagged_percent", percent([flagged for flagged, _ in counted]), "%", "higher", None)
+    row("gap.struck_blamed_percent", percent([blamed for _, blamed in counted]), "%", "lower", None)
+    row("gap.struck_equation_percent", percent([right for _, right, _, _ in told]), "%", "higher", None)
 
 
 def shares(plenum, options, folder):
@@ -171,10 +178,9 @@ def shares(plenum, options, folder):
     row("gap.unknown_flagged_percent", all_kinds["unknown_flagged_percent"]["percent"], "%", "higher", 90)
     row("gap.closed_median_percent", all_kinds["closed_median_percent"], "%", "higher", 97)
     row("gap.equation_named_percent", all_kinds["equation_named_percent"]["percent"], "%", "higher", 95)
+    row("gap.equation_before_names_percent", all_kinds["equation_before_names_percent"]["percent"], "%", "higher", 95)
     row("gap.calibration_error", all_kinds["calibration_error"], "", "lower", 0.05)
-    flagged, counted, right, of = struck(plenum, folder, options.struck, options.seed + 2)
-    row("gap.struck_flagged_percent", 100 * flagged / counted if counted else None, "%", "higher", None)
-    row("gap.struck_equation_percent", 100 * right / of if of else None, "%", "higher", None)
+    struck(plenum, folder, options.struck, options.seed + 2)
     row("gap.without_answer", all_kinds["missing_answers"] + none["missing_answers"], "cases", "lower", 0)
     row("gap.cases", all_kinds["cases"] + none["cases"], "cases", "higher", None)
 

@@ -50,6 +50,17 @@ TEST(BlindScore, CountsTheFirstNameByTier) {
   EXPECT_EQ(result["equation_named_percent"]["right"], 2);
 }
 
+TEST(BlindScore, CountsTheEquationThatWasFoundBeforeAnyNameApart) {
+  const std::vector<Label> labels(3, one("dead_time", "command"));
+  std::vector<Answer> answers(3, says("explained", {{"dead_time", 0.9, {}}}, "command"));
+  answers[0].disturbed = "command";
+  answers[1].disturbed = "sensor";
+  const Json result = score(labels, answers);
+  EXPECT_EQ(result["equation_named_percent"]["right"], 3);
+  EXPECT_EQ(result["equation_before_names_percent"]["right"], 1);
+  EXPECT_EQ(result["equation_before_names_percent"]["of"], 2) << "a report that has none is not asked";
+}
+
 TEST(BlindScore, AnAmbiguousAnswerWithTheTruthIsNoFailureAndOneWithoutItIs) {
   const std::vector<Label> labels{one("dead_time", "command"), one("dead_time", "command")};
   const std::vector<Answer> answers{
@@ -168,7 +179,16 @@ TEST(BlindAnswers, AreReadToTheContractOrRefusedWithFileAndField) {
   EXPECT_EQ(answer.effects.at(0).aliases.at(0), "dead_time");
   EXPECT_EQ(answer.equation, "command");
   EXPECT_DOUBLE_EQ(answer.recalibrated_Pa, 13.6e3);
+  EXPECT_FALSE(answer.disturbed.has_value());
   EXPECT_FALSE(read_answer(folder / "absent.json").given);
+  Json more = good;
+  more["disturbances"] = Json::array();
+  trace::write_whole_file(file, more.dump());
+  EXPECT_EQ(read_answer(file).disturbed, "") << "none was looked for";
+  more["disturbances"].push_back({{"equation", "sensor"}, {"probability", 0.8}});
+  more["disturbances"].push_back({{"equation", "command"}, {"probability", 0.2}});
+  trace::write_whole_file(file, more.dump());
+  EXPECT_EQ(read_answer(file).disturbed, "sensor");
 
   const auto refused = [&](const Json& report, const char* expected) {
     trace::write_whole_file(file, report.dump());

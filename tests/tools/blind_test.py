@@ -56,5 +56,40 @@ class Blind(CommandTest):
         self.refused(2, "blind", "score", "set", "--answers", "answers", says=["answers/case-0001.json", "schema"])
 
 
+class Sealed(CommandTest):
+    """`plenum diagnose` on small sets whose labels it has not got. Their seed is one that nothing was tuned on."""
+
+    def scored(self, kind, cases):
+        self.done("blind", "generate", "--out", kind, "--kind", kind, "--cases", cases, "--tier", 1, "--seconds", 15, "--seed", 20261229)
+        (self.folder / "answers").mkdir()
+        for case in sorted((self.folder / kind).glob("case-*")):
+            self.done("diagnose", "--rig", case / "rig.toml", "--heldout", case / "heldout.csv", "--json", f"answers/{case.name}.json", case / "log.csv")
+        score = json.loads(self.done("blind", "score", kind, "--answers", "answers", "--json", "-"))
+        self.assertEqual((score["cases"], score["missing_answers"]), (cases, 0))
+        return score
+
+    def test_five_effects_are_named_first_and_alone(self):
+        score = self.scored("one", 5)
+        for measure in ["top1_percent", "singleton_correct_percent", "coverage_percent", "equation_named_percent"]:
+            share = score[measure].get("all", score[measure])
+            self.assertEqual((share["right"], share["of"]), (5, 5), f"{measure}: {score['mistakes']}")
+        self.assertGreater(score["closed_median_percent"], 97)
+        self.assertLess(score["calibration_error"], 0.05)
+
+    def test_no_effect_is_no_alarm(self):
+        alarms = self.scored("none", 3)["false_alarm_percent"]
+        self.assertEqual((alarms["right"], alarms["of"]), (0, 3), "alarms")
+
+    def test_what_the_catalogue_does_not_hold_is_unexplained_in_its_equation(self):
+        flagged = self.scored("unknown", 1)["unknown_flagged_percent"]
+        self.assertEqual((flagged["right"], flagged["of"]), (1, 1))
+        answer = json.loads((self.folder / "answers/case-0001.json").read_text(encoding="utf-8"))
+        label = json.loads((self.folder / "unknown/labels/case-0001.json").read_text(encoding="utf-8"))
+        self.assertEqual((answer["verdict"], answer["effects"]), ("unexplained", []))
+        self.assertEqual(answer["equation"]["id"], label["effects"][0]["equation"])
+        self.assertNotEqual(answer["where"], [])
+        self.assertRegex(answer["next_experiment"]["instruction"], r"Commands from [0-9.]+ to [0-9.]+ V\.\Z")
+
+
 if __name__ == "__main__":
     run()
