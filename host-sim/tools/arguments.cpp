@@ -39,10 +39,17 @@ bool is_written(const Option& option) {
   });
 }
 
+/// Whether what is read there says something only where no fit has seen it.
+bool is_apart(const Option& option) {
+  const std::vector<std::string> names = option.long_names();
+  return std::find(names.begin(), names.end(), "heldout") != names.end();
+}
+
 struct Named {
   std::string option;
   fs::path path;
   bool written;
+  bool apart;
 };
 
 std::vector<Named> files_of(const std::vector<Option>& options) {
@@ -50,7 +57,8 @@ std::vector<Named> files_of(const std::vector<Option>& options) {
   for (const Option& option : options) {
     if (!is_file(option)) continue;
     for (const std::string& value : option.values()) {
-      if (value != "-" && !value.empty()) files.push_back({option.name(), value, is_written(option)});
+      if (value == "-" || value.empty()) continue;
+      files.push_back({option.name(), value, is_written(option), is_apart(option)});
     }
   }
   return files;
@@ -103,15 +111,16 @@ void require_files_apart(const Arguments& command) {
   const std::vector<Option> options = command.options();
   const std::vector<Named> files = files_of(options);
   for (auto file = files.begin(); file != files.end(); ++file) {
-    if (!file->written) continue;
+    if (!file->written && !file->apart) continue;
     const auto same = std::find_if(files.begin(), files.end(), [&](const Named& other) {
       return &other != &*file && same_file(file->path, other.path);
     });
     if (same != files.end()) {
-      throw trace::InputError(fmt::format("{} {}: the same file as {}, expected another one to write",
-                                          file->option, file->path.string(), same->option));
+      throw trace::InputError(fmt::format("{} {}: the same file as {}, expected another one{}", file->option,
+                                          file->path.string(), same->option,
+                                          file->written ? " to write" : ""));
     }
-    if (!in_folder_to_make(file->path, options)) require_writable(file->path);
+    if (file->written && !in_folder_to_make(file->path, options)) require_writable(file->path);
   }
 }
 

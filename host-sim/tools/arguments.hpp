@@ -15,7 +15,7 @@ void require_order(const char* low_option, double low, const char* high_option, 
 
 /// Sees that each file to write can be written, and is neither one that is read nor another one to write. What is
 /// written is told by the options' names: --json, --out, --report, --save-...; what is no regular file, as /dev/null,
-/// may be named twice. Throws trace::InputError.
+/// may be named twice. Sees likewise that no file of --heldout is another one that is read. Throws trace::InputError.
 void require_files_apart(const Arguments& command);
 
 }  // namespace plenum::host::tools

@@ -66,8 +66,8 @@ void print_report(const Output& output, const GapReport& report) {
   if (report.baseline) output.print("before    {}\n", baseline_sentence(report));
   output.print("gap       [{}]\n", gap_bar(report));
   const char* floor = report.baseline ? "floor" : "noise";
-  output.print("          as configured {}, recalibrated {}, with effects {}, {} {}\n",
-               kPa_text(report.as_configured_Pa), kPa_text(report.recalibrated_Pa),
+  output.print("          as configured {}, recalibrated {} ({}), with effects {}, {} {}\n",
+               kPa_text(report.as_configured_Pa), kPa_text(report.recalibrated_Pa), p_text(report),
                kPa_text(report.with_effects_Pa), floor, kPa_text(report.noise_floor_Pa));
   output.print("          (. closed by calibration, + by effects; = left, # {})\n", floor);
   output.print("verdict   {}: {}\n", name_of(report.verdict), verdict_sentence(report));

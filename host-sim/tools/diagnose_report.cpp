@@ -104,8 +104,10 @@ void add_gap(Page& page, const GapReport& report) {
           "volume, and never sees the measured pressure again. The bars are its error on rows that no fit "
           "has "
           "seen. From the top: with the rig's figures {}, with the valve's figures fitted, with each effect "
-          "added; at the bottom the floor: {}.",
-          report.baseline ? "as found on the baseline" : "as they are", floor_text(report)))
+          "added; at the bottom the floor: {}. Were there no gap, the recalibrated model would err as much "
+          "with "
+          "the probability {}.",
+          report.baseline ? "as found on the baseline" : "as they are", floor_text(report), p_text(report)))
       .chart(BarChart{.title = "Error left, from configured to floor",
                       .categories = steps,
                       .value = {.quantity = "RMS error", .unit = "kPa", .min = 0.0},

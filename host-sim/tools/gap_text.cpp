@@ -88,6 +88,11 @@ std::string parameters_text(const NamedEffect& effect) {
   return more == 0 ? text : fmt::format("{}, and {} that refine it", text, more);
 }
 
+std::string p_text(const GapReport& report) {
+  constexpr double kLeast = 1e-3;  // of 999 stretches that are drawn
+  return report.gap_p_value > kLeast ? fmt::format("p = {:.2g}", report.gap_p_value) : "p <= 0.001";
+}
+
 std::string floor_text(const GapReport& report) {
   return fmt::format("{} makes {}", report.baseline ? "what the model leaves of the baseline" : "noise alone",
                      kPa_text(report.noise_floor_Pa));
@@ -146,7 +151,8 @@ std::string stamps_sentence(const GapReport& report) {
 
 std::string next_text(const GapReport& report) {
   if (!report.next) return "";
-  std::string text = fmt::format("{}: {}", report.next->excitation, report.next->why);
+  std::string text =
+      fmt::format("{}: {} {}", report.next->excitation, report.next->instruction, report.next->why);
   if (!report.next->separates.empty()) {
     const bool many = report.next->separates.size() > 2;
     text += fmt::format(" It parts {}{} with probability {}.", listed(report.next->separates, "and"),

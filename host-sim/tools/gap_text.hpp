@@ -18,6 +18,9 @@ std::string verdict_sentence(const diagnose::GapReport& report);
 /// What the model makes of the baseline; only where there is one.
 std::string baseline_sentence(const diagnose::GapReport& report);
 
+/// "p = 0.23": of so large an error of the recalibrated model, were there no gap.
+std::string p_text(const diagnose::GapReport& report);
+
 /// "noise alone makes 0.31 kPa", or what stands in its place with a baseline.
 std::string floor_text(const diagnose::GapReport& report);
 

@@ -76,16 +76,17 @@ void switch_on(std::string_view option, Figures& effects) {
 }  // namespace
 
 void RigChoice::add_to(Arguments& arguments, const std::string& title) {
-  arguments.option("--plant", plant, "Valves: measured MPYE tables, or thin-plate orifices")
-      .one_of({"mpye", "thin-plate"})
-      .show_default()
-      .group(title);
+  Option valves =
+      arguments.option("--plant", plant,
+                       "Valves: measured MPYE tables, or thin-plate orifices, which all have where "
+                       "--effect or the rig switches one on");
+  valves.one_of({"mpye", "thin-plate"}).show_default().group(title);
   arguments
       .option("--rig", rig_file, "What is known of the rig (default: 7 bar supply, 1 bar ambient, absolute)")
       .type_name("RIG.toml");
   arguments
       .option("--effect", effects,
-              "Switch on what the nominal model leaves out (thin-plate only; repeatable): ID=VALUE of its "
+              "Switch on what the nominal model leaves out (repeatable): ID=VALUE of its "
               "first parameter, or ID=PARAMETER:VALUE,.. of `plenum effects`")
       .type_name("ID=VALUE")
       .one_at_a_time()
@@ -104,6 +105,10 @@ void RigChoice::add_to(Arguments& arguments, const std::string& title) {
   arguments
       .flag("--spool,!--no-spool", spool, "Valve spools lag by 65 Hz, damping 0.7 (mpye only; default: on)")
       .group(title);
+  arguments.when_read([this, valves] {
+    const bool acts = !effects.empty() || (!rig_file.empty() && !trace::read_rig(rig_file).effects.empty());
+    if (acts && !valves.given()) plant = "thin-plate";
+  });
 }
 
 trace::RigDescription RigChoice::description() const {

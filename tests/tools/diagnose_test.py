@@ -119,7 +119,7 @@ class Diagnose(CommandTest):
             self.assertIn(gap["equation"]["id"], EQUATION.values())
         self.assertLessEqual(sum(one["share"] for one in gap["where"]), 1.001)
         if gap["next_experiment"] is not None:
-            self.assertEqual(list(gap["next_experiment"]), ["excitation", "why", "separates", "power"])
+            self.assertEqual(list(gap["next_experiment"]), ["excitation", "why", "separates", "power", "instruction"])
 
     def test_an_effect_of_the_catalogue_is_named_and_its_rig_simulates_again(self):
         of_log = self.simulated("--effect", "dead_time=0.03")
@@ -138,7 +138,7 @@ class Diagnose(CommandTest):
             self.assertIn(f"<figure><h3>{figure}", page)
         self.assertNotRegex(page, r"<(script|link|img)[^>]+(src|href)=.?https?:", "the page needs no network")
         self.assertIn("[effects.dead_time]", (self.folder / "found.toml").read_text())
-        self.done("sim", "--plant", "thin-plate", "--rig", "found.toml", "--chambers", 1, "--seconds", 5, "--out", "again")
+        self.done("sim", "--rig", "found.toml", "--chambers", 1, "--seconds", 5, "--out", "again")
         self.done("identify", "--rig", "found.toml", "logs/chamber-1.csv")
         again = json.loads(self.done("diagnose", "--rig", "found.toml", of_log[-1], "--json", "-"))
         self.assertEqual(again["effects"], [], "the rig that was found holds the effect")
@@ -216,6 +216,8 @@ class Diagnose(CommandTest):
         self.refused(3, "diagnose", *of_log, "--heldout", "held/chamber-1.csv", says=["held/chamber-1.csv", "too short", "3 rows"])
         self.refused(3, "diagnose", *of_log, "--heldout", self.changed("clipped.csv", pressure_Pa=lambda p: min(p, 3e5)),
                      says=["clipped.csv", "saturated"])
+        self.refused(2, "diagnose", *of_log, "--heldout", self.changed("turned.csv", command_V=lambda u: 10 - u),
+                     says=["turned.csv", "command_V", "other sign"])
 
     def test_only_what_has_changed_since_the_baseline_is_named(self):
         of_log = self.simulated("--effect", "dead_time=0.03")

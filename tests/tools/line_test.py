@@ -24,7 +24,7 @@ class SimEffects(CommandTest):
         self.refused(2, *self.THIN, "--effect", "spool_lag=10,0.5", says=["'0.5'", "PARAMETER:VALUE"])
         self.refused(2, *self.THIN, "--effect", "spool_lag=zeta:1", says=["'zeta'", "natural_frequency_Hz, damping"])
         self.refused(2, *self.THIN, "--effect", "dead_time=1", says=["delay_s = 1", "0.08"])
-        self.refused(2, "sim", "--effect", "dead_time=0.01", says=["dead_time", "--plant thin-plate"])
+        self.refused(2, "sim", "--plant", "mpye", "--effect", "dead_time=0.01", says=["dead_time", "--plant thin-plate"])
 
     def test_a_rig_without_noise_writes_the_volumes_that_it_has(self):
         self.write("quiet.toml", "[sampling]\nrate_Hz = 100\n[sensor]\npressure_noise_Pa = 0\n")
@@ -48,6 +48,9 @@ class SimEffects(CommandTest):
         of_line = self.pressures("--effect", "supply_droop=20,recovery_s:0.1", out="b")
         named = self.pressures("--effect", "supply_droop=resistance_kPa_s_per_g:20,recovery_s:0.1", out="c")
         self.assertEqual(of_file, of_line)
+        for name, choice in [("d", ["--effect", "supply_droop=20,recovery_s:0.1"]), ("e", ["--rig", "rig.toml"])]:
+            self.done("sim", "--chambers", 1, "--seconds", 6, *choice, "--out", name)  # who switches one on has valves in which it acts
+            self.assertEqual([float(row["pressure_Pa"]) for row in self.rows(f"{name}/chamber-1.csv")], of_line)
         self.assertEqual(of_file, named)
         self.assertIn("[effects.supply_droop]", (self.folder / "a/rig.toml").read_text(), "what its user knows")
         self.assertNotIn("effects", (self.folder / "b/rig.toml").read_text())

@@ -123,6 +123,7 @@ class Usage(CommandTest):
 
     def test_a_log_of_frames_is_read_whole_or_not_at_all(self):
         self.refused(2, "decode", "missing.log", says=["missing.log", "candump"])
+        self.refused(2, "decode", ".", says=[".: cannot be read", "candump"])
         self.write("bad.log", "(1.000000) can0 705#05\n(1.1) can0 705#05\n")
         self.refused(2, "decode", "bad.log", says=["bad.log: line 2", "(1.1) can0 705#05", "expected"])
         self.write("good.log", "(1.000000) can0 705#05\n\n(1.250000) can0 080#\n")
@@ -202,6 +203,11 @@ class BadInput(CommandTest):
         self.refused(2, "identify", "run.csv", "--json", "model.json", says=["model.json", "the same file"])
         self.refused(2, "diagnose", "run.csv", "--rig", "run.csv", "--save-rig", "run.csv", says=["run.csv", "the same file"])
         self.refused(2, "identify", "run.csv", "-o", "/dev/null", "--json", "/dev/null", says=["run.csv", "no rows"])
+
+    def test_what_is_held_out_is_no_file_that_a_fit_sees(self):
+        self.write("run.csv", LOG)
+        for command in [["diagnose", "--rig", "rig.toml"], ["narx"], ["regulator"]]:
+            self.refused(2, *command, "run.csv", "--heldout", "./run.csv", says=["--heldout ./run.csv", "the same file as LOG"])
 
     def test_a_fit_that_cannot_write_its_page_or_fails_writes_nothing(self):
         self.write("still.csv", LOG + "".join(f"{k / 100},5,200000,0.001\n" for k in range(300)))
