@@ -115,9 +115,13 @@ class Recorder {
   }
 
   /// What the board says now; that which it told of where it no longer answers.
-  std::optional<FaultEntry> standing_fault() try { return read_fault(session_); } catch (const Timeout&) {
-    if (!fault_) throw;
-    return fault_;
+  std::optional<FaultEntry> standing_fault() {
+    try {
+      return read_fault(session_);
+    } catch (const Timeout&) {
+      if (!fault_) throw;
+      return fault_;
+    }
   }
 
   void await_row() {

@@ -8,6 +8,7 @@
 #include "host-sim/client/abort_text.hpp"
 #include "host-sim/client/board_facts.hpp"
 #include "host-sim/client/emergency_text.hpp"
+#include "host-sim/client/lss_text.hpp"
 #include "host-sim/client/sdo_frames.hpp"
 #include "host-sim/client/session.hpp"
 
@@ -145,6 +146,8 @@ Decoded Decoder::decode(const CanFrame& frame) {
     decoded.text = values_text(decoded.values);
     return decoded;
   }
+  if (frame.length == 8 && frame.id == cob::kLssRequest) return {"LSS", 0, lss_request_text(frame.data), {}};
+  if (frame.length == 8 && frame.id == cob::kLssResponse) return {"LSS", 0, lss_answer_text(frame.data), {}};
   if (node == 0) return other;
   if (function == cob::kHeartbeat && data.size() == 1) return {"heartbeat", node, state_text(data[0]), {}};
   const bool request = function == cob::kSdoRequest;

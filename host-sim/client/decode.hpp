@@ -22,7 +22,8 @@ struct DecodedValue {
 };
 
 struct Decoded {
-  std::string kind;   ///< "NMT", "SYNC", "EMCY", "TPDO1".., "RPDO1".., "stream", "SDO", "heartbeat", "other"
+  std::string
+      kind;  ///< "NMT", "SYNC", "EMCY", "TPDO1".., "RPDO1".., "stream", "SDO", "LSS", "heartbeat", "other"
   unsigned node = 0;  ///< 0: all, or none
   std::string text;
   std::vector<DecodedValue> values;

@@ -49,8 +49,12 @@ int run(const Options& options) {
   const double end_s = options.seconds > 0.0 ? begin_s + options.seconds : HUGE_VAL;
   options.output.announce(fmt::format("recording {} to {}", client::format_bus(address), options.out));
   client::BusRecorder recorder(*link, log, channel_of(address), epoch_us());
-  while (!stop.asked() && link->now_s() < end_s) {
-    if (!recorder.take(std::min(kLook_s, std::max(end_s - link->now_s(), 0.0)))) written();
+  constexpr double kFlush_s = 1.0;  // of a bus that is never quiet
+  for (double flushed_s = begin_s; !stop.asked() && link->now_s() < end_s;) {
+    const bool heard = recorder.take(std::min(kLook_s, std::max(end_s - link->now_s(), 0.0)));
+    if (heard && link->now_s() < flushed_s + kFlush_s) continue;
+    written();
+    flushed_s = link->now_s();
   }
   written();
   const double seconds = link->now_s() - begin_s;

@@ -38,6 +38,27 @@ TEST_F(Decode, NetworkManagementSyncAndHeartbeats) {
   EXPECT_EQ(decode(0x705, {0x7F}).node, 5U);
 }
 
+// The numbers of CiA 305.
+TEST_F(Decode, LayerSettingServicesHaveWords) {
+  EXPECT_EQ(decode(0x7E5, {0x04, 1, 0, 0, 0, 0, 0, 0}).kind, "LSS");
+  EXPECT_EQ(text(0x7E5, {0x04, 0, 0, 0, 0, 0, 0, 0}), "switch all to waiting");
+  EXPECT_EQ(text(0x7E5, {0x04, 1, 0, 0, 0, 0, 0, 0}), "switch all to configuration");
+  EXPECT_EQ(text(0x7E5, {0x43, 0x78, 0x56, 0x34, 0x12, 0, 0, 0}),
+            "switch to configuration serial number 12345678h");
+  EXPECT_EQ(text(0x7E4, {0x44, 0, 0, 0, 0, 0, 0, 0}), "switched to configuration");
+  EXPECT_EQ(text(0x7E5, {0x11, 9, 0, 0, 0, 0, 0, 0}), "configure node id 9");
+  EXPECT_EQ(text(0x7E4, {0x11, 0, 0, 0, 0, 0, 0, 0}), "configure node id: done");
+  EXPECT_EQ(text(0x7E5, {0x13, 0, 2, 0, 0, 0, 0, 0}), "configure bit timing, table 0, row 2");
+  EXPECT_EQ(text(0x7E4, {0x13, 1, 0, 0, 0, 0, 0, 0}), "configure bit timing: refused, error 1");
+  EXPECT_EQ(text(0x7E5, {0x15, 0xE8, 0x03, 0, 0, 0, 0, 0}), "activate bit timing in 1000 ms");
+  EXPECT_EQ(text(0x7E4, {0x17, 2, 0, 0, 0, 0, 0, 0}), "store configuration: refused, error 2");
+  EXPECT_EQ(text(0x7E5, {0x4B, 1, 0, 0, 0, 0, 0, 0}), "identify serial number to 00000001h");
+  EXPECT_EQ(text(0x7E5, {0x51, 1, 0, 0, 0, 31, 0, 0}), "fastscan 00000001h, bit 31, number 0, next 0");
+  EXPECT_EQ(text(0x7E4, {0x5E, 5, 0, 0, 0, 0, 0, 0}), "node id 5");
+  EXPECT_EQ(text(0x7E4, {0x61, 5, 0, 0, 0, 0, 0, 0}), "unknown service 61h");
+  EXPECT_EQ(decode(0x7E5, {0x04}).kind, "other") << "LSS has eight bytes";
+}
+
 TEST_F(Decode, EmergenciesHaveTheWordsOfTheirCodeAndChamber) {
   const Decoded decoded = decode(0x085, {0x50, 0x82, 0x11, 0, 0, 0, 0, 0});
   EXPECT_EQ(decoded.kind, "EMCY");

@@ -5,6 +5,8 @@ import json
 import os
 import pty
 import re
+import resource
+import signal
 import socket
 import subprocess
 import tempfile
@@ -241,6 +243,23 @@ class InUse(ServedBoard):
         self.assertEqual(running.returncode, 1, told)
         self.assertRegex(told, r"\Aplenum capture: node 1: has left ACTIVE by row \d+ and is DISABLED, and no fault says why[^\n]*\n\Z")
         self.assertLess(len(self.rows("cut/chamber-1.csv")), 6000)
+
+
+    def test_a_log_that_finds_no_room_ends_while_the_bus_is_busy(self):
+        def in_little_room():
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, 10_000))
+
+        self.serve()
+        capturing = subprocess.Popen([PROGRAM, "capture", *self.bus, "--seconds", "300", "--chambers", "1", "-o", "busy"], cwd=self.folder,
+                                     stdout=subprocess.DEVNULL)
+        recording = subprocess.run([PROGRAM, "record", *self.bus, "-o", "bus.log"], cwd=self.folder, preexec_fn=in_little_room,
+                                   capture_output=True, text=True, timeout=200)
+        self.assertIsNone(capturing.poll())
+        capturing.terminate()
+        capturing.wait()
+        self.assertEqual((recording.returncode, recording.stderr),
+                         (2, "plenum record: bus.log: cannot be written, expected room for a log\n"))
 
 
 class Naming(ServedBoard):
