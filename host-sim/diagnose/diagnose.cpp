@@ -386,7 +386,7 @@ class Diagnosis {
         latent(scene_, records, search_.recalibrated.fit.figures, threads_);
     for (const LatentEquation& e : found) {
       report_.disturbances.push_back({std::string(effects::name_of(e.equation)), e.probability, e.size,
-                                      e.unit, e.terms.front().on, e.terms.front().share});
+                                      e.unit, e.terms.front().on, e.terms.front().share, e.disturbance});
     }
     const bool known = report_.closed_fraction >= kKnowsEquation ||
                        report_.with_effects_Pa < kAtFloor * report_.noise_floor_Pa;

@@ -75,6 +75,7 @@ struct Disturbance {
   std::string unit;          ///< V, kg/s, Pa, 1/s; empty for a share of the areas
   std::string depends_on;    ///< "the command before"; "time" where it depends on nothing that was tried
   double dependence = 0.0;   ///< share of its mean square that does
+  std::vector<std::vector<double>> smoothed{};  ///< a fitted log, a tick [unit]
 };
 
 struct RegimeShare {

@@ -127,9 +127,12 @@ void print_calibration(const Options& options, const trace::RigDescription& foun
 
 void save_model(const Options& options, std::uint32_t date_s, const trace::RigDescription& found,
                 const std::vector<trace::NamedLog>& logs) {
+  // a null that wanders does so another way in each log, and that which is found is the first one's
+  const auto drift = found.effects.find("null_drift");
+  const bool wanders = drift != found.effects.end() && drift->second.contains("wander_1_V");
+  const std::vector<double>& time_s = (wanders ? logs.front() : logs.back()).log.time_s;
   identify::GreyboxModel model =
-      identify::greybox_of(found, chamber_in_name(options.logs.front()),
-                           logs.back().log.time_s.back() - logs.back().log.time_s.front());
+      identify::greybox_of(found, chamber_in_name(options.logs.front()), time_s.back() - time_s.front());
   identify::chamber::Scene scene = identify::chamber::make_scene(model.rig);
   for (const trace::NamedLog& log : logs)
     identify::chamber::add_record(scene, identify::chamber::make_record(log.name, log.log, 1.0));
@@ -139,8 +142,12 @@ void save_model(const Options& options, std::uint32_t date_s, const trace::RigDe
   const std::vector<std::string> without = model.without();
   options.output.print("model: {}{}\n", options.save_model,
                        without.empty() ? "" : ", without " + listed(without, "and"));
-  if (found.effects.contains("null_drift"))
-    options.output.print("its null is where it stood at the end of the last log\n");
+  if (drift != found.effects.end()) {
+    options.output.print("its null is where it stood at the end of the {}\n",
+                         logs.size() == 1 ? "log"
+                         : wanders        ? "first log: each log has a way of its own"
+                                          : "last log");
+  }
   print_calibration(options, found);
 }
 

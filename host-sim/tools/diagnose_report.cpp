@@ -274,12 +274,48 @@ HeatMap error_map(const ErrorMap& map, const std::vector<std::vector<double>>& r
   return heat;
 }
 
+/// The page's unit of a disturbance, and how many of it the disturbance's own is.
+std::pair<std::string, double> shown_in(const std::string& unit) {
+  if (unit == "Pa") return {"kPa", 1e-3};
+  if (unit == "kg/s") return {"g/s", 1e3};
+  if (unit.empty()) return {"% of the areas", 100.0};
+  return {unit, 1.0};
+}
+
 /// In the units of the page.
 std::string size_text(const Disturbance& of) {
-  if (of.unit == "Pa") return fmt::format("{:.3g} kPa", 1e-3 * of.size);
-  if (of.unit == "kg/s") return fmt::format("{:.3g} g/s", 1e3 * of.size);
-  if (of.unit.empty()) return fmt::format("{:.3g} % of the areas", 100.0 * of.size);
-  return fmt::format("{:.3g} {}", of.size, of.unit);
+  const auto [unit, many] = shown_in(of.unit);
+  return fmt::format("{:.3g} {}", many * of.size, unit);
+}
+
+/// To the end of the last tick.
+report::Axis time_axis(const Trace& trace) {
+  const double first_s = trace.time_s.front();
+  const double last_s = trace.time_s.back();
+  const double tick_s = (last_s - first_s) / static_cast<double>(trace.time_s.size() - 1);
+  return {.quantity = "Time", .unit = "s", .min = first_s, .max = std::round(1e4 * (last_s + tick_s)) / 1e4};
+}
+
+/// What the equation to blame would have to err by in the first log, tick by tick.
+void add_disturbance(Section& section, const GapReport& report) {
+  const auto blamed =
+      std::find_if(report.disturbances.begin(), report.disturbances.end(),
+                   [&](const Disturbance& one) { return one.equation == report.equation->equation; });
+  if (blamed == report.disturbances.end() || blamed->smoothed.empty()) return;
+  const Trace& trace = report.traces.front();
+  const std::vector<double>& smoothed = blamed->smoothed.front();
+  const auto ticks = static_cast<std::ptrdiff_t>(std::min(smoothed.size(), trace.time_s.size()));
+  const auto [unit, many] = shown_in(blamed->unit);
+  const std::vector<double> time_s(trace.time_s.begin(), trace.time_s.begin() + ticks);
+  const std::vector<double> error = scaled({smoothed.begin(), smoothed.begin() + ticks}, many);
+  section.chart(LineChart{
+      .title = fmt::format("What the equation '{}' would err by, {}", blamed->equation, trace.name),
+      .caption =
+          "Were it alone to blame: the disturbance under which the recalibrated model follows the readings.",
+      .x = time_axis(trace),
+      .y = {"Disturbance", unit},
+      .curves = {{"disturbance", time_s, error}},
+      .group = trace.name});
 }
 
 void add_where(Page& page, const GapReport& report) {
@@ -299,6 +335,7 @@ void add_where(Page& page, const GapReport& report) {
           {one.equation, percent(one.probability), size_text(one), one.depends_on, percent(one.dependence)});
     }
     section.table(table);
+    if (report.equation) add_disturbance(section, report);
   }
   if (!report.where.empty()) {
     BarChart bars{.title = "Where the recalibrated model errs",
@@ -343,14 +380,6 @@ Curve error_curve(const std::string& name, const Trace& trace, const std::vector
     curve.y.push_back(1e-3 * (model_Pa[i] - trace.measured_Pa[i]));
   }
   return curve;
-}
-
-/// To the end of the last tick.
-report::Axis time_axis(const Trace& trace) {
-  const double first_s = trace.time_s.front();
-  const double last_s = trace.time_s.back();
-  const double tick_s = (last_s - first_s) / static_cast<double>(trace.time_s.size() - 1);
-  return {.quantity = "Time", .unit = "s", .min = first_s, .max = std::round(1e4 * (last_s + tick_s)) / 1e4};
 }
 
 void add_trace(Page& page, const GapReport& report, const Trace& trace) {
