@@ -43,7 +43,8 @@ inline ErrorOf fitted_anew(effects::EffectSet on, double as_written_Pa) {
   };
 }
 
-/// Of the model that was fitted to other logs of the same chamber.
+/// Of the model that was fitted to other logs of the same chamber. A reading of which it errs by more than half again what it errs of
+/// those is none, and infinite: the model may be wrong there for a cause of its own, which another reading makes up for by chance.
 inline ErrorOf foretold_by(const identify::chamber::Fit& model) {
   return [&model](const identify::chamber::Scene& otherwise) {
     identify::chamber::Score sum;
@@ -54,7 +55,9 @@ inline ErrorOf foretold_by(const identify::chamber::Fit& model) {
       sum.squares += s.squares;
       sum.rows += s.rows;
     }
-    return sum.rms_Pa();
+    constexpr double kAsFitted = 1.5;
+    return sum.rms_Pa() <= kAsFitted * model.rms_Pa() ? sum.rms_Pa()
+                                                      : std::numeric_limits<double>::infinity();
   };
 }
 

@@ -230,6 +230,8 @@ TEST(Diagnose, RefusesAHeldOutLogThatIsNotAsTheFittedOnesAre) {
   EXPECT_EQ(told(in_gauge(held)).substr(0, 51), "held: column pressure_Pa seems to be gauge pressure");
   EXPECT_EQ(told(turned).substr(0, 47), "held: column command_V seems to have the other ");
   EXPECT_EQ(told(held), "accepted");
+  const auto null_moved = [](double u_V, double) { return u_V - 0.3; };
+  EXPECT_EQ(told(stepped_log(6, 1000, null_moved)), "accepted") << "a machine that errs by its own";
 }
 
 /// A valve at which a command arrives so late, told of each millisecond's.
