@@ -51,15 +51,15 @@ class Recorder {
     await_row();
   }
 
-  /// Awaits a tick's row, and forgets what has been recorded so far: the next cycle begins right after that tick. From here on the
-  /// board has to stay in this state.
-  void restart(std::uint16_t state) {
+  /// Asks for a state, in which the board has to stay from here on; awaits a tick's row, and forgets what has been recorded so far: the
+  /// next cycle begins right after that tick.
+  void enter(std::uint16_t state) {
+    state_.reset();
+    session_.request_state(state);
     await_row();
     rows_.clear();
     state_ = state;
   }
-  /// The next state is being asked for.
-  void leave_state() { state_.reset(); }
   const std::vector<StreamRow>& rows() const { return rows_; }
   /// The board has told of a fault that takes its outputs from whoever drives them, or that it has left the state: what comes now is
   /// of no use.
@@ -368,8 +368,9 @@ std::vector<CapturedRow> capture(Session& session, const CaptureOptions& options
   {
     Recorder recorder(session, mask, borrowed.stream());
     session.nmt(canopen::NmtCommand::start);
-    session.enable();
-    recorder.restart(canopen::word::kActive);
+    session.request_state(canopen::word::kDisabled);
+    session.request_state(canopen::word::kHold);
+    recorder.enter(canopen::word::kActive);
     const auto count = static_cast<std::size_t>(std::lround(options.seconds / kCycle_s));
     const Rescue rescue(options.so_far, [&] { return rows_of(recorder, 0, count); });
     record(
@@ -428,17 +429,14 @@ std::vector<CapturedRow> follow(Session& session, std::span<const std::vector<do
     Recorder recorder(session, mask, borrowed.stream());
     session.nmt(canopen::NmtCommand::start);
     session.request_state(canopen::word::kDisabled);
-    session.request_state(canopen::word::kHold);
-    recorder.restart(canopen::word::kHold);
+    recorder.enter(canopen::word::kHold);
     for (int k = 0; k < kSettleCycles && !recorder.is_broken() && !asked(options.stopped); ++k) {
       send_row(0);
       recorder.cycle();
     }
     recorder.require_whole();
     if (!asked(options.stopped)) {
-      recorder.leave_state();
-      session.request_state(canopen::word::kActive);
-      recorder.restart(canopen::word::kActive);
+      recorder.enter(canopen::word::kActive);
       // A set point of preview N is the reference N ticks after its own; without preview it is met at its tick's
       // end.
       const std::size_t ahead = std::max<std::size_t>(options.preview_ticks, 1);

@@ -6,21 +6,13 @@
 
 #include "firmware/canopen/lss.hpp"
 #include "host-sim/client/errors.hpp"
+#include "host-sim/client/lss_commands.hpp"
 
 namespace plenum::host::client {
 namespace {
 
-// Command specifiers of CiA 305.
-constexpr unsigned kSwitchGlobally = 0x04;
-constexpr unsigned kConfigureNodeId = 0x11;
-constexpr unsigned kConfigureBitTiming = 0x13;
-constexpr unsigned kStore = 0x17;
-constexpr unsigned kSwitchSelectively = 0x40;  ///< to 43h, one number of the identity each
-constexpr unsigned kSwitched = 0x44;
-constexpr unsigned kIdentified = 0x4F;
-constexpr unsigned kFastscan = 0x51;
+using namespace lss;
 
-constexpr unsigned kNumbers = 4;
 constexpr double kOthers_s = 0.02;  ///< boards answer at ticks of 10 ms, each at its own
 constexpr double kStore_s = 6.0;    ///< a board tells of a store that does not come to its end after 5 s
 

@@ -194,16 +194,21 @@ std::string Session::read_text(std::uint16_t index) {
 
 // ---- device control ----
 
-void Session::request_state(std::uint16_t control_word) {
+std::uint16_t Session::control(std::uint16_t control_word, std::uint16_t bits, std::uint16_t wanted) {
   write<std::uint16_t>(object::kControlWord, 0, control_word);
-  const auto wanted = static_cast<std::uint16_t>((control_word & word::kStateMask) | word::kReady);
-  constexpr std::uint16_t kShown = word::kStateMask | word::kReady;
   const double end_s = link_.now_s() + config_.state_timeout_s;
   std::uint16_t status = status_word();
-  while ((status & kShown) != wanted && link_.now_s() < end_s) {
+  while ((status & bits) != wanted && link_.now_s() < end_s) {
     listen(kPoll_s);
     status = status_word();
   }
+  return status;
+}
+
+void Session::request_state(std::uint16_t control_word) {
+  const auto wanted = static_cast<std::uint16_t>((control_word & word::kStateMask) | word::kReady);
+  constexpr std::uint16_t kShown = word::kStateMask | word::kReady;
+  const std::uint16_t status = control(control_word, kShown, wanted);
   if ((status & kShown) == wanted) return;
   const auto fault = read_fault(*this);
   const std::string found =
@@ -216,16 +221,11 @@ void Session::request_state(std::uint16_t control_word) {
 }
 
 void Session::take_to_init() {
-  std::uint16_t status = status_word();
+  if ((status_word() & word::kStateMask) == 0) return;
+  const std::uint16_t status = control(0, word::kStateMask, 0);
   if ((status & word::kStateMask) == 0) return;
-  write<std::uint16_t>(object::kControlWord, 0, 0);
-  const double end_s = link_.now_s() + config_.state_timeout_s;
-  for (; (status & word::kStateMask) != 0; status = status_word()) {
-    if (link_.now_s() >= end_s)
-      throw Timeout(fmt::format("node {}: is {}, expected INIT within {} s", node_id_, state_name(status, 0),
-                                config_.state_timeout_s));
-    listen(kPoll_s);
-  }
+  throw Timeout(fmt::format("node {}: is {}, expected INIT within {} s", node_id_, state_name(status, 0),
+                            config_.state_timeout_s));
 }
 
 void Session::enable() {

@@ -225,6 +225,8 @@ class Session {
   void transmit(std::uint32_t id, std::span<const std::uint8_t> data);
   std::uint32_t read_bits(std::uint16_t index, std::uint8_t sub, std::size_t size);
   void write_bits(std::uint16_t index, std::uint8_t sub, std::uint32_t bits, std::size_t size);
+  /// Writes 6040h and waits until these bits of 6041h are the wanted ones, or the time is over. What 6041h is then.
+  std::uint16_t control(std::uint16_t control_word, std::uint16_t bits, std::uint16_t wanted);
   void require_own_sync();
   std::uint32_t free_stream_ids();
   void map_pdo(std::uint16_t communication, std::uint16_t mapping, std::uint32_t cob_id,

@@ -189,8 +189,9 @@ class Diagnosis {
     Scene held = scene_;
     held.records.clear();
     for (const HeldOut& of : heldout_) held.records.push_back(of.record);
-    require_acting_command(held, base.heldout_Pa(), foretold_by(base.fit));
-    require_absolute_pressures(held, base.heldout_Pa(), foretold_by(base.fit));
+    const ErrorOf error_of = foretold_by(base.fit);
+    require_acting_command(held, base.heldout_Pa(), error_of);
+    require_absolute_pressures(held, base.heldout_Pa(), error_of);
   }
 
   /// Under a command that never rests the pressure is not smooth, and what third differences leave of it is no noise: what they

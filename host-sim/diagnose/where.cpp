@@ -42,22 +42,25 @@ std::size_t ticks_in(double seconds, const effects::Timing& timing) {
 enum class Answer { any, no, yes };
 
 /// What a cut may ask, in the order in which a regime's name tells it.
-enum Question : std::size_t { kMoving, kReversed, kOpening, kChoked, kHigh, kSmall, kVolumeMoving, kLate };
-struct Wording {
+struct Asked {
+  bool Regime::*of;
   const char *yes, *no;
 };
-constexpr std::array<Wording, 8> kQuestions{{{"command moving", "command held"},
-                                             {"command just reversed", "command moving on"},
-                                             {"valve opening", "valve closing"},
-                                             {"flow choked", "flow subsonic"},
-                                             {"pressure high", "pressure low"},
-                                             {"volume small", "volume large"},
-                                             {"volume moving", "volume at rest"},
-                                             {"second half", "first half"}}};
+constexpr std::array<Asked, 8> kQuestions{{{&Regime::moving, "command moving", "command held"},
+                                           {&Regime::reversed, "command just reversed", "command moving on"},
+                                           {&Regime::opening, "valve opening", "valve closing"},
+                                           {&Regime::choked, "flow choked", "flow subsonic"},
+                                           {&Regime::high, "pressure high", "pressure low"},
+                                           {&Regime::small, "volume small", "volume large"},
+                                           {&Regime::volume_moving, "volume moving", "volume at rest"},
+                                           {&Regime::late, "second half", "first half"}}};
+/// Where in the order: those before the flow are told before the port.
+constexpr std::size_t kMoving = 0, kReversed = 1, kOpening = 2, kChoked = 3;
+static_assert(kQuestions[kMoving].of == &Regime::moving && kQuestions[kReversed].of == &Regime::reversed &&
+              kQuestions[kOpening].of == &Regime::opening && kQuestions[kChoked].of == &Regime::choked);
 
 struct Row {
-  std::array<bool, kQuestions.size()> answers{};
-  Port port = Port::shut;
+  Regime regime;
   double squared = 0.0;
 };
 
@@ -71,8 +74,8 @@ struct Kind {
 std::string words(const Kind& kind) {
   std::string text;
   const auto add = [&](const char* word) { text += (text.empty() ? "" : ", ") + std::string(word); };
-  const auto tell = [&](std::size_t first, std::size_t last) {
-    for (std::size_t question = first; question <= last; ++question) {
+  const auto tell = [&](std::size_t first, std::size_t end) {
+    for (std::size_t question = first; question < end; ++question) {
       const Answer answer = kind.answers[question];
       // how it moves says that it does
       const bool said = question == kMoving && kind.answers[kReversed] != Answer::any;
@@ -80,11 +83,11 @@ std::string words(const Kind& kind) {
         add(answer == Answer::yes ? kQuestions[question].yes : kQuestions[question].no);
     }
   };
-  tell(kMoving, kOpening);
+  tell(kMoving, kChoked);
   if (kind.port == Port::supply) add("supply port open");
   if (kind.port == Port::exhaust) add("exhaust port open");
   if (kind.port == Port::shut) add("valve shut");
-  tell(kChoked, kLate);
+  tell(kChoked, kQuestions.size());
   return text.empty() ? "throughout" : text;
 }
 
@@ -127,7 +130,7 @@ Cut best_cut(const Leaf& leaf, double all_squares) {
     cut.yes.kind = cut.no.kind = leaf.kind;
     cut.yes.kind.answers[question] = Answer::yes;
     cut.no.kind.answers[question] = Answer::no;
-    for (const Row& row : leaf.rows) (row.answers[question] ? cut.yes : cut.no).take(row);
+    for (const Row& row : leaf.rows) (row.regime.*kQuestions[question].of ? cut.yes : cut.no).take(row);
     if (cut.yes.rows.empty() || cut.no.rows.empty()) continue;
     for (const Leaf* part : {&cut.yes, &cut.no}) {
       if (part->squares > 0.0)
@@ -161,9 +164,14 @@ std::vector<Regime> regimes_of(const Scene& scene, const Figures& valve, const e
   const double middle_Pa = 0.5 * (scene.around.supply_Pa + scene.around.ambient_Pa);
   const auto [least_m3, most_m3] = std::ranges::minmax(drive.volume_m3);
   const bool volumes_apart = most_m3 - least_m3 > kVolumesApart * least_m3;
+  const auto inlet_of = [&](double command_V) {
+    return valve[effects::kInletGain] * (command_V - valve[effects::kOpenAbove]);
+  };
+  const auto exhaust_of = [&](double command_V) {
+    return valve[effects::kExhaustGain] * (valve[effects::kExhaustBelow] - command_V);
+  };
   const auto opening_of = [&](double command_V) {
-    return std::max(valve[effects::kInletGain] * (command_V - valve[effects::kOpenAbove]),
-                    valve[effects::kExhaustGain] * (valve[effects::kExhaustBelow] - command_V));
+    return std::max(inlet_of(command_V), exhaust_of(command_V));
   };
 
   std::vector<Regime> regimes(rows);
@@ -189,9 +197,8 @@ std::vector<Regime> regimes_of(const Scene& scene, const Figures& valve, const e
     r.opening = r.moving && opening;
     r.high = pressure_Pa[row] > middle_Pa;
 
-    const double inlet = valve[effects::kInletGain] * (command_V - valve[effects::kOpenAbove]);
-    const double exhaust = valve[effects::kExhaustGain] * (valve[effects::kExhaustBelow] - command_V);
-    if (std::max(inlet, exhaust) > 0.0) r.port = inlet > exhaust ? Port::supply : Port::exhaust;
+    if (opening_of(command_V) > 0.0)
+      r.port = inlet_of(command_V) > exhaust_of(command_V) ? Port::supply : Port::exhaust;
     r.choked = (r.port == Port::supply && scene.around.supply_Pa > theta * pressure_Pa[row]) ||
                (r.port == Port::exhaust && pressure_Pa[row] > theta * scene.around.ambient_Pa);
 
@@ -211,17 +218,13 @@ std::vector<RegimeShare> regimes(const Scene& scene, const Figures& recalibrated
   std::vector<Row> rows;
   double all = 0.0;
   for (const Scored& s : scored) {
-    const std::vector<Regime> of_row =
-        regimes_of(scene, recalibrated, s.record->drive, s.record->measured_Pa);
+    std::vector<Regime> of_row = regimes_of(scene, recalibrated, s.record->drive, s.record->measured_Pa);
     const std::size_t first = std::max<std::size_t>(s.first, 1);
     const std::size_t middle = first + (s.record->rows() - std::min(first, s.record->rows())) / 2;
     for (std::size_t row = first; row < s.record->rows(); ++row) {
       const double error = s.before_Pa[row] - s.record->measured_Pa[row];
-      const Regime& r = of_row[row];
-      rows.push_back(
-          {{r.moving, r.reversed, r.opening, r.choked, r.high, r.small, r.volume_moving, row >= middle},
-           r.port,
-           error * error});
+      of_row[row].late = row >= middle;
+      rows.push_back({of_row[row], error * error});
       all += error * error;
     }
   }
@@ -233,7 +236,7 @@ std::vector<RegimeShare> regimes(const Scene& scene, const Figures& recalibrated
     Leaf leaf;
     leaf.kind.port = port;
     for (const Row& row : rows) {
-      if (row.port == port) leaf.take(row);
+      if (row.regime.port == port) leaf.take(row);
     }
     if (!leaf.rows.empty()) leaves.push_back(std::move(leaf));
   }

@@ -34,6 +34,7 @@ struct Regime {
   bool choked = false;         ///< flow through the open port
   bool high = false;           ///< pressure above the middle from ambient to supply
   bool volume_moving = false;  ///< by more than 2 % within half a second
+  bool late = false;           ///< in the second half of the rows that are judged: of regimes() alone
   bool small = false;  ///< volume below the middle of those that the log has, where they are a tenth apart
 };
 

@@ -1,4 +1,5 @@
 #include <memory>
+#include <string>
 
 #include "host-sim/client/board_log.hpp"
 #include "host-sim/tools/board_access.hpp"
@@ -20,36 +21,40 @@ struct Options {
 
 constexpr double kBoot_s = 10.0;  ///< a board that starts anew says so within this
 
+/// Clears what has stopped the board, and says what became of it. A fault that has stopped nothing is left alone, and so is the state,
+/// which is not this program's to change: somebody may be regulating.
+std::string reset_fault(client::Session& session, Json& result) {
+  client::require_compatible(session);
+  const auto before = client::read_fault(session);
+  result["fault_before"] = fault_json(before);
+  const bool stopped = before && (session.status_word() & canopen::word::kReady) == 0;
+  if (stopped) {
+    try {
+      session.reset_fault();
+    } catch (const client::Refused&) {
+      const auto left = client::read_fault(session).value_or(*before);
+      throw client::Refused(fmt::format("node {}: fault {} still stands, expected its cause to be gone; {}",
+                                        session.node_id(), client::fault_text(left), fault_advice(left)));
+    }
+  }
+  const auto left = stopped ? client::read_fault(session) : before;
+  result["fault_left"] = fault_json(left);
+  if (!before) return "no fault stands: nothing to reset";
+  const std::string stays = left ? fmt::format("{} stands, stops nothing and goes once its cause has gone",
+                                               client::fault_text(*left))
+                                 : std::string();
+  if (!stopped) return "nothing to reset: " + stays;
+  return fmt::format("{} is cleared; the board is DISABLED{}{}", client::fault_text(*before),
+                     left ? "; " : "", stays);
+}
+
 int run(const Arguments& arguments, const Options& options) {
   arguments.require_one({"--fault", "--restart", "--communication", "--log"}, " to be reset");
   BoardAccess access(options.board);
   client::Session& session = access.session();
   Json result{{"node", session.node_id()}};
   if (options.fault) {
-    client::require_compatible(session);
-    const auto before = client::read_fault(session);
-    result["fault_before"] = fault_json(before);
-    // no fault that stands has stopped anything, and the state is not this program's to change: somebody may be regulating
-    const bool stops_nothing = (session.status_word() & canopen::word::kReady) != 0;
-    if (before && !stops_nothing) {
-      try {
-        session.reset_fault();
-      } catch (const client::Refused&) {
-        const auto left = client::read_fault(session).value_or(*before);
-        throw client::Refused(fmt::format("node {}: fault {} still stands, expected its cause to be gone; {}",
-                                          session.node_id(), client::fault_text(left), fault_advice(left)));
-      }
-    }
-    const auto left = client::read_fault(session);
-    result["fault_left"] = fault_json(left);
-    const std::string stays = left ? fmt::format("{} stands, stops nothing and goes once its cause has gone",
-                                                 client::fault_text(*left))
-                                   : std::string();
-    options.output.print("{}\n", before && !stops_nothing
-                                     ? fmt::format("{} is cleared; the board is DISABLED{}",
-                                                   client::fault_text(*before), left ? "; " + stays : "")
-                                 : left ? fmt::format("nothing to reset: {}", stays)
-                                        : std::string("no fault stands: nothing to reset"));
+    options.output.print("{}\n", reset_fault(session, result));
   } else if (options.log) {
     client::require_compatible(session);
     const bool frozen = client::log_is_frozen(session);

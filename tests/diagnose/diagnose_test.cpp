@@ -16,6 +16,7 @@
 #include "host-sim/reproduce/actuators/population.hpp"
 #include "host-sim/trace/input_error.hpp"
 #include "host-sim/trace/respiraworks.hpp"
+#include "tests/diagnose/late_valve.hpp"
 
 namespace plenum::host::diagnose {
 namespace {
@@ -233,21 +234,6 @@ TEST(Diagnose, RefusesAHeldOutLogThatIsNotAsTheFittedOnesAre) {
   const auto null_moved = [](double u_V, double) { return u_V - 0.3; };
   EXPECT_EQ(told(stepped_log(6, 1000, null_moved)), "accepted") << "a machine that errs by its own";
 }
-
-/// A valve at which a command arrives so late, told of each millisecond's.
-class LateValve {
- public:
-  explicit LateValve(double late_s) : past_V_(static_cast<std::size_t>(std::lround(late_s / kStep_s)), 5.0) {}
-  double operator()(double u_V) {
-    const double late_V = std::exchange(past_V_[next_], u_V);
-    next_ = (next_ + 1) % past_V_.size();
-    return late_V;
-  }
-
- private:
-  std::vector<double> past_V_;
-  std::size_t next_ = 0;
-};
 
 // Both shift what the valve does, but only the stamp what the volume compresses.
 TEST(Diagnose, NamesALateValveAloneThoughThePressuresAreStampedEarly) {

@@ -4,19 +4,19 @@
 
 #include <algorithm>
 #include <cmath>
-#include <deque>
 #include <numbers>
 #include <random>
 
 #include "host-sim/diagnose/diagnose.hpp"
 #include "host-sim/diagnose/next_experiment.hpp"
 #include "host-sim/plant/chamber.hpp"
+#include "tests/diagnose/late_valve.hpp"
 
 namespace plenum::host::diagnose {
 namespace {
 
 constexpr double kTick_s = 0.01, kNoise_Pa = 200.0, kVolume_m3 = 150e-6;
-constexpr int kLate_ms = 8;
+constexpr double kLate_s = 0.008;
 
 /// A machine whose valve gets each command late, at `commands_V`, a tick each.
 trace::Log log_of(const std::vector<double>& commands_V, const plant::VolumeMotion& volume, unsigned seed) {
@@ -24,7 +24,7 @@ trace::Log log_of(const std::vector<double>& commands_V, const plant::VolumeMoti
   std::mt19937_64 random(seed);
   std::normal_distribution<double> noise_Pa(0.0, kNoise_Pa);
   plant::ChamberPlant chamber(plant::ThinPlateValve({}), {}, volume);
-  std::deque<double> on_their_way_V(kLate_ms, 5.0);
+  LateValve valve(kLate_s);
   trace::Log log;
   log.period_s = log.pressure_average_s = kTick_s;
   double mean_Pa = chamber.pressure_Pa();
@@ -34,11 +34,7 @@ trace::Log log_of(const std::vector<double>& commands_V, const plant::VolumeMoti
     log.pressure_Pa.push_back(mean_Pa + noise_Pa(random));
     log.volume_m3.push_back(chamber.volume_m3());
     mean_Pa = 0.0;
-    for (int step = 0; step < 10; ++step) {
-      on_their_way_V.push_back(command_V);
-      mean_Pa += 0.1 * chamber.advance(on_their_way_V.front(), kStep_s).mean_Pa;
-      on_their_way_V.pop_front();
-    }
+    for (int step = 0; step < 10; ++step) mean_Pa += 0.1 * chamber.advance(valve(command_V), kStep_s).mean_Pa;
   }
   return log;
 }
@@ -76,7 +72,7 @@ TEST(Experiment, ThatIsCarriedOutNamesTheCauseThatTheLogAtHandCouldNotTell) {
   const GapReport told = diagnose(logs, {}, {});
   ASSERT_EQ(told.effects.size(), 1U) << name_of(told.verdict) << ", " << planned->id;
   EXPECT_EQ(told.effects.front().id, "dead_time");
-  EXPECT_NEAR(told.effects.front().parameters.front().value, 1e-3 * kLate_ms, 2e-4) << "s";
+  EXPECT_NEAR(told.effects.front().parameters.front().value, kLate_s, 2e-4) << "s";
 }
 
 }  // namespace
