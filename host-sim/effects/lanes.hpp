@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 
 namespace plenum::host::effects {
 
@@ -49,21 +50,16 @@ struct Lanes {
   Part part[kParts];
 
   Lanes() : part{} {}
-  Lanes(double x) {  // NOLINT(google-explicit-constructor): 2.0 * lanes reads as it should
-    for (Part& p : part) p = x - Part{};
-  }
-  /// Made of the parts f(0), f(1), ..
+  Lanes(double x)  // NOLINT(google-explicit-constructor): 2.0 * lanes reads as it should
+      : Lanes(of([x](std::size_t) { return x - Part{}; })) {}
+  /// Made of the parts f(0), f(1), ..; a loop would keep them in memory.
   template <class Function>
   static Lanes of(Function&& f) {
-    Lanes r;
-    for (std::size_t i = 0; i < kParts; ++i) r.part[i] = f(i);
-    return r;
+    return Lanes(f, Parts{});
   }
   template <class Function>
   static Mask mask_of(Function&& f) {
-    Mask r;
-    for (std::size_t i = 0; i < kParts; ++i) r.part[i] = f(i);
-    return r;
+    return mask_of(f, Parts{});
   }
 
   Lanes& operator+=(const Lanes& b) { return *this = *this + b; }
@@ -116,6 +112,15 @@ struct Lanes {
       for (int k = 0; k < kWidth; ++k) r[k] = __builtin_sqrt(a.part[i][k]);
       return r;
     });
+  }
+
+ private:
+  using Parts = std::make_index_sequence<kParts>;
+  template <class Function, std::size_t... kPart>
+  Lanes(const Function& f, std::index_sequence<kPart...>) : part{f(kPart)...} {}
+  template <class Function, std::size_t... kPart>
+  static Mask mask_of(const Function& f, std::index_sequence<kPart...>) {
+    return {{f(kPart)...}};
   }
 };
 
