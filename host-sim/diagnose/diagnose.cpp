@@ -147,7 +147,7 @@ class Diagnosis {
     if (search_.best.on != 0) {
       const Fit found = of_the_logs(search_.best.fit);
       require_no_offset_of_ambient(scene_, found);
-      require_absolute_pressures(scene_, found);
+      require_absolute_pressures(scene_, found, threads_);
     }
     lower_noise(search_.best);
     recalibrated_evidence_ = search_.recalibrated.evidence(search_.correlated_rows);
@@ -183,15 +183,15 @@ class Diagnosis {
   /// than what was fitted.
   void require_as_written(const Trial& base) const {
     const Fit of_logs = of_the_logs(base.fit);
-    require_acting_command(scene_, of_logs);
-    require_absolute_pressures(scene_, of_logs);
+    require_acting_command(scene_, of_logs, threads_);
+    require_absolute_pressures(scene_, of_logs, threads_);
     if (heldout_from_s_.empty() || !far_better(base.fit.rms_Pa(), base.heldout_Pa())) return;
     Scene held = scene_;
     held.records.clear();
     for (const HeldOut& of : heldout_) held.records.push_back(of.record);
     const ErrorOf error_of = foretold_by(base.fit);
-    require_acting_command(held, base.heldout_Pa(), error_of);
-    require_absolute_pressures(held, base.heldout_Pa(), error_of);
+    require_acting_command(held, base.heldout_Pa(), error_of, threads_);
+    require_absolute_pressures(held, base.heldout_Pa(), error_of, threads_);
   }
 
   /// Under a command that never rests the pressure is not smooth, and what third differences leave of it is no noise: what they

@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <string_view>
 
 #include "host-sim/diagnose/other_reading.hpp"
+#include "host-sim/identify/in_parallel.hpp"
 #include "host-sim/trace/input_error.hpp"
 
 namespace plenum::host::diagnose {
@@ -55,23 +57,27 @@ bool within_supply(const Scene& scene) {
 
 }  // namespace
 
-void require_absolute_pressures(const Scene& scene, const Fit& found) {
-  require_absolute_pressures(scene, found.rms_Pa(), fitted_anew(found.on, found.rms_Pa()));
+void require_absolute_pressures(const Scene& scene, const Fit& found, unsigned threads) {
+  require_absolute_pressures(scene, found.rms_Pa(), fitted_anew(found.on, found.rms_Pa()), threads);
 }
 
-void require_absolute_pressures(const Scene& scene, double as_written_Pa, const ErrorOf& error_of) {
+void require_absolute_pressures(const Scene& scene, double as_written_Pa, const ErrorOf& error_of,
+                                unsigned threads) {
   if (is_near_noise(as_written_Pa, scene)) return;
+  std::array<double, kReadings.size()> rms_Pa{};
+  identify::in_parallel(kReadings.size(), threads, [&](std::size_t i) {
+    const Scene absolute = in_absolute(scene, kReadings[i]);
+    rms_Pa[i] = kReadings[i].log && !within_supply(absolute) ? std::numeric_limits<double>::infinity()
+                                                             : error_of(absolute);
+  });
   double least_Pa = as_written_Pa;
   const Reading* best = nullptr;
-  for (const Reading& reading : kReadings) {
-    const Scene absolute = in_absolute(scene, reading);
-    if (reading.log && !within_supply(absolute)) continue;
-    const double rms_Pa = error_of(absolute);
+  for (std::size_t i = 0; i < kReadings.size(); ++i) {
     // another effect may make both a little better than the one that is: both have to be far better than either
-    const bool both = reading.log && reading.supply;
-    if (rms_Pa >= least_Pa || !far_better(rms_Pa, both ? least_Pa : as_written_Pa)) continue;
-    least_Pa = rms_Pa;
-    best = &reading;
+    const bool both = kReadings[i].log && kReadings[i].supply;
+    if (rms_Pa[i] >= least_Pa || !far_better(rms_Pa[i], both ? least_Pa : as_written_Pa)) continue;
+    least_Pa = rms_Pa[i];
+    best = &kReadings[i];
   }
   if (best == nullptr) return;
   throw trace::InputError(fmt::format(

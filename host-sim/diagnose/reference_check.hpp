@@ -11,10 +11,11 @@ namespace plenum::host::diagnose {
 /// and the column or the rig's key, where the same figures explain the pressures far better with ambient pressure added to them, to the
 /// supply, or to both. A column that would come above what the supply and a volume that moves can make of it is not gauge pressure. Does nothing where `found` is near the
 /// noise.
-void require_absolute_pressures(const identify::chamber::Scene& scene, const identify::chamber::Fit& found);
+void require_absolute_pressures(const identify::chamber::Scene& scene, const identify::chamber::Fit& found,
+                                unsigned threads);
 /// The same of logs that a model errs by so much of, judged by what it errs of other readings.
 void require_absolute_pressures(const identify::chamber::Scene& scene, double as_written_Pa,
-                                const ErrorOf& error_of);
+                                const ErrorOf& error_of, unsigned threads);
 
 /// The same of a log in gauge pressure whose machine has an effect besides, so that no fit tells: where `found` has a sensor that reads less by nearly ambient pressure, as no sensor does. Throws trace::InputError.
 void require_no_offset_of_ambient(const identify::chamber::Scene& scene, const identify::chamber::Fit& found);

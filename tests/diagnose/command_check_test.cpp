@@ -23,7 +23,7 @@ using testing::HasSubstr;
 
 std::string refusal(const Scene& scene) {
   try {
-    require_acting_command(scene, fit(scene, 0, scene.nominal, {}));
+    require_acting_command(scene, fit(scene, 0, scene.nominal, {}), 1);
   } catch (const trace::InputError& error) {
     return error.what();
   }

@@ -24,7 +24,7 @@ using testing::HasSubstr;
 
 std::string refusal(const Scene& scene, effects::EffectSet on = 0) {
   try {
-    require_absolute_pressures(scene, fit(scene, on, scene.nominal, {}));
+    require_absolute_pressures(scene, fit(scene, on, scene.nominal, {}), 1);
   } catch (const trace::InputError& error) {
     return error.what();
   }
