@@ -206,6 +206,11 @@ Page& Page::tiles(std::vector<Tile> tiles) {
   return *this;
 }
 
+Page& Page::made_by(std::string program) {
+  made_by_ = std::move(program);
+  return *this;
+}
+
 Section& Page::section(std::string title) {
   return sections_.emplace_back(std::move(title));
 }
@@ -240,7 +245,8 @@ std::string Page::html() const {
   add("</header>\n<main>\n<noscript><p class=\"note\">The charts need JavaScript; the tables do "
       "not.</p></noscript>\n");
   add(sections);
-  add("</main>\n<footer>Made by plenum. Charts by Apache ECharts (Apache-2.0), with ZRender (BSD-3-Clause) "
+  add("</main>\n<footer>Made by " + escape_html(made_by_));
+  add(". Charts by Apache ECharts (Apache-2.0), with ZRender (BSD-3-Clause) "
       "and tslib (0BSD); "
       "drag to zoom, double-click to reset; open the page with #svg at the end of its address for vector "
       "graphics.</footer>\n"

@@ -108,6 +108,8 @@ class Page {
   Page& lead(std::string text);
   /// The summary at the top.
   Page& tiles(std::vector<Tile> tiles);
+  /// What made the page, for its foot; "plenum" where nothing else is said.
+  Page& made_by(std::string program);
   /// Appends a section. The reference lives as long as the page.
   Section& section(std::string title);
   /// Likewise; the contents have it below the section before it.
@@ -122,6 +124,7 @@ class Page {
   std::string title_;
   std::string lead_;
   std::vector<Tile> tiles_;
+  std::string made_by_ = "plenum";
   std::deque<Section> sections_;
 };
 

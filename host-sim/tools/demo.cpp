@@ -15,6 +15,7 @@
 #include "host-sim/tools/fleet.hpp"
 #include "host-sim/tools/output.hpp"
 #include "host-sim/tools/recorded_log.hpp"
+#include "host-sim/tools/report_file.hpp"
 
 namespace plenum::host::tools {
 namespace {
@@ -230,7 +231,6 @@ int run(const Options& options) {
     }
     stage.done("diagnosed {} machines, each with an effect missing from its data sheet", demo.gaps.size());
   }
-  demo_page(demo).write(options.report);
 
   options.output.print("\n{:<16}", "RMS error [kPa]");
   for (unsigned c = 0; c < chambers; ++c) options.output.print(" {:>8}", fmt::format("ch. {}", c + 1));
@@ -245,7 +245,7 @@ int run(const Options& options) {
       smooth_rmse_kPa(demo), 1e5 * smooth_rmse_kPa(demo) / demo.span_Pa, 100.0 * demo.bus_load,
       demo.simulated_s, took_s);
   if (options.gaps) print_gaps(options.output, demo.gaps);
-  options.output.print("report: {}\n", options.report);
+  write_report(options.output, options.report, [&] { return demo_page(demo); });
   options.output.finish(result_of(demo, options.report));
   return kDone;
 }

@@ -30,6 +30,12 @@ TEST(Page, EscapesAllTextThatItIsGiven) {
   EXPECT_EQ(page.html().find("<img src=x"), std::string::npos);
 }
 
+TEST(Page, SaysAtItsFootWhatMadeIt) {
+  EXPECT_THAT((Page{"t"}.made_by("plenum 1.2 <b>").html()),
+              HasSubstr("<footer>Made by plenum 1.2 &lt;b&gt;."));
+  EXPECT_THAT(Page{"t"}.html(), HasSubstr("<footer>Made by plenum."));
+}
+
 TEST(Page, NamesNoAddressThatABrowserWouldFetch) {
   Page page{"Offline"};
   page.section("One").chart(LineChart{.title = "c", .y = {"p", "kPa"}, .curves = {{"p", {0, 1}, {0, 1}}}});

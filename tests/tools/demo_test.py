@@ -20,6 +20,7 @@ class Demo(CommandTest):
         for figure in ["Free runs, ch. ", "Drift of free runs", "Pressure change in one tick", "s(u)", "r(u)", "Command, random",
                        "Tracking error by chamber"]:
             self.assertRegex(page, "<figure><h3>[^<]*" + re.escape(figure))
+        self.assertIn(f"<footer>Made by plenum {self.done('--version').strip()}.", page)
         self.assertNotRegex(page, r"<(script|link|img)[^>]+(src|href)=.?https?:", "the page needs no network")
 
     def test_every_rig_that_the_readme_tells_of_is_shown(self):
