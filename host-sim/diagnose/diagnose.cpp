@@ -28,6 +28,7 @@
 #include "host-sim/identify/box_solver.hpp"
 #include "host-sim/identify/chamber/noise.hpp"
 #include "host-sim/identify/chamber/valve_figures.hpp"
+#include "host-sim/identify/in_parallel.hpp"
 
 namespace plenum::host::diagnose {
 namespace {
@@ -51,7 +52,19 @@ constexpr std::size_t most_parameters() {
   for (std::size_t i = 0; i < kMostEffects; ++i) sum += sizes[i];
   return sum;
 }
-static_assert(effects::kValveFigures + most_parameters() + 1 + 4 * kMostLogs <= identify::kMostVariables);
+/// Of one effect, those that do not refine it.
+constexpr std::size_t most_plain_parameters() {
+  std::size_t most = 0;
+  for (const effects::Effect* effect : kCatalogue) {
+    const auto plain =
+        std::ranges::count_if(effect->parameters, [](const effects::Parameter& p) { return !p.refines; });
+    most = std::max(most, static_cast<std::size_t>(plain));
+  }
+  return most;
+}
+/// The valve, a set, one more beside it, the stamp, and the starts.
+static_assert(effects::kValveFigures + most_parameters() + most_plain_parameters() + 1 + 4 * kMostLogs <=
+              identify::kMostVariables);
 /// From this share of the gap on, or at the floor, the effects found know their equation better than the latent
 /// disturbances do.
 constexpr double kKnowsEquation = 0.6;
@@ -471,16 +484,38 @@ class Diagnosis {
     // a size of 1.64 + 1.64 standard errors is missed, and seen where there is none, once in twenty
     constexpr double kErrors = 3.29;
     stamped_early(kErrors);
+    detectable(kErrors);
+  }
+
+  /// Of each effect that is not in the model that is used, beside it and against what it leaves.
+  void detectable(double many) {
+    constexpr int kPasses =
+        2;  // by what it shows at a typical size, then at the least: heat shows less the more there is
+    std::vector<std::size_t> others;
     for (std::size_t i = 0; i < kEffects; ++i) {
-      if (!search_.alone[i].valid() || (used_->on >> i & 1U) != 0) continue;
-      const Fit& alone = search_.alone[i].fit;
-      const double error = standard_errors(alone, search_.correlated_rows)[effects::kValveFigures];
-      const effects::Parameter p = kCatalogue[i]->parameters.front().of(size_of(scene_));
-      const double at = p.neutral() + kErrors * error * p.typical_change;
-      report_.detectable.push_back(
-          {id_of(i), std::string(p.name),
-           at < p.greatest() ? p.value_of(at) : std::numeric_limits<double>::quiet_NaN()});
+      if (search_.alone[i].valid() && (used_->on >> i & 1U) == 0) others.push_back(i);
     }
+    report_.detectable.resize(others.size());
+    identify::in_parallel(others.size(), threads_, [&](std::size_t k) {
+      const std::size_t figure = effects::kFirstFigure[others[k]];
+      const effects::Parameter p = kCatalogue[others[k]]->parameters.front().of(size_of(scene_));
+      effects::Figures figures = used_->fit.figures;
+      double least = p.neutral() + p.typical_change;
+      for (int pass = 0; pass < kPasses; ++pass) {
+        figures[figure] = std::min(least, p.greatest());
+        Fit beside =
+            identify::chamber::fit(fitted_, used_->on | EffectSet{1} << others[k], figures, used_->fit.start,
+                                   {.most_iterations = 0, .refined = used_->fit.refined});
+        beside.squares = used_->fit.squares;
+        const auto at = std::find_if(beside.variables.begin(), beside.variables.end(),
+                                     [&](const auto& v) { return v.figure == figure; });
+        const double error = standard_errors(beside, search_.correlated_rows)[at - beside.variables.begin()];
+        least = p.neutral() + many * error * p.typical_change;
+      }
+      report_.detectable[k] = {
+          id_of(others[k]), std::string(p.name),
+          least < p.greatest() ? p.value_of(least) : std::numeric_limits<double>::quiet_NaN()};
+    });
   }
 
   /// As the model that is used has it, where it is so many standard errors.

@@ -26,7 +26,7 @@
 namespace plenum::host::identify {
 
 /// Most variables of a problem whose size is known only at run time.
-inline constexpr int kMostVariables = 112;
+inline constexpr int kMostVariables = 116;
 
 /// Vectors and matrices of a problem of `kSize` variables; Eigen::Dynamic: up to kMostVariables. They never allocate.
 template <int kSize>

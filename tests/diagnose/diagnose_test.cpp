@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <set>
@@ -68,6 +69,23 @@ TEST(Diagnose, NamesTheEffectOfAMachineThatIsMuchSmaller) {
     ASSERT_FALSE(report.effects.empty()) << effect << ": " << name_of(report.verdict);
     EXPECT_EQ(report.effects.front().id, effect);
     EXPECT_GT(report.closed_fraction, 0.8) << effect;
+  }
+}
+
+TEST(Diagnose, TellsWhatWouldHaveShownBesideTheEffectFound) {
+  const blind::Case made = clear_case({"supply_droop"}, 1, 11);
+  const GapReport found = diagnosed(made);
+  ASSERT_EQ(named(found), std::set<std::string>{"supply_droop"});
+  // the same of a rig that knows of it, where nothing is left to find
+  const GapReport known = diagnose({{"log", made.log}}, {{"heldout", made.heldout}}, found.found, {});
+  ASSERT_EQ(known.verdict, Verdict::none);
+  for (const Detectable& one : found.detectable) {
+    if (std::isnan(one.smallest)) continue;
+    const auto same = std::find_if(known.detectable.begin(), known.detectable.end(),
+                                   [&](const Detectable& other) { return other.id == one.id; });
+    ASSERT_NE(same, known.detectable.end()) << one.id;
+    EXPECT_GT(one.smallest, 0.5 * same->smallest) << one.id;
+    EXPECT_LT(one.smallest, 2.0 * same->smallest) << one.id;
   }
 }
 
