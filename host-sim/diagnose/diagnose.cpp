@@ -18,6 +18,7 @@
 #include "host-sim/diagnose/found_rig.hpp"
 #include "host-sim/diagnose/gap_beyond_noise.hpp"
 #include "host-sim/diagnose/latent.hpp"
+#include "host-sim/diagnose/look.hpp"
 #include "host-sim/diagnose/next_experiment.hpp"
 #include "host-sim/diagnose/other_reading.hpp"
 #include "host-sim/diagnose/reference_check.hpp"
@@ -496,6 +497,7 @@ class Diagnosis {
       if (search_.alone[i].valid() && (used_->on >> i & 1U) == 0) others.push_back(i);
     }
     report_.detectable.resize(others.size());
+    const Scene seen = coarse(fitted_, std::numeric_limits<double>::infinity());
     identify::in_parallel(others.size(), threads_, [&](std::size_t k) {
       const std::size_t figure = effects::kFirstFigure[others[k]];
       const effects::Parameter p = kCatalogue[others[k]]->parameters.front().of(size_of(scene_));
@@ -504,7 +506,7 @@ class Diagnosis {
       for (int pass = 0; pass < kPasses; ++pass) {
         figures[figure] = std::min(least, p.greatest());
         Fit beside =
-            identify::chamber::fit(fitted_, used_->on | EffectSet{1} << others[k], figures, used_->fit.start,
+            identify::chamber::fit(seen, used_->on | EffectSet{1} << others[k], figures, used_->fit.start,
                                    {.most_iterations = 0, .refined = used_->fit.refined});
         beside.squares = used_->fit.squares;
         const auto at = std::find_if(beside.variables.begin(), beside.variables.end(),

@@ -26,11 +26,17 @@ constexpr double kShown = 3e-3;
 /// Of the squares of the best look: an effect that looks worse by this is fitted briefly, and not refined. If its end were no
 /// better its odds would be 20^-10 at most.
 constexpr double kBehind = 20.0;
+/// Of the noise: what comes as near is followed to the end of its valley, which may be long. Farther away a thousandth of the squares,
+/// a tenth of a nat, decides nothing.
+constexpr double kNear = 3.0;
 
 FitOptions brief(EffectSet refined) {
   return {.most_iterations = 5, .tolerance = 1e-3, .refined = refined};
 }
 FitOptions finish(EffectSet refined) {
+  return {.most_iterations = 30, .tolerance = 1e-3, .refined = refined};
+}
+FitOptions settle(EffectSet refined) {
   return {.most_iterations = 30, .tolerance = 1e-4, .refined = refined};
 }
 bool refinable(std::size_t effect) {
@@ -117,7 +123,11 @@ Trial SetFits::without(const Trial& base, std::size_t effect) const {
 
 Fit SetFits::fitted(EffectSet on, const Figures& figures, const std::vector<effects::Start>& start,
                     const FitOptions& options) const {
-  return fit(split(options.refined).fitted, on, figures, start, options);
+  const Scene& rows = split(options.refined).fitted;
+  Fit found = fit(rows, on, figures, start, options);
+  if (found.rms_Pa() < kNear * noise_Pa_)
+    found = fit(rows, on, found.figures, found.start, settle(options.refined));
+  return found;
 }
 
 Trial SetFits::tried(Fit fit) const {
