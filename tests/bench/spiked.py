@@ -4,8 +4,13 @@ usage: spiked.py PLENUM DATA [--answers]
 
 DATA holds the ventilator's oxygen runs (ctl_OXY_N.csv). Each run is cut in half; the first half is the baseline, the second is changed.
 The machine is far outside what the nominal model holds (README.md of host-sim/identify), so only the baseline can say
-what is new. A spike counts as shown where its half errs by 12 % more, as configured, than the model errs on the baseline. --answers
-tells each answer on standard error.
+what is new. A spike counts as shown where its half errs by 12 % more, as configured, than the model errs on the baseline.
+
+And runs of a new pinch valve (pinch_new_N.csv) as the baselines of the same tests with one that has worked 594 hours (pinch_594h_N.csv).
+What has worn is not known: told is whether anything is said to have changed, and whether the tests agree on what. Of the new valve the
+second half against the first is one more from which nothing may be named.
+
+--answers tells each answer on standard error.
 """
 
 import argparse
@@ -15,6 +20,7 @@ import math
 import subprocess
 import sys
 import tempfile
+from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -58,8 +64,8 @@ def write(path, header, rows, pressure, span):
             writer.writerow(cells)
 
 
-def answer(plenum, folder, run, spike):
-    """The program's answer to the second half of a run, spiked, with the first as it was measured for its baseline."""
+def halves(folder, run, spike):
+    """The first half of a run as it was measured, the second with its spike."""
     with open(run, newline="", encoding="utf-8") as file:
         header, *rows = csv.reader(file)
     at = header.index("pressure")
@@ -69,10 +75,14 @@ def answer(plenum, folder, run, spike):
     (here / "before").mkdir(parents=True)
     write(here / "before" / run.name, header, rows, measured, (0, middle))
     write(here / run.name, header, rows, spike[2](measured), (middle, len(rows)))
-    done = subprocess.run([plenum, "diagnose", "--format", "respiraworks", "--baseline", here / "before" / run.name,
-                           here / run.name, "--json", "-"], capture_output=True, text=True)
+    return here / "before" / run.name, here / run.name
+
+
+def answer(plenum, before, after):
+    done = subprocess.run([plenum, "diagnose", "--format", "respiraworks", "--baseline", before, after, "--json", "-"],
+                          capture_output=True, text=True)
     if done.returncode != 0:
-        sys.exit(f"spiked: {run.name}: {done.stderr.strip()}")
+        sys.exit(f"spiked: {after.name}: {done.stderr.strip()}")
     return json.loads(done.stdout)
 
 
@@ -98,9 +108,9 @@ def count(counts, said, truth):
         counts["hidden_blamed"] += bool(ids)
 
 
-def tell(said, run, spike):
+def tell(said, run, what, size):
     gap = said["gap_kPa"]
-    print(f"{run.stem} {spike[0] or '-':<12} {spike[1]:<9} {said['verdict']:<17} {', '.join(named(said)[0]) or '-'}"
+    print(f"{run.stem} {what:<12} {size:<9} {said['verdict']:<17} {', '.join(named(said)[0]) or '-'}"
           f"   {gap['as_configured']:.3f} > {gap['noise_floor']:.3f} kPa", file=sys.stderr, flush=True)
 
 
@@ -115,19 +125,31 @@ def main():
     parser.add_argument("--answers", action="store_true")
     options = parser.parse_args()
     runs = sorted(options.data.glob("ctl_OXY_*.csv"))
-    if not runs:
-        sys.exit(f"spiked: {options.data}: no ctl_OXY_N.csv there")
-    cases = [(run, spike) for run in runs for spike in SPIKES]
+    new = sorted(options.data.glob("pinch_new_*.csv"))
+    worn = [run.with_name(run.name.replace("new", "594h")) for run in new]
+    for found, expected in ((runs, "ctl_OXY_N.csv"), (new, "pinch_new_N.csv")):
+        if not found:
+            sys.exit(f"spiked: {options.data}: no {expected} there")
+    cases = [(run, spike) for run in runs for spike in SPIKES] + [(run, SPIKES[-1]) for run in new]
     counts = {"shown": 0, "within": 0, "alone": 0, "alone_right": 0, "hidden_blamed": 0, "plain": 0, "plain_blamed": 0}
+    first_named = Counter()
     with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(SIDE_BY_SIDE) as pool:
-        for case, said in zip(cases, pool.map(lambda case: answer(options.plenum, Path(folder), *case), cases)):
-            count(counts, said, case[1][0])
-            if options.answers:
-                tell(said, *case)
-    print(f"spiked: {counts}", file=sys.stderr)
+        pairs = [halves(Path(folder), *case) for case in cases] + list(zip(new, worn))
+        said = list(pool.map(lambda pair: answer(options.plenum, *pair), pairs))
+    for case, answered in zip(cases, said):
+        count(counts, answered, case[1][0])
+        if options.answers:
+            tell(answered, case[0], case[1][0] or "-", case[1][1])
+    for run, answered in zip(worn, said[len(cases):]):
+        first_named.update(named(answered)[0][:1])
+        if options.answers:
+            tell(answered, run, "-", "worn")
+    print(f"spiked: {counts}, of {len(worn)} worn: {dict(first_named)}", file=sys.stderr)
     row("spiked.named_percent", 100.0 * counts["within"] / max(counts["shown"], 1), "%", "higher")
     row("spiked.alone_right_percent", 100.0 * counts["alone_right"] / max(counts["alone"], 1), "%", "higher")
     row("spiked.false_alarm_percent", 100.0 * counts["plain_blamed"] / counts["plain"], "%", "lower")
+    row("spiked.worn_changed_percent", 100.0 * first_named.total() / len(worn), "%", "higher")
+    row("spiked.worn_agreement_percent", 100.0 * max(first_named.values(), default=0) / len(worn), "%", "higher")
 
 
 main()
