@@ -488,10 +488,10 @@ class Diagnosis {
     detectable(kErrors);
   }
 
-  /// Of each effect that is not in the model that is used, beside it and against what it leaves.
+  /// Of each effect that is not in the model that is used, beside it and against what it leaves: by what it shows at a typical size, then
+  /// at the least so found, since heat shows less the more there is.
   void detectable(double many) {
-    constexpr int kPasses =
-        2;  // by what it shows at a typical size, then at the least: heat shows less the more there is
+    constexpr int kPasses = 2;
     std::vector<std::size_t> others;
     for (std::size_t i = 0; i < kEffects; ++i) {
       if (search_.alone[i].valid() && (used_->on >> i & 1U) == 0) others.push_back(i);
