@@ -323,6 +323,10 @@ JointSquares joint_squares(const Scene& scene, const Fit& fit, const std::vector
   const Eigen::Index held_starts = held.size() - figures;
   const Eigen::Index n = figures + fitted_starts + (same_start ? 0 : held_starts);
   const Eigen::Index first_held_start = same_start ? figures : figures + fitted_starts;
+  if (n > identify::kMostVariables) {
+    constexpr double kNone = std::numeric_limits<double>::infinity();
+    return {kNone, kNone};
+  }
   Eigen::MatrixXd both = Eigen::MatrixXd::Zero(n + 1, n + 1);
   const auto add = [&](const Eigen::MatrixXd& gram, Eigen::Index first_start) {
     std::vector<Eigen::Index> place(static_cast<std::size_t>(gram.rows()), n);

@@ -154,7 +154,8 @@ Fit fit(const Scene& scene, effects::EffectSet on, const effects::Figures& figur
 /// does not show has a very large one.
 Eigen::VectorXd standard_errors(const Fit& fit, double correlated_rows);
 
-/// Sums of squares of the fits that the linearisation at a fit leads to, no variable moving by more than its scale.
+/// Sums of squares of the fits that the linearisation at a fit leads to, no variable moving by more than its scale. Infinite where the logs
+/// have more starts and ways of the null than kMostVariables has room for.
 struct JointSquares {
   double both = 0.0;  ///< over fitted and held-out rows, of the fit to both
   double fitted =

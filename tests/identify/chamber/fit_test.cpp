@@ -8,6 +8,7 @@
 #include <limits>
 #include <random>
 
+#include "host-sim/identify/box_solver.hpp"
 #include "host-sim/plant/chamber.hpp"
 #include "tests/identify/chamber/chamber_scene.hpp"
 
@@ -288,6 +289,20 @@ TEST(JointSquares, LeaveToTheHeldOutRowsWhatTheFittedOnesDoNotShow) {
   ASSERT_GT(alone.rms_Pa(), 5.0 * kNoise_Pa) << "the fitted log shows the exhaust";
   EXPECT_LT(std::sqrt(joint.both / static_cast<double>(found.rows + alone.rows)), 1.1 * kNoise_Pa);
   EXPECT_NEAR(std::sqrt(joint.judged() / static_cast<double>(alone.rows)), kNoise_Pa, 0.1 * kNoise_Pa);
+}
+
+TEST(JointSquares, AreInfiniteWhereMoreLogsAreHeldOutThanThereIsRoomForStarts) {
+  const Scene scene = chamber_scene(jumping_V(60), 0.0);
+  const Fit found = fit(scene, 0, scene.nominal, {});
+  const auto of_logs = [&](std::size_t logs) {
+    return joint_squares(scene, found, std::vector<Record>(logs, scene.records[0]),
+                         std::vector<effects::Start>(logs, found.start[0]), false)
+        .both;
+  };
+  const auto taken = static_cast<std::size_t>(found.gram.rows()) - 1;
+  const std::size_t room = identify::kMostVariables - taken;
+  EXPECT_TRUE(std::isfinite(of_logs(room)));
+  EXPECT_TRUE(std::isinf(of_logs(room + 1)));
 }
 
 }  // namespace
