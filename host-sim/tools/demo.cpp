@@ -245,8 +245,8 @@ int run(const Options& options) {
       smooth_rmse_kPa(demo), 1e5 * smooth_rmse_kPa(demo) / demo.span_Pa, 100.0 * demo.bus_load,
       demo.simulated_s, took_s);
   if (options.gaps) print_gaps(options.output, demo.gaps);
+  options.output.finish(result_of(demo, options.report));  // first: what follows may be refused
   write_report(options.output, options.report, [&] { return demo_page(demo); });
-  options.output.finish(result_of(demo, options.report));
   return kDone;
 }
 
