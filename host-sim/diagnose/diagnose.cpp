@@ -63,7 +63,9 @@ constexpr std::size_t most_plain_parameters() {
   }
   return most;
 }
-/// The valve, a set, one more beside it, the stamp, and the starts.
+static_assert(std::ranges::none_of(kCatalogue,
+                                   [](const effects::Effect* e) { return e->parameters.front().refines; }));
+/// The valve, a set, one more beside it, the stamp, and the starts of fitted and held-out logs, or of later ones and the baseline's.
 static_assert(effects::kValveFigures + most_parameters() + most_plain_parameters() + 1 + 4 * kMostLogs <=
               identify::kMostVariables);
 /// From this share of the gap on, or at the floor, the effects found know their equation better than the latent
@@ -488,13 +490,13 @@ class Diagnosis {
     detectable(kErrors);
   }
 
-  /// Of each effect that is not in the model that is used, beside it and against what it leaves: by what it shows at a typical size, then
-  /// at the least so found, since heat shows less the more there is.
+  /// Of each effect that is neither in the model that is used nor known of the rig, beside that model and against what it leaves: by what
+  /// it shows at a typical size, then at the least so found, since heat shows less the more there is.
   void detectable(double many) {
     constexpr int kPasses = 2;
     std::vector<std::size_t> others;
     for (std::size_t i = 0; i < kEffects; ++i) {
-      if (search_.alone[i].valid() && (used_->on >> i & 1U) == 0) others.push_back(i);
+      if (search_.alone[i].valid() && ((used_->on | scene_.known) >> i & 1U) == 0) others.push_back(i);
     }
     report_.detectable.resize(others.size());
     const Scene seen = coarse(fitted_, std::numeric_limits<double>::infinity());
@@ -508,7 +510,7 @@ class Diagnosis {
         Fit beside =
             identify::chamber::fit(seen, used_->on | EffectSet{1} << others[k], figures, used_->fit.start,
                                    {.most_iterations = 0, .refined = used_->fit.refined});
-        beside.squares = used_->fit.squares;
+        beside.squares = used_->fit.rms_Pa() * used_->fit.rms_Pa() * static_cast<double>(beside.rows);
         const auto at = std::find_if(beside.variables.begin(), beside.variables.end(),
                                      [&](const auto& v) { return v.figure == figure; });
         const double error = standard_errors(beside, search_.correlated_rows)[at - beside.variables.begin()];

@@ -114,7 +114,7 @@ struct ErrorMap {
   std::vector<std::vector<double>> closed_Pa;  ///< the same with the effects named
 };
 
-/// The least size of an effect that this log could have shown beside those that are named (5 % false alarms, 95 % power).
+/// The least size of an effect that this log could have shown beside the set that fits best (5 % false alarms, 95 % power).
 struct Detectable {
   std::string id;
   std::string parameter;

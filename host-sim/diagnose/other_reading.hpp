@@ -19,7 +19,7 @@ inline bool far_better(double otherwise_Pa, double as_written_Pa) {
   return otherwise_Pa * otherwise_Pa <= kFarBetter * as_written_Pa * as_written_Pa;
 }
 
-/// RMS error [Pa] of a model of logs as they would read otherwise.
+/// RMS error [Pa] of a model of logs as they would read otherwise. Called from several threads at once.
 using ErrorOf = std::function<double(const identify::chamber::Scene& otherwise)>;
 
 /// Of the valve's figures, and of the effects that are `on`, fitted to them anew. Nearly all logs are as they are written: a look comes

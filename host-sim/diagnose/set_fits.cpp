@@ -26,8 +26,8 @@ constexpr double kShown = 3e-3;
 /// Of the squares of the best look: an effect that looks worse by this is fitted briefly, and not refined. If its end were no
 /// better its odds would be 20^-10 at most.
 constexpr double kBehind = 20.0;
-/// Of the noise: what comes as near is followed to the end of its valley, which may be long. Farther away a thousandth of the squares,
-/// a tenth of a nat, decides nothing.
+/// Of the noise: what comes as near is followed to the end of its valley, which may be long. Farther away, and in looks, a fit ends where a
+/// step takes off a thousandth of the squares, a tenth of a nat.
 constexpr double kNear = 3.0;
 
 FitOptions brief(EffectSet refined) {
@@ -95,20 +95,20 @@ Trial SetFits::drifting(const Trial& set) const {
   }
   std::vector<effects::Start> start = set.fit.start;
   for (effects::Start& of : start) of.null_V = {};
-  return tried(fitted(set.on, figures, start, finish(set.fit.refined & ~bit(kNull))));
+  return tried(fitted(set.on, figures, start, set.fit.refined & ~bit(kNull)));
 }
 
 Trial SetFits::wandering(const Trial& set) const {
   constexpr std::size_t kNull = effects::kIdNullDrift;
   const EffectSet finer = set.fit.refined | bit(kNull);
   const Fit looked = grown(set.fit, kNull, brief(finer));
-  Trial with = tried(fitted(looked.on, looked.figures, looked.start, finish(finer)));
+  Trial with = tried(fitted(looked.on, looked.figures, looked.start, finer));
   return with.valid() ? refined(std::move(with)) : with;  // the corners of a loop show only now
 }
 
 Trial SetFits::without(const Trial& base, std::size_t effect) const {
   Trial rest = tried(fitted(base.on & ~bit(effect), figures_without(scene_, base.fit.figures, effect),
-                            base.fit.start, finish(base.fit.refined & ~bit(effect))));
+                            base.fit.start, base.fit.refined & ~bit(effect)));
   // the figures beside the effect may lead to another minimum than the one in which the smaller set was found
   for (const auto& [enlarged, trials] : beside_) {
     for (const Trial& known : trials) {
@@ -122,11 +122,10 @@ Trial SetFits::without(const Trial& base, std::size_t effect) const {
 }
 
 Fit SetFits::fitted(EffectSet on, const Figures& figures, const std::vector<effects::Start>& start,
-                    const FitOptions& options) const {
-  const Scene& rows = split(options.refined).fitted;
-  Fit found = fit(rows, on, figures, start, options);
-  if (found.rms_Pa() < kNear * noise_Pa_)
-    found = fit(rows, on, found.figures, found.start, settle(options.refined));
+                    EffectSet refined) const {
+  const Scene& rows = split(refined).fitted;
+  Fit found = fit(rows, on, figures, start, finish(refined));
+  if (found.rms_Pa() < kNear * noise_Pa_) found = fit(rows, on, found.figures, found.start, settle(refined));
   return found;
 }
 
@@ -258,10 +257,11 @@ Trial SetFits::finished(const Look& looked, std::size_t effect, double best_squa
   if (!std::isfinite(looked.squares)) return Trial{};
   if (looked.squares > kBehind * best_squares) {
     const Fit& found = looked.best;
-    return tried(fitted(found.on, found.figures, found.start, brief(found.refined)));
+    return tried(
+        fit(split(found.refined).fitted, found.on, found.figures, found.start, brief(found.refined)));
   }
   const auto to_its_end = [&](const Fit& found) {
-    return fitted(found.on, found.figures, found.start, finish(found.refined));
+    return fitted(found.on, found.figures, found.start, found.refined);
   };
   Fit found = to_its_end(looked.best);
   if (looked.shown) {
@@ -276,10 +276,10 @@ Trial SetFits::refined(Trial set, std::size_t effect, const std::optional<Fit>& 
   if (!refinable(effect) || (set.fit.refined & bit(effect)) != 0) return set;
   // beside an effect whose form is not the machine's twenty figures follow what that leaves
   if (effect == effects::kIdNullDrift && set.on != bit(effect) && !wanders_alone()) return set;
-  const FitOptions options = finish(set.fit.refined | bit(effect));
-  Fit found = fitted(set.on, set.fit.figures, set.fit.start, options);
+  const EffectSet finer_set = set.fit.refined | bit(effect);
+  Fit found = fitted(set.on, set.fit.figures, set.fit.start, finer_set);
   if (other) {
-    Fit elsewhere = fitted(set.on, other->figures, other->start, options);
+    Fit elsewhere = fitted(set.on, other->figures, other->start, finer_set);
     if (elsewhere.squares < found.squares) found = std::move(elsewhere);
   }
   Trial finer = tried(std::move(found));

@@ -62,7 +62,7 @@ class SetFits {
 
   /// To its end. A null that wanders is known only where it is seen: with its spline it is followed into the rows held out.
   Fit fitted(effects::EffectSet on, const effects::Figures& figures, const std::vector<effects::Start>& start,
-             const identify::chamber::FitOptions& options) const;
+             effects::EffectSet refined) const;
   Trial tried(Fit fit) const;
   /// The set of `base`, of which a short fit leaves `base_squares`, with `effect` besides: the best of several sizes of it.
   Look look(const Fit& base, double base_squares, std::size_t effect) const;

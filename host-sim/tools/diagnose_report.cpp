@@ -486,7 +486,8 @@ void add_limits(Page& page, const GapReport& report) {
   for (const auto& one : report.detectable) {
     table.rows.push_back({one.id, one.parameter, to_three_digits(one.smallest)});
   }
-  section.paragraph("An effect that is not named may still be there, but weaker than this:").table(table);
+  section.paragraph("Beside the model above another effect may still be there, but weaker than this:")
+      .table(table);
 }
 
 }  // namespace
