@@ -14,11 +14,11 @@
 
 #include "host-sim/diagnose/aliases.hpp"
 #include "host-sim/diagnose/command_check.hpp"
+#include "host-sim/diagnose/detectable.hpp"
 #include "host-sim/diagnose/estimates.hpp"
 #include "host-sim/diagnose/found_rig.hpp"
 #include "host-sim/diagnose/gap_beyond_noise.hpp"
 #include "host-sim/diagnose/latent.hpp"
-#include "host-sim/diagnose/look.hpp"
 #include "host-sim/diagnose/next_experiment.hpp"
 #include "host-sim/diagnose/other_reading.hpp"
 #include "host-sim/diagnose/reference_check.hpp"
@@ -29,7 +29,6 @@
 #include "host-sim/identify/box_solver.hpp"
 #include "host-sim/identify/chamber/noise.hpp"
 #include "host-sim/identify/chamber/valve_figures.hpp"
-#include "host-sim/identify/in_parallel.hpp"
 
 namespace plenum::host::diagnose {
 namespace {
@@ -63,8 +62,6 @@ constexpr std::size_t most_plain_parameters() {
   }
   return most;
 }
-static_assert(std::ranges::none_of(kCatalogue,
-                                   [](const effects::Effect* e) { return e->parameters.front().refines; }));
 /// The valve, a set, one more beside it, the stamp, and the starts of fitted and held-out logs, or of later ones and the baseline's.
 static_assert(effects::kValveFigures + most_parameters() + most_plain_parameters() + 1 + 4 * kMostLogs <=
               identify::kMostVariables);
@@ -484,52 +481,22 @@ class Diagnosis {
       report_.calibration.push_back(
           {kValveFigures[i].name, scene_.nominal[i], estimate_of(fit, i, errors), used_->fit.figures[i]});
     }
-    // a size of 1.64 + 1.64 standard errors is missed, and seen where there is none, once in twenty
-    constexpr double kErrors = 3.29;
-    stamped_early(kErrors);
-    detectable(kErrors);
-  }
-
-  /// Of each effect that is neither in the model that is used nor known of the rig, beside that model and against what it leaves: by what
-  /// it shows at a typical size, then at the least so found, since heat shows less the more there is.
-  void detectable(double many) {
-    constexpr int kPasses = 2;
+    stamped_early();
     std::vector<std::size_t> others;
     for (std::size_t i = 0; i < kEffects; ++i) {
       if (search_.alone[i].valid() && ((used_->on | scene_.known) >> i & 1U) == 0) others.push_back(i);
     }
-    report_.detectable.resize(others.size());
-    const Scene seen = coarse(fitted_, std::numeric_limits<double>::infinity());
-    identify::in_parallel(others.size(), threads_, [&](std::size_t k) {
-      const std::size_t figure = effects::kFirstFigure[others[k]];
-      const effects::Parameter p = kCatalogue[others[k]]->parameters.front().of(size_of(scene_));
-      effects::Figures figures = used_->fit.figures;
-      double least = p.neutral() + p.typical_change;
-      for (int pass = 0; pass < kPasses; ++pass) {
-        figures[figure] = std::min(least, p.greatest());
-        Fit beside =
-            identify::chamber::fit(seen, used_->on | EffectSet{1} << others[k], figures, used_->fit.start,
-                                   {.most_iterations = 0, .refined = used_->fit.refined});
-        beside.squares = used_->fit.rms_Pa() * used_->fit.rms_Pa() * static_cast<double>(beside.rows);
-        const auto at = std::find_if(beside.variables.begin(), beside.variables.end(),
-                                     [&](const auto& v) { return v.figure == figure; });
-        const double error = standard_errors(beside, search_.correlated_rows)[at - beside.variables.begin()];
-        least = p.neutral() + many * error * p.typical_change;
-      }
-      report_.detectable[k] = {
-          id_of(others[k]), std::string(p.name),
-          least < p.greatest() ? p.value_of(least) : std::numeric_limits<double>::quiet_NaN()};
-    });
+    report_.detectable = detectable(fitted_, used_->fit, others, search_.correlated_rows, threads_);
   }
 
-  /// As the model that is used has it, where it is so many standard errors.
-  void stamped_early(double many) {
+  /// As the model that is used has it, where it shows.
+  void stamped_early() {
     const Fit& used = used_->fit;
     if (used.variables.back().figure != effects::kStampedEarly) return;
     const double early_s = used.figures[effects::kStampedEarly];
     const auto last = static_cast<Eigen::Index>(used.variables.size()) - 1;
     const double error_s = used.variables.back().scale * standard_errors(used, search_.correlated_rows)[last];
-    if (early_s > many * error_s) report_.stamped_early_s = early_s;
+    if (early_s > kShownErrors * error_s) report_.stamped_early_s = early_s;
   }
 
   void traces() {

@@ -51,6 +51,7 @@ SPIKES = [
     ("sensor_bias", "gain 1.2", lambda p: [1.2 * one for one in p]),
     (None, "nothing", lambda p: p),
 ]
+WORN = "worn"
 
 
 def write(path, header, rows, pressure, span):
@@ -130,20 +131,20 @@ def main():
     for found, expected in ((runs, "ctl_OXY_N.csv"), (new, "pinch_new_N.csv")):
         if not found:
             sys.exit(f"spiked: {options.data}: no {expected} there")
-    cases = [(run, spike) for run in runs for spike in SPIKES] + [(run, SPIKES[-1]) for run in new]
     counts = {"shown": 0, "within": 0, "alone": 0, "alone_right": 0, "hidden_blamed": 0, "plain": 0, "plain_blamed": 0}
     first_named = Counter()
     with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(SIDE_BY_SIDE) as pool:
-        pairs = [halves(Path(folder), *case) for case in cases] + list(zip(new, worn))
-        said = list(pool.map(lambda pair: answer(options.plenum, *pair), pairs))
-    for case, answered in zip(cases, said):
-        count(counts, answered, case[1][0])
-        if options.answers:
-            tell(answered, case[0], case[1][0] or "-", case[1][1])
-    for run, answered in zip(worn, said[len(cases):]):
-        first_named.update(named(answered)[0][:1])
-        if options.answers:
-            tell(answered, run, "-", "worn")
+        spiked = [(run, spike) for run in runs for spike in SPIKES] + [(run, SPIKES[-1]) for run in new]
+        cases = [(run, *spike[:2], halves(Path(folder), run, spike)) for run, spike in spiked]
+        cases += [(after, None, WORN, (before, after)) for before, after in zip(new, worn)]
+        answers = pool.map(lambda case: answer(options.plenum, *case[-1]), cases)
+        for (run, truth, size, _), said in zip(cases, answers):
+            if size == WORN:
+                first_named.update(named(said)[0][:1])
+            else:
+                count(counts, said, truth)
+            if options.answers:
+                tell(said, run, truth or "-", size)
     print(f"spiked: {counts}, of {len(worn)} worn: {dict(first_named)}", file=sys.stderr)
     row("spiked.named_percent", 100.0 * counts["within"] / max(counts["shown"], 1), "%", "higher")
     row("spiked.alone_right_percent", 100.0 * counts["alone_right"] / max(counts["alone"], 1), "%", "higher")
