@@ -3,16 +3,17 @@
 // One equation at a time is given a disturbance d, a first-order Markov process, and terms that an error of that equation
 // could depend on:
 //
-//   command     areas at u + d             the command up to 0.1 s before; plays (hysteresis)
+//   command     areas at u + d             the command up to 0.1 s before, or a spool on its way; plays (hysteresis)
 //   valve_area  areas (1 + d)              the opening of each port
-//   mass_flow   flow - d a phi(p, P_a)     pressure ratio; pressure; a silencer; the flow before; a hose in series
+//   mass_flow   flow (1 - d)               pressure ratio; pressure; a silencer; the flow before; a hose in series
+//               or flow - d a phi(p, P_a)  pressure: a leak, by which nothing comes in
 //   supply      P (1 + d)                  the flow drawn, now and up to a second before
-//   energy      heat d                     the gas's temperature; the volume, its motion and its delay
+//   energy      p' - d p                   the gas's temperature; the volume, its motion and its delay
 //   sensor      reading + P d              the readings before; the pressure
 //
 // An extended Kalman filter over the ticks, states p and d, whitens the readings and the tangents of these terms and of the
-// valve's figures, which stay free, so that calibration can neither hide a disturbance nor make one; Gauss-Newton with
-// damping, a step being believed when the filter run anew has shown it. The evidence of an equation is the likelihood of
+// valve's figures and of the stamp of the pressures, which stay free, so that calibration can neither hide a disturbance nor make one;
+// Gauss-Newton with damping, a step being believed when the filter run anew has shown it. The evidence of an equation is the likelihood of
 // the innovations less what its terms cost, each the logarithm of its expected over its estimated spread. A term never
 // sees a reading before the filter does: a measured pressure's rate as a regressor explains everything.
 // Source: Kristensen, Madsen and Jorgensen, Automatica 40 (2004), whose pinpointing is done by hand.
@@ -46,7 +47,7 @@ struct LatentEquation {
 };
 
 /// Most probable first; empty without a record of 50 rows. `records` may be fitted ones and held-out ones: nothing that
-/// is judged later is learnt from them. Half a second of a core for 4000 rows.
+/// is judged later is learnt from them. Some two seconds of a core for 4000 rows.
 std::vector<LatentEquation> latent(const Scene& scene, const std::vector<const Record*>& records,
                                    const effects::Figures& recalibrated, unsigned threads);
 

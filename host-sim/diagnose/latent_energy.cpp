@@ -33,7 +33,6 @@ class EnergyTerms : public LatentTerms {
     Action* const a = tick.terms;
     Action& w = tick.disturbance;
     std::size_t i = 0;
-    const double P = rig_.scene.around.supply_Pa;
     const double middle = b.about->middle_Pa[k];
     const effects::Timing& timing = b.record->drive.timing;
     const auto steps = static_cast<std::size_t>(timing.steps);
@@ -41,8 +40,8 @@ class EnergyTerms : public LatentTerms {
     const double v = volume[k * steps];
     const double v_next = volume[(k + 1) * steps];
     const double per_rate = 0.5 * (v + v_next) * middle / (rig_.chamber.kappa() * rig_.chamber.RT());
-    w.input[kFlow] = b.mean_volume * P / (rig_.chamber.kappa() * rig_.chamber.RT());
-    w.own = w.input[kFlow] / per_rate;
+    w.input[kFlow] = per_rate;
+    w.own = 1.0;
     for (std::size_t j = 0; j < followed_.size(); ++j, ++i) {
       a[i].own = followed_[j][k];
       a[i].input[kFlow] = per_rate * a[i].own;
@@ -72,20 +71,26 @@ class EnergyTerms : public LatentTerms {
   }
 
  private:
-  /// Rate at which the pressure falls [1/s] as gas that was warmed by compression comes back to the wall's temperature
+  /// Rate at which the pressure falls [1/s] as gas that flow and volume have warmed, by (4), comes back to the wall's temperature
   /// within tau; that of a chamber at half the supply with its mass to this power.
   std::vector<double> cooling(double tau, double power, const Background& b) const {
-    const double tick_s = b.record->drive.timing.tick_s;
+    constexpr double kHottest = 4.0;  // over the wall's temperature, and its reciprocal
+    const effects::Timing& timing = b.record->drive.timing;
+    const auto steps = static_cast<std::size_t>(timing.steps);
+    const double kappa = rig_.chamber.kappa();
     std::vector<double> fall(b.about->pressure.size());
-    double settled = 0.0;
+    double warmth = 1.0;  // the gas's temperature over the wall's
     for (std::size_t k = 0; k < fall.size(); ++k) {
-      const double pressure = b.about->pressure[k];
-      const double warmth =
-          (1.0 - 1.0 / rig_.chamber.kappa()) * std::log(pressure / rig_.scene.around.ambient_Pa);
-      if (k == 0) settled = warmth;
-      const double rate = std::pow(0.5 * rig_.scene.around.supply_Pa / pressure, power) / tau;
-      settled -= std::expm1(-tick_s * rate) * (warmth - settled);
-      fall[k] = std::expm1(settled - warmth) * rate;
+      const double v = b.record->drive.volume_m3[k * steps];
+      const double squeezed = b.record->drive.volume_m3[(k + 1) * steps] / v - 1.0;
+      const double pv = b.about->middle_Pa[k] * v;
+      const double flown = (b.in_flow[k] - b.ex_flow[k]) * rig_.chamber.RT() * timing.tick_s / pv;
+      const double moved = warmth * std::exp(flown * (kappa - warmth) - (kappa - 1.0) * squeezed);
+      const double density = pv / (0.5 * rig_.scene.around.supply_Pa * b.mean_volume * warmth);
+      const double rate = std::pow(std::max(density, 0.05), -power) / tau;
+      const double before = std::clamp(moved, 1.0 / kHottest, kHottest);
+      warmth = 1.0 + (before - 1.0) * std::exp(-timing.tick_s * rate);
+      fall[k] = (2.0 / (before + warmth) - 1.0) * rate;
     }
     return fall;
   }

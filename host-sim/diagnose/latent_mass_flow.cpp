@@ -1,5 +1,6 @@
-// A disturbance of the mass flow: d of what a port open by a volt would let out to ambient is lost. Terms: the pressure ratio, the
-// pressure, a silencer, the flow before, and a hose in series.
+// A disturbance of the mass flow: d of what flows, and of a tenth of what a port open by a volt would let out to ambient, is lost. Terms:
+// the pressure ratio, the pressure, a silencer, the flow before, and a hose in series. Or a leak that opens and closes, which does not
+// follow the valve: d of what a port open by a volt would lose at the supply's pressure. Terms: the pressure.
 #include "host-sim/diagnose/latent_terms.hpp"
 
 #include <algorithm>
@@ -15,6 +16,17 @@ constexpr std::array<std::array<double, 2>, 6> kSilencers{
     {{0.15, 0.0}, {0.5, 0.0}, {1.5, 0.0}, {5.0, 0.0}, {0.5, 0.02}, {0.5, 0.1}}};
 constexpr std::array kWays{1.0, 3.0, 10.0};                  // conductance [flow_scale_ over supply]
 constexpr std::array<std::size_t, 4> kFlowLags{1, 2, 4, 8};  // ticks
+
+constexpr double kMostIn = 0.2;  // of the squares of a leak, that may be gas that comes in
+
+/// What a hole and a capillary lose [flow_scale_], that at the supply's pressure one each.
+std::array<double, 2> leaks(const LatentScene& rig, double pressure_Pa) {
+  const double P = rig.scene.around.supply_Pa;
+  const double Pa = rig.scene.around.ambient_Pa;
+  const plant::ThinPlate& plate = rig.chamber.plate();
+  return {-plate.phi(pressure_Pa, Pa) / plate.phi(P, Pa),
+          -(pressure_Pa * pressure_Pa - Pa * Pa) / (P * P - Pa * Pa)};
+}
 
 /// The flow m = flow(m) of a restriction behind another, between 0 and `open`, that without the other: flow() falls
 /// with m. By false position, Illinois' way.
@@ -74,7 +86,8 @@ class MassFlowTerms : public LatentTerms {
     const double scale = rig_.flow_scale;
     const double middle = b.about->middle_Pa[k];
     const double v = b.record->drive.volume_m3[k * static_cast<std::size_t>(b.record->drive.timing.steps)];
-    w.input[kFlow] = -rig_.gain * rig_.chamber.plate().phi(middle, Pa);
+    w.input[kFlow] =
+        -std::hypot(0.1 * rig_.gain * rig_.chamber.plate().phi(middle, Pa), b.in_flow[k] - b.ex_flow[k]);
     w.own = w.input[kFlow] / scale;
     for (const bool inlet : {true, false}) {
       const double r = inlet ? middle / P : Pa / middle;
@@ -86,9 +99,7 @@ class MassFlowTerms : public LatentTerms {
         a[i].own = flow * h / scale;
       }
     }
-    const double leak = -rig_.chamber.plate().phi(middle, Pa) / rig_.chamber.plate().phi(P, Pa);
-    const double laminar = -(middle * middle - Pa * Pa) / (P * P - Pa * Pa);
-    for (const double flow : {leak, laminar}) {
+    for (const double flow : leaks(rig_, middle)) {
       a[i].input[kFlow] = scale * flow;
       a[i++].own = flow;
     }
@@ -136,7 +147,43 @@ class MassFlowTerms : public LatentTerms {
   std::vector<std::vector<double>> followed_;  ///< [silencer][tick]: the pressure behind it
 };
 
+/// A leak that comes and goes: what is lost does not follow the valve.
+class LeakTerms : public LatentTerms {
+ public:
+  using LatentTerms::LatentTerms;
+
+  std::vector<Term> terms() const override {
+    std::vector<Term> terms;
+    add(terms, "the pressure", 0.3, 2);
+    return terms;
+  }
+  DisturbanceScale disturbance() const override {
+    return {.start_size = 0.05, .per_unit = rig_.flow_scale, .unit = "kg/s"};
+  }
+  void act(const Background& b, std::size_t k, const TickActions& tick) const override {
+    const std::array<double, 2> flows = leaks(rig_, b.about->middle_Pa[k]);
+    for (std::size_t i = 0; i < flows.size(); ++i) {
+      tick.terms[i].input[kFlow] = rig_.flow_scale * flows[i];
+      tick.terms[i].own = flows[i];
+    }
+    tick.disturbance = tick.terms[0];
+  }
+  /// No gas comes in by a leak.
+  bool is_possible(const std::vector<double>& whole) const override {
+    double in = 0.0, all = 0.0;
+    for (const double flow : whole) {
+      in += flow > 0.0 ? flow * flow : 0.0;
+      all += flow * flow;
+    }
+    return in < kMostIn * all;
+  }
+};
+
 }  // namespace
+
+std::unique_ptr<LatentTerms> leak_terms(const LatentScene& rig) {
+  return std::make_unique<LeakTerms>(rig);
+}
 
 std::unique_ptr<LatentTerms> mass_flow_terms(const LatentScene& rig) {
   return std::make_unique<MassFlowTerms>(rig);

@@ -2,11 +2,12 @@
 #include "host-sim/diagnose/latent_terms.hpp"
 
 #include <array>
+#include <cmath>
 
 namespace plenum::host::diagnose {
 namespace {
 
-constexpr std::array<std::size_t, 6> kSensorLags{1, 2, 3, 5, 8, 13};  // ticks
+constexpr std::array<double, 4> kSensorLags{0.5, 1.5, 4.0, 12.0};  // time constants [ticks]
 
 class SensorTerms : public LatentTerms {
  public:
@@ -21,7 +22,7 @@ class SensorTerms : public LatentTerms {
   DisturbanceScale disturbance() const override {
     return {.start_size = 0.01, .per_unit = rig_.scene.around.supply_Pa, .unit = "Pa"};
   }
-  void begin(const Background& b) override { read_.assign(b.u.size(), 0.0); }
+  void begin(const Background& /*b*/) override { followed_.clear(); }
   void act(const Background& b, std::size_t k, const TickActions& tick) const override {
     Action* const a = tick.terms;
     Action& w = tick.disturbance;
@@ -38,24 +39,26 @@ class SensorTerms : public LatentTerms {
       a[i++].own = s;
     }
   }
-  double derive(std::size_t k, double begin_Pa, const Outcome& at, Action* a,
+  double derive(std::size_t /*k*/, double begin_Pa, const Outcome& at, Action* a,
                 const std::vector<double>& size) override {
     const double P = rig_.scene.around.supply_Pa;
     double own = 1.0;
+    if (followed_.empty()) followed_.assign(kSensorLags.size(), at.reading);
     for (std::size_t j = 0; j < kSensorLags.size(); ++j) {
-      const double then = k >= kSensorLags[j] ? read_[k - kSensorLags[j]] : at.reading;
-      a[j].reading = then - at.reading;
+      const double keep = std::exp(-1.0 / kSensorLags[j]);
+      followed_[j] = keep * followed_[j] + (1.0 - keep) * at.reading;
+      a[j].reading = followed_[j] - at.reading;
       a[j].own = a[j].reading / P;
-      own -= size[j];
+      own -= size[j] * keep;
     }
     a[kSensorLags.size()].reading = begin_Pa - at.end;
     a[kSensorLags.size()].own = a[kSensorLags.size()].reading / P;
-    read_[k] = at.reading;
     return own;
   }
 
  private:
-  std::vector<double> read_;  ///< [tick] what the filter takes the chamber's own reading to have been
+  std::vector<double>
+      followed_;  ///< [lag] the chamber's own reading, as the filter expects it, behind a lag of first order
 };
 
 }  // namespace

@@ -101,6 +101,8 @@ class LatentTerms {
                         const std::vector<double>& /*size*/) {
     return 1.0;
   }
+  /// Whether the whole disturbance of a record, as it came out, can be.
+  virtual bool is_possible(const std::vector<double>& /*whole*/) const { return true; }
 
  protected:
   static void add(std::vector<Term>& terms, const char* group, double spread, std::size_t count) {
@@ -110,9 +112,11 @@ class LatentTerms {
   const LatentScene& rig_;
 };
 
-std::unique_ptr<LatentTerms> command_terms(const LatentScene& rig);
+std::unique_ptr<LatentTerms> late_command_terms(const LatentScene& rig);
+std::unique_ptr<LatentTerms> spool_terms(const LatentScene& rig);
 std::unique_ptr<LatentTerms> valve_area_terms(const LatentScene& rig);
 std::unique_ptr<LatentTerms> mass_flow_terms(const LatentScene& rig);
+std::unique_ptr<LatentTerms> leak_terms(const LatentScene& rig);
 std::unique_ptr<LatentTerms> supply_terms(const LatentScene& rig);
 std::unique_ptr<LatentTerms> energy_terms(const LatentScene& rig);
 std::unique_ptr<LatentTerms> sensor_terms(const LatentScene& rig);

@@ -6,7 +6,7 @@
 namespace plenum::host::diagnose {
 namespace {
 
-constexpr std::array kOpenings{0.05, 0.15, 0.3, 0.45, 0.6};  // o/(o + 2 V)
+constexpr std::array kOpenings{0.02, 0.06, 0.12, 0.2, 0.3, 0.4, 0.5, 0.62};  // o/(o + 2 V)
 
 class ValveAreaTerms : public LatentTerms {
  public:

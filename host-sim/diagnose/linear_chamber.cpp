@@ -100,6 +100,7 @@ Linear LinearChamber::tick(double pressure, const Inputs& in, const double* volu
     l.by_pressure.reading = moved_by_pressure;
     for (std::size_t c = 0; c < kInputs; ++c) l.by_input[c].reading = moved[c];
   }
+  l.reading_by_early = rise.at.reading / (risen * h);
   const double early = stamped_early_s / (risen * h);
   l.at.reading += early * rise.at.reading;
   l.by_pressure.reading += early * rise.by_pressure.reading;

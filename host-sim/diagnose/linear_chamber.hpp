@@ -12,7 +12,7 @@ namespace plenum::host::diagnose {
 
 using identify::chamber::Scene;
 
-inline constexpr int kParts = 2;  // of a tick: each has its own openings
+inline constexpr int kParts = 4;  // of a tick: each has its own openings
 enum Input : std::size_t {
   kInlet,
   kExhaust = kInlet + kParts,
@@ -33,6 +33,7 @@ struct Linear {
   Outcome at;
   Outcome by_pressure;
   std::array<Outcome, kInputs> by_input;
+  double reading_by_early = 0.0;  ///< [Pa/s] by how much it is stamped early
 };
 
 /// A port's area [m2] by (3), with a gain a port, and its slopes.

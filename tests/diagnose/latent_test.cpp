@@ -2,12 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <ostream>
 #include <random>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "tests/identify/chamber/chamber_scene.hpp"
 
@@ -86,6 +88,8 @@ INSTANTIATE_TEST_SUITE_P(Effects, Latent,
                                          Injected{"area_shape", 0.4, "the supply port's opening"},
                                          Injected{"chamber_leak", 2.0, "the pressure"},
                                          Injected{"supply_droop", 20.0, "the flow drawn"},
+                                         Injected{"heat_transfer", 0.3, "the gas's temperature"},
+                                         Injected{"sensor_lag", 0.008, "the pressure's rate"},
                                          Injected{"volume_error", 20.0, "the volume"},
                                          Injected{"sensor_bias", 5.0, "the pressure"}),
                          [](const auto& test) { return std::string(test.param.effect); });
@@ -117,6 +121,103 @@ TEST(Latent, RecoversADriftThatWasAddedToTheCommand) {
   }
   mean /= count;
   EXPECT_LT(std::sqrt(squares / count - mean * mean), 0.01) << "V of 0.07";
+}
+
+/// Gas that a piston moving in compresses above twice the supply's pressure, twice a second.
+TEST(Latent, FollowsAPistonThatCompressesToMoreThanTwiceTheSupply) {
+  std::vector<double> command_V(kRows), late_V(kRows);
+  for (std::size_t row = 0; row < kRows; ++row) command_V[row] = row % 110 < 15 ? 5.8 : 5.0;
+  late_V[0] = command_V[0];
+  std::copy(command_V.begin(), command_V.end() - 1, late_V.begin() + 1);
+  Scene scene = chamber_scene(late_V, 110e-6);
+  scene.noise_Pa = kNoise_Pa;
+  Record& record = scene.records.front();
+  ASSERT_GT(*std::max_element(record.measured_Pa.begin(), record.measured_Pa.end()),
+            2.2 * scene.around.supply_Pa);
+  add_noise(record, 8);
+  record.drive.command_V = command_V;
+  const auto found = latent(scene, {&record}, scene.nominal, 2);
+  ASSERT_EQ(found.size(), 6U);
+  EXPECT_EQ(effects::name_of(found[0].equation), "command");
+  EXPECT_GT(found[0].terms[0].share, 0.8);
+  EXPECT_LT(found[0].rest, 0.02) << "V";
+}
+
+/// A calibration that took what heat leaves for an early stamp is not believed.
+TEST(Latent, FindsTheStampOfThePressuresItself) {
+  Scene scene = chamber_scene(mixed_V(), kSwing_m3);
+  scene.noise_Pa = kNoise_Pa;
+  scene.most_early_s = 1e-3;
+  Record& record = scene.records.front();
+  effects::Figures figures = scene.nominal;
+  figures[effects::kStampedEarly] = 0.4e-3;
+  record.measured_Pa = run(scene, record, 0, figures, {3e5});
+  add_noise(record, 9);
+  for (const double recalibrated_s : {0.0, 1e-3}) {
+    figures[effects::kStampedEarly] = recalibrated_s;
+    for (const LatentEquation& e : latent(scene, {&record}, figures, 2)) {
+      if (e.unit == "V") {
+        EXPECT_LT(e.size, 0.005);
+      }
+      if (e.unit == "1/s") {
+        EXPECT_LT(e.size, 0.02);
+      }
+    }
+  }
+}
+
+/// Half a second in two of a hole of a square millimetre: no function of the pressure, and none of the valve.
+TEST(Latent, TellsALeakThatComesAndGoesFromHeat) {
+  Scene scene = chamber_scene(jumping_V(kRows), kSwing_m3);
+  scene.noise_Pa = kNoise_Pa;
+  Record& record = scene.records.front();
+  const std::size_t leak = effects::find("chamber_leak").value();
+  effects::Figures leaky = scene.nominal;
+  leaky[effects::kFirstFigure[leak]] = effects::kCatalogue[leak]->parameters.front().coordinate_of(1.0);
+  constexpr std::size_t kStretch = 50;
+  double begin_Pa = 3e5;
+  for (std::size_t first = 0; first + 1 < kRows; first += kStretch) {
+    const std::size_t last = std::min(first + kStretch, kRows - 1);
+    const auto part = [&](const std::vector<double>& all, std::size_t per_row, std::size_t more) {
+      return std::vector<double>(all.begin() + static_cast<std::ptrdiff_t>(first * per_row),
+                                 all.begin() + static_cast<std::ptrdiff_t>(last * per_row + more));
+    };
+    Record stretch = record;
+    stretch.drive.command_V = part(record.drive.command_V, 1, 1);
+    stretch.drive.volume_m3 = part(record.drive.volume_m3, 4, 1);
+    stretch.measured_Pa = part(record.measured_Pa, 1, 1);
+    const bool open = first / kStretch % 4 == 0;
+    const effects::EffectSet on = open ? effects::EffectSet{1} << leak : effects::EffectSet{0};
+    const effects::Figures& figures = open ? leaky : scene.nominal;
+    const std::vector<double> read = run(scene, stretch, on, figures, {begin_Pa});
+    std::copy(read.begin() + 1, read.end(),
+              record.measured_Pa.begin() + static_cast<std::ptrdiff_t>(first) + 1);
+    stretch.drive.timing.average_s = 0.0;  // what the next stretch begins at is no mean
+    begin_Pa = run(scene, stretch, on, figures, {begin_Pa}).back();
+  }
+  add_noise(record, 10);
+  const auto found = latent(scene, {&record}, scene.nominal, 2);
+  ASSERT_EQ(found.size(), 6U);
+  EXPECT_EQ(effects::name_of(found[0].equation), "mass_flow");
+  EXPECT_EQ(found[0].terms[0].on, "time");
+}
+
+/// 0.3 % of the volume, at 5 Hz, which the log's volume does not have: gas comes and goes, and none comes in by a leak.
+TEST(Latent, TellsAVibrationOfTheVolumeFromALeak) {
+  Scene scene = chamber_scene(jumping_V(kRows), 0.0);
+  scene.noise_Pa = kNoise_Pa;
+  Record& record = scene.records.front();
+  std::vector<double> volume_m3;
+  for (std::size_t row = 0; row < kRows; ++row)
+    volume_m3.push_back(150e-6 *
+                        (1.0 + 0.003 * std::sin(2.0 * std::numbers::pi * 0.05 * static_cast<double>(row))));
+  Record vibrating = record;
+  vibrating.drive = effects::make_drive(record.drive.command_V, volume_m3, record.drive.timing);
+  record.measured_Pa = run(scene, vibrating, 0, scene.nominal, {3e5});
+  add_noise(record, 11);
+  const auto found = latent(scene, {&record}, scene.nominal, 2);
+  ASSERT_EQ(found.size(), 6U);
+  EXPECT_EQ(effects::name_of(found[0].equation), "energy");
 }
 
 TEST(Latent, FindsNoLargeDisturbanceWhereThereIsNone) {
