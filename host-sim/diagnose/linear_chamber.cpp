@@ -38,7 +38,16 @@ Linear LinearChamber::tick(double pressure, const Inputs& in, const double* volu
   const double risen = averaged > 0.0 ? averaged : 1.0;  // steps over which a reading that is early rises
   Linear rise;                                           // of the readings
   for (int i = 0; i < timing.steps; ++i) {
+    // the parts of this step, one where there are as many steps or more
     const auto part = static_cast<std::size_t>(i * kParts / timing.steps);
+    const auto parts = static_cast<std::size_t>(std::max(1, kParts / timing.steps));
+    const double each = 1.0 / static_cast<double>(parts);
+    double inlet_m2 = 0.0;
+    double exhaust_m2 = 0.0;
+    for (std::size_t j = part; j < part + parts; ++j) {
+      inlet_m2 += each * in[kInlet + j];
+      exhaust_m2 += each * in[kExhaust + j];
+    }
     const double v = std::max(0.5 * (volume[i] + volume[i + 1]) + in[kVolume], 0.05 * volume[i]);
     const double per_mass = kappa_ * RT_ / v;
     const double squeeze = kappa_ * (volume[i + 1] - volume[i]) / (h * v);
@@ -48,10 +57,8 @@ Linear LinearChamber::tick(double pressure, const Inputs& in, const double* volu
     };
     const auto rate = [&](double q) {
       Rate r{plate_.flux(in[kSupply], q), plate_.flux(q, in[kBehind]), 0.0, 0.0};
-      const double a = in[kInlet + part];
-      const double b = in[kExhaust + part];
-      r.f = per_mass * (a * r.inlet.flow - b * r.exhaust.flow + in[kFlow]) - squeeze * q;
-      r.J = per_mass * (a * r.inlet.by_second - b * r.exhaust.by_first) - squeeze;
+      r.f = per_mass * (inlet_m2 * r.inlet.flow - exhaust_m2 * r.exhaust.flow + in[kFlow]) - squeeze * q;
+      r.J = per_mass * (inlet_m2 * r.inlet.by_second - exhaust_m2 * r.exhaust.by_first) - squeeze;
       return r;
     };
     const Rate first = rate(p);
@@ -61,11 +68,12 @@ Linear LinearChamber::tick(double pressure, const Inputs& in, const double* volu
     const double chord = std::abs(way) < 0.1 ? first.J : (second.f - first.f) / way;
     const auto z = effects::exponential(std::min(h * chord, 1.0));
     std::array<double, kInputs> by{};  // d f / d input
-    by[kInlet + part] = per_mass * 0.5 * (first.inlet.flow + second.inlet.flow);
-    by[kExhaust + part] = -per_mass * 0.5 * (first.exhaust.flow + second.exhaust.flow);
-    by[kSupply] = per_mass * in[kInlet + part] * 0.5 * (first.inlet.by_first + second.inlet.by_first);
-    by[kBehind] =
-        -per_mass * in[kExhaust + part] * 0.5 * (first.exhaust.by_second + second.exhaust.by_second);
+    for (std::size_t j = part; j < part + parts; ++j) {
+      by[kInlet + j] = each * per_mass * 0.5 * (first.inlet.flow + second.inlet.flow);
+      by[kExhaust + j] = -each * per_mass * 0.5 * (first.exhaust.flow + second.exhaust.flow);
+    }
+    by[kSupply] = per_mass * inlet_m2 * 0.5 * (first.inlet.by_first + second.inlet.by_first);
+    by[kBehind] = -per_mass * exhaust_m2 * 0.5 * (first.exhaust.by_second + second.exhaust.by_second);
     by[kFlow] = per_mass;
     by[kVolume] = -0.5 * (first.f + second.f) / v;
     // Of this step's end, as much as the sensor averages.
