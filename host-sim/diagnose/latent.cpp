@@ -78,7 +78,7 @@ class Suspect {
           break;
         }
         go_back(before);
-        if (near) sweep();
+        sweep();
       }
       const System system = evaluate();
       const Point before = present();
@@ -320,7 +320,7 @@ class Suspect {
   Eigen::VectorXd spreads() const {
     Eigen::VectorXd s(static_cast<Eigen::Index>(columns()));
     s << 0.2, 0.2, 0.5 * rig_.gain, 0.5 * rig_.gain, 0.1 * rig_.gain, 0.1 * rig_.gain, 0.1 * rig_.gain,
-        std::max(kStampSpread * scene_.most_early_s, kNever),
+        std::max(kStampSpread * scene_.most_early_s, kGivenStamp_s),
         Eigen::VectorXd::Zero(static_cast<Eigen::Index>(terms_.size()));
     for (std::size_t j = 0; j < terms_.size(); ++j)
       s[static_cast<Eigen::Index>(kFirstTerm + j)] = terms_[j].spread;
@@ -447,9 +447,11 @@ class Suspect {
         for (std::size_t g = 0; g < part.size(); ++g) without[g] += (sum - part[g]) * (sum - part[g]);
         count += 1.0;
       }
-      if (!of_equation_->is_possible(whole)) a.log_likelihood = -std::numeric_limits<double>::infinity();
       a.disturbance.push_back(std::move(whole));
     }
+    if (!of_equation_->is_possible(a.disturbance))
+      a.log_likelihood = -std::numeric_limits<double>::infinity();
+    a.early_s = figures_[effects::kStampedEarly];
     a.size = unit * std::sqrt(all / count);
     a.rest = unit * std::sqrt(rest / count);
     for (std::size_t g = 0; g < groups.size(); ++g)
@@ -459,8 +461,9 @@ class Suspect {
     return a;
   }
   static constexpr std::array<double, 5> kMemories_s{0.002, 0.05, 0.3, 2.0, 20.0};
-  static constexpr double kStampSpread = 0.3;  // of the most that is looked for
-  static constexpr double kSeen = 3.0;         // standard errors
+  static constexpr double kGivenStamp_s = 1e-9;  // of one that is not looked for
+  static constexpr double kStampSpread = 0.3;    // of the most that is looked for
+  static constexpr double kSeen = 3.0;           // standard errors
   static constexpr double kRough_Pa = 20.0;
   static constexpr double kRoughShare = 0.003;
   static constexpr double kStartSpread = 0.03;

@@ -3,13 +3,13 @@
 // One equation at a time is given a disturbance d, a first-order Markov process, and terms that an error of that equation
 // could depend on:
 //
-//   command     areas at u + d             the command up to 0.1 s before, or a spool on its way; plays (hysteresis)
+//   command     areas at u + d             the command up to 11 ticks before, or a spool on its way; plays (hysteresis)
 //   valve_area  areas (1 + d)              the opening of each port
-//   mass_flow   flow (1 - d)               pressure ratio; pressure; a silencer; the flow before; a hose in series
+//   mass_flow   flow - d |flow|            pressure ratio; pressure; a silencer; the flow before; a hose in series
 //               or flow - d a phi(p, P_a)  pressure: a leak, by which nothing comes in
 //   supply      P (1 + d)                  the flow drawn, now and up to a second before
-//   energy      p' - d p                   the gas's temperature; the volume, its motion and its delay
-//   sensor      reading + P d              the readings before; the pressure
+//   energy      p' + d p                   the gas's temperature; the volume, its motion and its delay
+//   sensor      reading + P d              lags of first order, the rise over a tick; the pressure
 //
 // An extended Kalman filter over the ticks, states p and d, whitens the readings and the tangents of these terms and of the
 // valve's figures and of the stamp of the pressures, which stay free, so that calibration can neither hide a disturbance nor make one;
@@ -38,8 +38,9 @@ struct LatentEquation {
   effects::Equation equation{};
   double log_likelihood = 0.0;  ///< [nat]
   double probability = 0.0;
-  double size = 0.0;  ///< RMS of the whole disturbance [unit]
-  double rest = 0.0;  ///< RMS of what depends on none of the terms [unit]
+  double early_s = 0.0;  ///< by which the pressures are stamped early, if it is this equation
+  double size = 0.0;     ///< RMS of the whole disturbance [unit]
+  double rest = 0.0;     ///< RMS of what depends on none of the terms [unit]
   double memory_s = 0.0;
   std::string unit;
   std::vector<LatentTerm> terms;                 ///< largest first

@@ -1,4 +1,4 @@
-// A disturbance of the command: areas at u + d. Terms: plays (hysteresis), and either the areas of the commands up to 0.1 s before, by
+// A disturbance of the command: areas at u + d. Terms: plays (hysteresis), and either the areas of the commands up to 11 ticks before, by
 // which one that is late and one that is met bit by bit are told, or the areas that a spool has on its way, which passes the null.
 #include "host-sim/diagnose/latent_terms.hpp"
 
@@ -23,7 +23,7 @@ class CommandTerms : public LatentTerms {
 
   std::vector<Term> terms() const override {
     std::vector<Term> terms;
-    add(terms, "the command before", 0.5, befores());
+    add(terms, "the command before", 0.5, lag_terms());
     add(terms, "the command's reversals", 0.5, kPlays_V.size());
     return terms;
   }
@@ -45,13 +45,13 @@ class CommandTerms : public LatentTerms {
     for (std::size_t j = 0; j < kPlays_V.size(); ++j) {
       PartAreas at;
       at.fill(at_played_[j][k]);
-      move(b, k, tick, befores() + j, at, played_[j][k]);
+      move(b, k, tick, lag_terms() + j, at, played_[j][k]);
     }
   }
 
  protected:
   /// Terms of the command before, which come first.
-  virtual std::size_t befores() const = 0;
+  virtual std::size_t lag_terms() const = 0;
   virtual void act_before(const Background& b, std::size_t k, const TickActions& tick) const = 0;
 
   /// Term i: the ports of another command, the mean of `command_V`, in the place of those that are open.
@@ -100,7 +100,7 @@ class LateCommandTerms : public CommandTerms {
   /// Ticks ago and weights, of a part of a tick.
   using Weights = std::vector<std::pair<std::size_t, double>>;
 
-  std::size_t befores() const override { return kLagParts.size(); }
+  std::size_t lag_terms() const override { return kLagParts.size(); }
   void act_before(const Background& b, std::size_t k, const TickActions& tick) const override {
     for (std::size_t j = 0; j < lagging_.size(); ++j) {
       PartAreas at;
@@ -157,7 +157,7 @@ class SpoolTerms : public CommandTerms {
   }
 
  private:
-  std::size_t befores() const override { return kSpools.size(); }
+  std::size_t lag_terms() const override { return kSpools.size(); }
   void act_before(const Background& b, std::size_t k, const TickActions& tick) const override {
     for (std::size_t j = 0; j < kSpools.size(); ++j) move(b, k, tick, j, at_spooled_[j][k], spooled_[j][k]);
   }
@@ -165,12 +165,12 @@ class SpoolTerms : public CommandTerms {
   void spool(double ticks, const Background& b) {
     std::vector<double> mean(b.u.size());
     std::vector<PartAreas> at(b.u.size());
-    const double halves = 0.5 / (ticks * kParts);  // of a part, in time constants
+    const double half_part_per_tau = 0.5 / (ticks * kParts);  // of a part, in time constants
     double first = b.u[0];
     double second = b.u[0];
     const auto half_a_part = [&](double u) {
-      second = u + std::exp(-halves) * (second - u + halves * (first - u));
-      first = u + std::exp(-halves) * (first - u);
+      second = u + std::exp(-half_part_per_tau) * (second - u + half_part_per_tau * (first - u));
+      first = u + std::exp(-half_part_per_tau) * (first - u);
     };
     for (std::size_t k = 0; k < b.u.size(); ++k) {
       for (Ports& of_part : at[k]) {

@@ -71,8 +71,8 @@ class EnergyTerms : public LatentTerms {
   }
 
  private:
-  /// Rate at which the pressure falls [1/s] as gas that flow and volume have warmed, by (4), comes back to the wall's temperature
-  /// within tau; that of a chamber at half the supply with its mass to this power.
+  /// Rate of the pressure's logarithm [1/s] as gas that flow and volume have warmed, by (4), comes back to the wall's temperature: in tau
+  /// at half the supply and the mean volume, which grows as its mass to this power.
   std::vector<double> cooling(double tau, double power, const Background& b) const {
     constexpr double kHottest = 4.0;  // over the wall's temperature, and its reciprocal
     const effects::Timing& timing = b.record->drive.timing;
@@ -90,7 +90,7 @@ class EnergyTerms : public LatentTerms {
       const double rate = std::pow(std::max(density, 0.05), -power) / tau;
       const double before = std::clamp(moved, 1.0 / kHottest, kHottest);
       warmth = 1.0 + (before - 1.0) * std::exp(-timing.tick_s * rate);
-      fall[k] = (2.0 / (before + warmth) - 1.0) * rate;
+      fall[k] = std::log(warmth / before) / timing.tick_s;
     }
     return fall;
   }

@@ -27,7 +27,7 @@ struct Track {
 
   const Record* record;
   double begin_Pa;
-  std::size_t columns = 0;  ///< of the normal equations: figures, then terms
+  std::size_t columns = 0;  ///< of the normal equations: figures, stamp, terms
   About about;
   std::vector<double> at_Pa;  ///< p', where the filter was when the tick was linearised
   std::vector<Linear> linear;

@@ -1,6 +1,6 @@
-// A disturbance of the mass flow: d of what flows, and of a tenth of what a port open by a volt would let out to ambient, is lost. Terms:
-// the pressure ratio, the pressure, a silencer, the flow before, and a hose in series. Or a leak that opens and closes, which does not
-// follow the valve: d of what a port open by a volt would lose at the supply's pressure. Terms: the pressure.
+// A disturbance of the mass flow: d of what flows, whichever way, and of a tenth of what a port open by a volt would let out to
+// ambient, is lost. Terms: the pressure ratio, the pressure, a silencer, the flow before, and a hose in series. Or a leak that opens
+// and closes, which does not follow the valve: d of what a port open by a volt would lose. Terms: the pressure.
 #include "host-sim/diagnose/latent_terms.hpp"
 
 #include <algorithm>
@@ -169,13 +169,15 @@ class LeakTerms : public LatentTerms {
     tick.disturbance = tick.terms[0];
   }
   /// No gas comes in by a leak.
-  bool is_possible(const std::vector<double>& whole) const override {
+  bool is_possible(const std::vector<std::vector<double>>& whole) const override {
     double in = 0.0, all = 0.0;
-    for (const double flow : whole) {
-      in += flow > 0.0 ? flow * flow : 0.0;
-      all += flow * flow;
+    for (const std::vector<double>& record : whole) {
+      for (const double flow : record) {
+        in += flow > 0.0 ? flow * flow : 0.0;
+        all += flow * flow;
+      }
     }
-    return in < kMostIn * all;
+    return in <= kMostIn * all;
   }
 };
 

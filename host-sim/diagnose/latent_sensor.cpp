@@ -1,4 +1,5 @@
-// A disturbance of the sensor: its reading plus d of the supply's pressure. Terms: the readings before, and the pressure.
+// A disturbance of the sensor: its reading plus d of the supply's pressure. Terms: what the chamber alone would have been
+// read to be, behind lags of first order, its rise over a tick, and the pressure.
 #include "host-sim/diagnose/latent_terms.hpp"
 
 #include <array>

@@ -96,13 +96,12 @@ class LatentTerms {
   /// What terms and disturbance of size one do in tick k.
   virtual void act(const Background& b, std::size_t k, const TickActions& tick) const = 0;
   /// What the terms do that need the filter's own readings, tick by tick as it goes: it begins at `begin_Pa` and finds `at`.
-  /// Returns the chamber's own share in the reading.
   virtual double derive(std::size_t /*k*/, double /*begin_Pa*/, const Outcome& /*at*/, Action* /*terms*/,
                         const std::vector<double>& /*size*/) {
     return 1.0;
   }
-  /// Whether the whole disturbance of a record, as it came out, can be.
-  virtual bool is_possible(const std::vector<double>& /*whole*/) const { return true; }
+  /// Whether the whole disturbance of the records, as it came out, can be.
+  virtual bool is_possible(const std::vector<std::vector<double>>& /*whole*/) const { return true; }
 
  protected:
   static void add(std::vector<Term>& terms, const char* group, double spread, std::size_t count) {

@@ -38,15 +38,16 @@ Linear LinearChamber::tick(double pressure, const Inputs& in, const double* volu
   const double risen = averaged > 0.0 ? averaged : 1.0;  // steps over which a reading that is early rises
   Linear rise;                                           // of the readings
   for (int i = 0; i < timing.steps; ++i) {
-    // the parts of this step, one where there are as many steps or more
-    const auto part = static_cast<std::size_t>(i * kParts / timing.steps);
-    const auto parts = static_cast<std::size_t>(std::max(1, kParts / timing.steps));
-    const double each = 1.0 / static_cast<double>(parts);
+    std::array<double, kParts> part{};  // of this step, that lies in a part of the tick
     double inlet_m2 = 0.0;
     double exhaust_m2 = 0.0;
-    for (std::size_t j = part; j < part + parts; ++j) {
-      inlet_m2 += each * in[kInlet + j];
-      exhaust_m2 += each * in[kExhaust + j];
+    for (int j = 0; j < kParts; ++j) {
+      const int from = std::max(i * kParts, j * timing.steps);
+      const int to = std::min((i + 1) * kParts, (j + 1) * timing.steps);
+      const auto at = static_cast<std::size_t>(j);
+      part[at] = static_cast<double>(std::max(to - from, 0)) / kParts;
+      inlet_m2 += part[at] * in[kInlet + at];
+      exhaust_m2 += part[at] * in[kExhaust + at];
     }
     const double v = std::max(0.5 * (volume[i] + volume[i + 1]) + in[kVolume], 0.05 * volume[i]);
     const double per_mass = kappa_ * RT_ / v;
@@ -68,9 +69,9 @@ Linear LinearChamber::tick(double pressure, const Inputs& in, const double* volu
     const double chord = std::abs(way) < 0.1 ? first.J : (second.f - first.f) / way;
     const auto z = effects::exponential(std::min(h * chord, 1.0));
     std::array<double, kInputs> by{};  // d f / d input
-    for (std::size_t j = part; j < part + parts; ++j) {
-      by[kInlet + j] = each * per_mass * 0.5 * (first.inlet.flow + second.inlet.flow);
-      by[kExhaust + j] = -each * per_mass * 0.5 * (first.exhaust.flow + second.exhaust.flow);
+    for (std::size_t j = 0; j < kParts; ++j) {
+      by[kInlet + j] = part[j] * per_mass * 0.5 * (first.inlet.flow + second.inlet.flow);
+      by[kExhaust + j] = -part[j] * per_mass * 0.5 * (first.exhaust.flow + second.exhaust.flow);
     }
     by[kSupply] = per_mass * inlet_m2 * 0.5 * (first.inlet.by_first + second.inlet.by_first);
     by[kBehind] = -per_mass * exhaust_m2 * 0.5 * (first.exhaust.by_second + second.exhaust.by_second);

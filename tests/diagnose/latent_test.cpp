@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
 #include <ostream>
 #include <random>
@@ -11,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "host-sim/diagnose/latent_terms.hpp"
 #include "tests/identify/chamber/chamber_scene.hpp"
 
 namespace plenum::host::diagnose {
@@ -123,7 +125,7 @@ TEST(Latent, RecoversADriftThatWasAddedToTheCommand) {
   EXPECT_LT(std::sqrt(squares / count - mean * mean), 0.01) << "V of 0.07";
 }
 
-/// Gas that a piston moving in compresses above twice the supply's pressure, twice a second.
+/// Gas that a piston moving in compresses above twice the supply's pressure, 0.9 times a second.
 TEST(Latent, FollowsAPistonThatCompressesToMoreThanTwiceTheSupply) {
   std::vector<double> command_V(kRows), late_V(kRows);
   for (std::size_t row = 0; row < kRows; ++row) command_V[row] = row % 110 < 15 ? 5.8 : 5.0;
@@ -143,7 +145,7 @@ TEST(Latent, FollowsAPistonThatCompressesToMoreThanTwiceTheSupply) {
   EXPECT_LT(found[0].rest, 0.02) << "V";
 }
 
-/// A calibration that took what heat leaves for an early stamp is not believed.
+/// Whatever the calibration took it for: that takes what heat leaves for an early stamp.
 TEST(Latent, FindsTheStampOfThePressuresItself) {
   Scene scene = chamber_scene(mixed_V(), kSwing_m3);
   scene.noise_Pa = kNoise_Pa;
@@ -153,20 +155,23 @@ TEST(Latent, FindsTheStampOfThePressuresItself) {
   figures[effects::kStampedEarly] = 0.4e-3;
   record.measured_Pa = run(scene, record, 0, figures, {3e5});
   add_noise(record, 9);
-  for (const double recalibrated_s : {0.0, 1e-3}) {
-    figures[effects::kStampedEarly] = recalibrated_s;
-    for (const LatentEquation& e : latent(scene, {&record}, figures, 2)) {
-      if (e.unit == "V") {
-        EXPECT_LT(e.size, 0.005);
-      }
-      if (e.unit == "1/s") {
-        EXPECT_LT(e.size, 0.02);
-      }
+  figures[effects::kStampedEarly] = 1e-3;
+  const auto found = latent(scene, {&record}, figures, 2);
+  ASSERT_EQ(found.size(), 6U);
+  for (const LatentEquation& e : found) {
+    const bool may_be_late =
+        effects::name_of(e.equation) == "command" || effects::name_of(e.equation) == "sensor";
+    EXPECT_NEAR(e.early_s, 0.4e-3, may_be_late ? 0.4e-3 : 0.05e-3) << effects::name_of(e.equation);
+    if (e.unit == "V") {
+      EXPECT_LT(e.size, 0.005);
+    }
+    if (e.unit == "1/s") {
+      EXPECT_LT(e.size, 0.02);
     }
   }
 }
 
-/// Half a second in two of a hole of a square millimetre: no function of the pressure, and none of the valve.
+/// Half a second in two a gap by which 1 g/s is lost for each MPa: no function of the pressure, and none of the valve.
 TEST(Latent, TellsALeakThatComesAndGoesFromHeat) {
   Scene scene = chamber_scene(jumping_V(kRows), kSwing_m3);
   scene.noise_Pa = kNoise_Pa;
@@ -202,6 +207,16 @@ TEST(Latent, TellsALeakThatComesAndGoesFromHeat) {
   EXPECT_EQ(found[0].terms[0].on, "time");
 }
 
+TEST(Latent, TakesWhatComesInByALeakForNoneWhateverAQuietRecordHolds) {
+  const Scene scene = chamber_scene(jumping_V(40), 0.0);
+  const LatentScene rig(scene, {&scene.records.front()});
+  const std::unique_ptr<LatentTerms> leak = leak_terms(rig);
+  EXPECT_TRUE(leak->is_possible({{-1.0, 0.0, -1.0}}));
+  EXPECT_TRUE(leak->is_possible({{-1.0, 0.0, -1.0}, {0.1, -0.1, 0.1}}));
+  EXPECT_TRUE(leak->is_possible({{0.0, 0.0}}));
+  EXPECT_FALSE(leak->is_possible({{-1.0, 1.0, -1.0}}));
+}
+
 /// 0.3 % of the volume, at 5 Hz, which the log's volume does not have: gas comes and goes, and none comes in by a leak.
 TEST(Latent, TellsAVibrationOfTheVolumeFromALeak) {
   Scene scene = chamber_scene(jumping_V(kRows), 0.0);
@@ -224,7 +239,9 @@ TEST(Latent, FindsNoLargeDisturbanceWhereThereIsNone) {
   Scene scene = chamber_scene(jumping_V(kRows), kSwing_m3);
   scene.noise_Pa = kNoise_Pa;
   add_noise(scene.records.front(), 7);
-  for (const LatentEquation& e : latent(scene, {&scene.records.front()}, scene.nominal, 2)) {
+  const auto found = latent(scene, {&scene.records.front()}, scene.nominal, 2);
+  ASSERT_EQ(found.size(), 6U);
+  for (const LatentEquation& e : found) {
     if (e.unit == "Pa") {
       EXPECT_LT(e.size, 5.0 * kNoise_Pa) << effects::name_of(e.equation);
     }
