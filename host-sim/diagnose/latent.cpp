@@ -137,7 +137,7 @@ class Suspect {
         const Eigen::VectorXd scale = damped.diagonal().cwiseSqrt().cwiseInverse();
         const Eigen::MatrixXd scaled = scale.asDiagonal() * damped * scale.asDiagonal();
         const Eigen::VectorXd free = scale.cwiseProduct(scaled.ldlt().solve(scale.cwiseProduct(towards)));
-        const Eigen::VectorXd held = free.cwiseMax(least).cwiseMin(most);
+        Eigen::VectorXd held = free.cwiseMax(least).cwiseMin(most);
         Eigen::Index farthest = 0;
         const double beyond = ((free - held).cwiseAbs().cwiseQuotient(scale)).maxCoeff(&farthest);
         if (!(beyond > 1e-9) || round == free.size()) return held;
