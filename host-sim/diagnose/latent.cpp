@@ -336,6 +336,19 @@ class Suspect {
     return s;
   }
 
+  void bound(System& system) const {
+    system.most.setConstant(static_cast<Eigen::Index>(columns()), std::numeric_limits<double>::infinity());
+    system.least = -system.most;
+    for (const std::size_t j : {effects::kInletGain, effects::kExhaustGain})
+      system.least[static_cast<Eigen::Index>(j)] = 0.05 * rig_.gain - figures_[j];
+    for (const std::size_t j : {effects::kInletLeak, effects::kExhaustLeak})
+      system.least[static_cast<Eigen::Index>(j)] = -figures_[j];
+    system.least[effects::kTransition] = 1e-3 * rig_.gain - figures_[effects::kTransition];
+    const double early_s = figures_[effects::kStampedEarly];
+    system.least[kStamp] = -early_s;
+    system.most[kStamp] = std::max(scene_.most_early_s - early_s, 0.0);
+  }
+
   System evaluate() const {
     const auto n = static_cast<Eigen::Index>(columns());
     Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(n + 1, n + 1);
@@ -346,16 +359,7 @@ class Suspect {
     Eigen::MatrixXd H = gram.topLeftCorner(n, n);
     H.diagonal() += precision;
     System system;
-    system.most.setConstant(n, std::numeric_limits<double>::infinity());
-    system.least = -system.most;
-    for (const std::size_t j : {effects::kInletGain, effects::kExhaustGain})
-      system.least[static_cast<Eigen::Index>(j)] = 0.05 * rig_.gain - figures_[j];
-    for (const std::size_t j : {effects::kInletLeak, effects::kExhaustLeak})
-      system.least[static_cast<Eigen::Index>(j)] = -figures_[j];
-    system.least[effects::kTransition] = 1e-3 * rig_.gain - figures_[effects::kTransition];
-    const double early_s = figures_[effects::kStampedEarly];
-    system.least[kStamp] = -early_s;
-    system.most[kStamp] = std::max(scene_.most_early_s - early_s, 0.0);
+    bound(system);
     system.g = gram.col(n).head(n) - precision.cwiseProduct(beyond);
     system.H = H;
     const Eigen::VectorXd scale = H.diagonal().cwiseSqrt().cwiseInverse();

@@ -10,7 +10,8 @@
 namespace plenum::host::diagnose {
 namespace {
 
-constexpr std::array kLagParts{1, 2, 3, 4, 6, 8, 12, 18, 28, 44};  // of the command, in parts of a tick
+/// Of the command, in parts of a tick; the ends have no term.
+constexpr std::array kLagParts{0.0, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 18.0, 28.0, 44.0, 45.0};
 constexpr std::array kSpools{0.15, 0.4, 1.0, 2.5, 6.0};  // time constants [ticks], of two stages each
 constexpr std::array kPlays_V{0.02, 0.06, 0.2, 0.6};     // full widths
 
@@ -93,14 +94,14 @@ class CommandTerms : public LatentTerms {
 class LateCommandTerms : public CommandTerms {
  public:
   explicit LateCommandTerms(const LatentScene& rig) : CommandTerms(rig) {
-    for (std::size_t j = 0; j < kLagParts.size(); ++j) lagging_.push_back(around(j));
+    for (std::size_t j = 1; j + 1 < kLagParts.size(); ++j) lagging_.push_back(around(j));
   }
 
  private:
   /// Ticks ago and weights, of a part of a tick.
   using Weights = std::vector<std::pair<std::size_t, double>>;
 
-  std::size_t lag_terms() const override { return kLagParts.size(); }
+  std::size_t lag_terms() const override { return lagging_.size(); }
   void act_before(const Background& b, std::size_t k, const TickActions& tick) const override {
     for (std::size_t j = 0; j < lagging_.size(); ++j) {
       PartAreas at;
@@ -124,15 +125,13 @@ class LateCommandTerms : public CommandTerms {
   /// Of the parts of a tick: a triangle over the parts around lag j.
   static std::array<Weights, kParts> around(std::size_t j) {
     std::array<Weights, kParts> of;
-    const int from = j > 0 ? kLagParts[j - 1] : 0;
-    const int middle = kLagParts[j];
-    const int to = j + 1 < kLagParts.size() ? kLagParts[j + 1] : middle + 1;
+    const auto from = static_cast<int>(kLagParts[j - 1]);
+    const auto to = static_cast<int>(kLagParts[j + 1]);
     const double sum = 0.5 * (to - from);
     for (int part = 0; part < kParts; ++part) {
       Weights& weights = of[static_cast<std::size_t>(part)];
       for (int lag = from + 1; lag < to; ++lag) {
-        const double weight = lag <= middle ? static_cast<double>(lag - from) / (middle - from)
-                                            : static_cast<double>(to - lag) / (to - middle);
+        const double weight = hat(kLagParts, j, lag);
         const auto ago = static_cast<std::size_t>((lag - part + kParts - 1) / kParts);
         if (ago == 0) continue;
         if (weights.empty() || weights.back().first != ago) weights.emplace_back(ago, 0.0);
@@ -165,12 +164,13 @@ class SpoolTerms : public CommandTerms {
   void spool(double ticks, const Background& b) {
     std::vector<double> mean(b.u.size());
     std::vector<PartAreas> at(b.u.size());
-    const double half_part_per_tau = 0.5 / (ticks * kParts);  // of a part, in time constants
+    const double half_part_per_tau = 0.5 / (ticks * kParts);
+    const double keep = std::exp(-half_part_per_tau);
     double first = b.u[0];
     double second = b.u[0];
     const auto half_a_part = [&](double u) {
-      second = u + std::exp(-half_part_per_tau) * (second - u + half_part_per_tau * (first - u));
-      first = u + std::exp(-half_part_per_tau) * (first - u);
+      second = u + keep * (second - u + half_part_per_tau * (first - u));
+      first = u + keep * (first - u);
     };
     for (std::size_t k = 0; k < b.u.size(); ++k) {
       for (Ports& of_part : at[k]) {
